@@ -1,0 +1,79 @@
+# Everything starts here. `make demo` and `make test` do all set-up themselves on a machine with
+# Python >= 3.11, Node >= 20 and make.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+NPM    := npm --prefix web
+E2E    := tests/e2e
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo dev check test bench generate build lock chromium clean
+
+help:            ## list the targets
+	@grep -hE '^[a-z]+: .*##|^[a-z]+:  *##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
+
+# A stamp a lock file: what is installed follows the lock, and an unchanged lock costs nothing.
+$(VENV)/.runtime: requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "hornbill needs Python 3.11 or later; $(PYTHON) is $$($(PYTHON) -V). Try: make PYTHON=python3.12 ..."; exit 1; }
+	@test -x $(BIN)/python || { echo "setting up $(VENV) ..."; $(PYTHON) -m venv $(VENV); }
+	@echo "installing what hornbill runs on (requirements.lock) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
+	@touch $@
+
+$(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime
+	@echo "installing what tests and checks need (requirements-dev.lock) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements-dev.lock
+	@touch $@
+
+web/node_modules/.stamp: web/package-lock.json
+	@command -v npm >/dev/null || { echo "Node 20 or later is needed to build the page: install it, then run make again"; exit 1; }
+	@echo "installing what the page is built with (web/package-lock.json) ..."
+	@$(NPM) ci --silent --no-audit --no-fund
+	@touch $@
+
+web/dist/index.html: web/node_modules/.stamp web/index.html web/package.json web/vite.config.ts $(shell find web/src web/public -type f 2>/dev/null)
+	@echo "building the page ..."
+	@$(NPM) run --silent build
+
+setup: $(VENV)/.dev web/node_modules/.stamp   ## install everything a developer needs
+
+demo: $(VENV)/.runtime web/dist/index.html    ## simulated servos in the browser: hornbill demo
+	@$(BIN)/hornbill demo $(ARGS)
+
+dev: setup                                    ## demo with the page rebuilt on every change
+	@$(BIN)/hornbill demo $(ARGS) & trap 'kill %1' EXIT; $(NPM) run dev
+
+check: setup                                  ## format, lint, types, layers
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	web/node_modules/.bin/pyright
+	$(BIN)/lint-imports
+	$(NPM) run --silent check
+
+test: setup web/dist/index.html chromium      ## every test there is
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(NPM) run --silent test
+
+# Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
+chromium: $(VENV)/.dev
+	@$(BIN)/python $(E2E)/chromium.py
+
+bench: setup                                  ## honest figures, as JSON lines
+	@$(BIN)/python -m tests.bench
+
+generate: setup                               ## what is made from tables and API
+	@$(BIN)/python -m hornbill.generate
+	@$(NPM) run --silent generate
+
+build: $(VENV)/.dev web/dist/index.html       ## sdist and wheel in dist/
+	@$(BIN)/python -m build --installer pip
+
+lock: $(VENV)/.dev                            ## bring the lock files up to date
+	@$(BIN)/python -m pip install --quiet uv
+	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --no-header pyproject.toml -o requirements.lock
+	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --group dev --no-header pyproject.toml -o requirements-dev.lock
+
+clean:                                        ## remove what was built and installed
+	rm -rf $(VENV) web/node_modules web/dist dist build

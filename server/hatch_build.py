@@ -1,0 +1,20 @@
+"""Puts the parameter tables and the built page inside the wheel; an editable install is left alone."""
+
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+
+class CustomBuildHook(BuildHookInterface):
+    """Force-includes schemas/ and web/dist under hornbill/_data/."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        if version == "editable":
+            return
+        root = Path(self.root)
+        page = root / "web" / "dist"
+        if not (page / "index.html").is_file():
+            raise RuntimeError(f"the page is not built: {page} has no index.html. Run 'make build'.")
+        build_data["force_include"][str(root / "schemas")] = "hornbill/_data/schemas"
+        build_data["force_include"][str(page)] = "hornbill/_data/web"

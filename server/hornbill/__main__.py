@@ -1,0 +1,5 @@
+"""Runs the command line as `python -m hornbill`."""
+
+from hornbill.cli import main
+
+main()

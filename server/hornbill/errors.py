@@ -1,0 +1,191 @@
+"""Owns the error tree. Every class carries the code that REST, WebSocket and the command line answer with.
+
+HornbillError
+├── TableError            a mistake in schemas/, with file and row
+├── PortError             the bus
+│   ├── PortOpenFailed    bus_open_failed: an address that cannot be opened, and the remedy
+│   └── BusDisconnected   bus_disconnected: no bus, or the bus was lost while we waited
+├── NoAnswer              no_answer: asked, and nothing came back in any of the tries
+├── Refused               refused_by_servo: the servo answered, and said no
+├── ForbiddenParameter    forbidden_parameter: 0x49, or a reserved register
+└── BadRequest            what was asked cannot be done, and nothing was changed
+    ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid
+    ├── NotInThisModel    not_in_this_model
+    ├── ReadOnly          read_only
+    ├── OutOfRange        out_of_range
+    ├── InvalidValue      invalid_value
+    ├── ModeOff           mode_off
+    ├── TorqueOff         torque_off
+    ├── TorqueOn          torque_on
+    ├── LeaseRequired     lease_required
+    ├── LeaseHeld         lease_held
+    ├── Stopped           stopped
+    ├── Busy              busy
+    ├── ForbiddenOrigin   forbidden_origin
+    └── StaleRevision     stale_revision
+"""
+
+from typing import ClassVar
+
+
+class HornbillError(Exception):
+    """Anything hornbill raises on purpose; `detail` is a sentence for people, `facts` are for programs."""
+
+    code: str = "internal"
+    title: ClassVar[str] = "Something went wrong"
+
+    def __init__(self, detail: str, **facts: object) -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.facts = facts
+
+
+class TableError(HornbillError):
+    """A table in schemas/ is wrong; the message names the file and the row."""
+
+    code = "bad_table"
+    title = "A parameter table is wrong"
+
+
+class PortError(HornbillError):
+    """The bus cannot be opened or was lost."""
+
+
+class PortOpenFailed(PortError):
+    """The adapter could not be opened; the message says why and what to do."""
+
+    code = "bus_open_failed"
+    title = "The bus cannot be opened"
+
+
+class BusDisconnected(PortError):
+    """There is no bus, or it was closed or lost while a request was under way."""
+
+    code = "bus_disconnected"
+    title = "No bus"
+
+
+class NoAnswer(HornbillError):
+    """Every try went unanswered. Whether the servo acted is not known."""
+
+    code = "no_answer"
+    title = "The servo did not answer"
+
+
+class Refused(HornbillError):
+    """The servo answered and said no (an empty GetSet value of table 2-16, or ok = 0)."""
+
+    code = "refused_by_servo"
+    title = "The servo refused"
+
+
+class ForbiddenParameter(HornbillError):
+    """A register no part of the product may touch: 0x49, or a reserved one (section 4.39, 3.1)."""
+
+    code = "forbidden_parameter"
+    title = "This register is never touched"
+
+
+class BadRequest(HornbillError):
+    """What was asked cannot be done; nothing was sent and nothing changed."""
+
+
+class Unknown(BadRequest):
+    """A servo, parameter, job or lease that does not exist; `code` is set per instance."""
+
+    title = "Not found"
+
+    def __init__(self, code: str, detail: str, **facts: object) -> None:
+        super().__init__(detail, **facts)
+        self.code = code
+
+
+class NotInThisModel(BadRequest):
+    """The parameter exists, but not in this model or firmware (section 5)."""
+
+    code = "not_in_this_model"
+    title = "Not in this model or firmware"
+
+
+class ReadOnly(BadRequest):
+    """A write to a parameter that can only be read."""
+
+    code = "read_only"
+    title = "Read only"
+
+
+class OutOfRange(BadRequest):
+    """A value outside minimum..maximum of this model; facts: minimum, maximum, unit, requested."""
+
+    code = "out_of_range"
+    title = "Out of range"
+
+
+class InvalidValue(BadRequest):
+    """A value of the wrong kind, or between two steps of the register; facts name the nearest legal values."""
+
+    code = "invalid_value"
+    title = "Not a value of this parameter"
+
+
+class ModeOff(BadRequest):
+    """A speed or torque command while speed_torque_control (0x25) is off (section 4.18)."""
+
+    code = "mode_off"
+    title = "Speed and torque control is off"
+
+
+class TorqueOff(BadRequest):
+    """A motion command while torque_mode (0x20) is off or brake: the servo would take it and not move."""
+
+    code = "torque_off"
+    title = "Torque is off"
+
+
+class TorqueOn(BadRequest):
+    """A write that would move the horn while torque is on: reverse or origin (features B70)."""
+
+    code = "torque_on"
+    title = "Torque is on"
+
+
+class LeaseRequired(BadRequest):
+    """Motion without a lease, or with one that has ended."""
+
+    code = "lease_required"
+    title = "A lease is required"
+
+
+class LeaseHeld(BadRequest):
+    """Somebody else holds the lease; facts: holder, expires_in_s."""
+
+    code = "lease_held"
+    title = "Somebody else has motion control"
+
+
+class Stopped(BadRequest):
+    """Stop is latched; motion waits until it is cleared."""
+
+    code = "stopped"
+    title = "Stopped"
+
+
+class Busy(BadRequest):
+    """The servo is saving, restarting, in soft start or updating; try again when it is ready."""
+
+    code = "busy"
+    title = "The servo is busy"
+
+
+class StaleRevision(BadRequest):
+    """If-Match named a revision that is no longer the current one."""
+
+    code = "stale_revision"
+    title = "Somebody else changed it"
+
+
+class ForbiddenOrigin(BadRequest):
+    """A request from a page of another site, or for a host name that is not ours."""
+
+    code = "forbidden_origin"
+    title = "Not from here"
