@@ -1,0 +1,98 @@
+"""Owns structures as plain fields: the JSON form of the conformance vectors and of the decode command."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, Final, TypeAlias, cast
+
+from hornbill.wire.datatype import Kind
+from hornbill.wire.messages import Command, Health, NodeStatus
+from hornbill.wire.services import HardwareVersion, SoftwareVersion
+from hornbill.wire.types import ALL, AnyStructure
+from hornbill.wire.value import EMPTY, Value, ValueKind
+
+Fields: TypeAlias = dict[str, Any]
+"""Field values under their DSDL names: bytes as hex, NaN as "NaN", unions as {"kind": ..., "value": ...}."""
+
+_BY_NAME: Final = {(s.TYPE.name, s.KIND): s for s in ALL}
+_NESTED: Final[dict[str, type]] = {
+    "status": NodeStatus,
+    "software_version": SoftwareVersion,
+    "hardware_version": HardwareVersion,
+}
+_BYTES: Final = frozenset({"unique_id", "certificate_of_authenticity"})
+_UNIONS: Final = frozenset({"value", "default_value", "max_value", "min_value"})
+_UNION_KINDS: Final = {
+    ValueKind.EMPTY: "empty",
+    ValueKind.INTEGER: "integer_value",
+    ValueKind.REAL: "real_value",
+    ValueKind.BOOLEAN: "boolean_value",
+    ValueKind.STRING: "string_value",
+}
+_KINDS_OF_UNION: Final = {name: kind for kind, name in _UNION_KINDS.items()}
+
+
+def to_fields(structure: AnyStructure) -> Fields:
+    """The fields of a structure, ready for JSON. Void fields are left out."""
+    return {field.name: _plain(getattr(structure, field.name)) for field in fields(structure)}
+
+
+def from_fields(name: str, kind: Kind, plain: Mapping[str, Any]) -> AnyStructure:
+    """The structure of a data type's full name and a kind, from the form `to_fields` gives.
+
+    Raises ValueError for an unknown type, and for fields that are missing, unknown or of the wrong form.
+    """
+    structure = _BY_NAME.get((name, kind))
+    if structure is None:
+        raise ValueError(f"{name} has no {kind.name} that hornbill knows.")
+    return cast(AnyStructure, _build(structure, plain))
+
+
+def _plain(value: object) -> object:
+    match value:
+        case bytes():
+            return value.hex()
+        case Value(kind, content):
+            name = _UNION_KINDS[kind]
+            return {"kind": name} if kind == ValueKind.EMPTY else {"kind": name, "value": _plain(content)}
+        case tuple() | list():
+            return [_plain(item) for item in cast("list[object]", value)]
+        case bool() | str():
+            return value
+        case int():
+            return int(value)
+        case float():
+            return "NaN" if math.isnan(value) else value
+        case _:
+            return {field.name: _plain(getattr(value, field.name)) for field in fields(cast(Any, value))}
+
+
+def _build(structure: type, plain: Mapping[str, Any]) -> object:
+    try:
+        return structure(**{name: _value(name, value) for name, value in plain.items()})
+    except (TypeError, AttributeError, KeyError) as error:
+        raise ValueError(f"{structure.__name__} cannot be made of these fields: {error}.") from error
+
+
+def _value(name: str, plain: Any) -> object:
+    if name in _BYTES:
+        return bytes.fromhex(plain)
+    if name in _NESTED:
+        return _build(_NESTED[name], plain)
+    if name in _UNIONS:
+        return _union(plain)
+    if name == "health":
+        return Health(plain)
+    if name == "commands":
+        return tuple(_build(Command, entry) for entry in plain)
+    return math.nan if plain == "NaN" and name != "name" else plain
+
+
+def _union(plain: Mapping[str, Any]) -> Value:
+    kind = _KINDS_OF_UNION.get(plain["kind"])
+    if kind is None:
+        raise ValueError(f"{plain['kind']} is no kind of value. Give one of {', '.join(_KINDS_OF_UNION)}.")
+    if kind == ValueKind.EMPTY:
+        return EMPTY
+    content = plain["value"]
+    return Value(kind, math.nan if content == "NaN" and kind == ValueKind.REAL else content)

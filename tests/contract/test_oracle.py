@@ -1,0 +1,193 @@
+"""The public Python stack as a second opinion: it must write what we write and read what we read."""
+
+# The stack is dynamic and has no type hints.
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false
+# pyright: reportUnknownParameterType=false, reportMissingTypeStubs=false
+
+import math
+from typing import Any
+
+import dronecan
+import pytest
+from dronecan import dsdl, transport
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hornbill.wire import types
+from hornbill.wire.datatype import DataType, Kind
+from hornbill.wire.fields import Fields, to_fields
+from hornbill.wire.frame import Frame
+from hornbill.wire.messages import ActuatorStatus
+from hornbill.wire.reassembly import Reassembler
+from hornbill.wire.services import GetNodeInfoRequest
+from hornbill.wire.transfer import Transfer, split
+from hornbill.wire.types import AnyStructure
+from unit.wire.structures import actuator_statuses, allocations, structures, transfer
+
+UNIONS = {"value", "default_value", "max_value", "min_value"}
+BYTES = {"unique_id", "certificate_of_authenticity"}
+TEXT = {"name", "string_value"}
+
+
+def oracle_type(data_type: DataType) -> Any:
+    kind = dsdl.CompoundType.KIND_SERVICE if data_type.service else dsdl.CompoundType.KIND_MESSAGE
+    return dronecan.DATATYPES[data_type.id, kind]
+
+
+def oracle_value(structure: AnyStructure) -> Any:
+    """The same structure as an object of the oracle, filled from its fields."""
+    make = oracle_type(structure.TYPE)
+    value = make(_mode=structure.KIND.name.lower()) if structure.TYPE.service else make()
+    fill(value, to_fields(structure))
+    return value
+
+
+def fill(value: Any, fields: Fields) -> None:
+    for name, content in fields.items():
+        if name in UNIONS:
+            union = getattr(value, name)
+            kind = content["kind"]
+            if kind == "empty":
+                transport.switch_union_field(union, "empty")
+            else:
+                setattr(union, kind, content["value"].encode("latin-1") if kind in TEXT else content["value"])
+        elif name in BYTES:
+            setattr(value, name, list(bytes.fromhex(content)))
+        elif name in TEXT:
+            setattr(value, name, content.encode("latin-1"))
+        elif name == "commands":
+            for entry in content:
+                command = dronecan.uavcan.equipment.actuator.Command()
+                fill(command, entry)
+                value.commands.append(command)
+        elif isinstance(content, dict):
+            fill(getattr(value, name), content)
+        else:
+            setattr(value, name, math.nan if content == "NaN" else content)
+
+
+def oracle_fields(value: Any) -> Fields:
+    """An object of the oracle in our form of fields."""
+    fields: Fields = {}
+    for name, content in transport.get_fields(value).items():
+        if name.startswith("_void"):
+            continue
+        if name in UNIONS:
+            kind = transport.get_active_union_field(content)
+            fields[name] = {"kind": kind} if kind == "empty" else {"kind": kind, "value": plain(kind, content)}
+        elif name == "commands":
+            fields[name] = [oracle_fields(entry) for entry in content]
+        elif isinstance(content, transport.CompoundValue):
+            fields[name] = oracle_fields(content)
+        else:
+            fields[name] = plain(name, value)
+    return fields
+
+
+def plain(name: str, owner: Any) -> object:
+    value = getattr(owner, name)
+    if name in BYTES:
+        return bytes(list(value)).hex()
+    if name in TEXT:
+        return bytes(list(value)).decode("latin-1")
+    return "NaN" if isinstance(value, float) and math.isnan(value) else value
+
+
+def oracle_frames(structure: AnyStructure, sent: Transfer, discriminator: int | None = None) -> list[Frame]:
+    made = transport.Transfer(
+        transfer_id=sent.transfer_id,
+        source_node_id=sent.source,
+        dest_node_id=sent.destination or None,
+        payload=oracle_value(structure),
+        transfer_priority=sent.priority,
+        request_not_response=sent.kind == Kind.REQUEST,
+        service_not_message=sent.kind != Kind.MESSAGE,
+        discriminator=discriminator,
+    )
+    return [Frame(frame.message_id, bytes(frame.bytes)) for frame in made.to_frames()]
+
+
+def oracle_reads(frames: list[Frame]) -> Any:
+    read = transport.Transfer()
+    read.from_frames([transport.Frame(frame.id, frame.data, 1.0, 1.0) for frame in frames])
+    return read
+
+
+@pytest.mark.parametrize("data_type", types.BY_KEY.values(), ids=lambda t: t.name)
+def test_name_signature_and_crc_seed_are_those_of_the_public_definition(data_type: DataType) -> None:
+    theirs = oracle_type(data_type)
+    assert data_type.name == theirs.full_name
+    assert data_type.signature == theirs.get_data_type_signature()
+    assert data_type.crc_seed == theirs.base_crc
+
+
+@given(structures, st.integers(0, 31), st.integers(0, 31), st.integers(1, 127), st.integers(1, 127))
+@settings(max_examples=150, deadline=None)
+def test_both_write_the_same_frames(
+    structure: AnyStructure, priority: int, transfer_id: int, source: int, destination: int
+) -> None:
+    sent = transfer(structure, source=source, destination=destination, priority=priority, transfer_id=transfer_id)
+    assert split(sent, structure.TYPE) == oracle_frames(structure, sent)
+
+
+@given(allocations.filter(lambda message: len(message.unique_id) <= 6), st.integers(0, 0x3FFF))
+@settings(max_examples=50, deadline=None)
+def test_both_write_the_same_anonymous_frame(message: AnyStructure, discriminator: int) -> None:
+    sent = transfer(message, source=0)
+    ours = split(sent, message.TYPE, discriminator=discriminator)
+    assert ours == oracle_frames(message, sent, discriminator)
+
+
+@given(structures)
+@settings(max_examples=150, deadline=None)
+def test_both_read_the_same_fields(structure: AnyStructure) -> None:
+    frames = split(transfer(structure), structure.TYPE)
+    assert oracle_fields(oracle_reads(frames).payload) == to_fields(structure)
+
+
+@pytest.mark.parametrize("structure", [s for s in types.ALL if s is not GetNodeInfoRequest])
+@given(payload=st.binary(max_size=60))
+@settings(max_examples=60, deadline=None)
+def test_what_we_read_from_random_bytes_the_oracle_reads_too(structure: type[AnyStructure], payload: bytes) -> None:
+    decoded = structure.decode(payload)
+    if decoded is None:
+        return
+    destination = 20 if structure.TYPE.service else 0
+    sent = Transfer(structure.KIND, structure.TYPE.id, 10, destination, 16, 0, payload)
+    assert oracle_fields(oracle_reads(split(sent, structure.TYPE)).payload) == to_fields(decoded)
+
+
+@given(actuator_statuses, st.integers(0, 0xFFFF))
+@settings(max_examples=300, deadline=None)
+def test_every_float16_pattern_reads_the_same(status: ActuatorStatus, pattern: int) -> None:
+    payload = bytearray(status.encode())
+    payload[1:3] = pattern.to_bytes(2, "little")
+    decoded = ActuatorStatus.decode(bytes(payload))
+    assert decoded is not None
+    sent = Transfer(Kind.MESSAGE, ActuatorStatus.TYPE.id, 10, 0, 16, 0, bytes(payload))
+    assert oracle_fields(oracle_reads(split(sent, ActuatorStatus.TYPE)).payload) == to_fields(decoded)
+
+
+@given(st.lists(structures, min_size=2, max_size=6), st.randoms(use_true_random=False))
+@settings(max_examples=40, deadline=None)
+def test_both_reassemble_mixed_traffic_alike(talk: list[AnyStructure], chance: Any) -> None:
+    rows = [split(transfer(s, source=n + 1, transfer_id=n), s.TYPE) for n, s in enumerate(talk)]
+    mixed: list[Frame] = []
+    while rows:
+        row = chance.choice(rows)
+        mixed.append(row.pop(0))
+        rows = [row for row in rows if row]
+    manager = transport.TransferManager()
+    theirs: list[Any] = []
+    for frame in mixed:
+        done = manager.receive_frame(transport.Frame(frame.id, frame.data, 1.0, 1.0))
+        if done:
+            read = transport.Transfer()
+            read.from_frames(done)
+            theirs.append((read.source_node_id, read.data_type_id, read.transfer_id, oracle_fields(read.payload)))
+    ours: list[Any] = []
+    for received in Reassembler().feed(mixed):
+        structure = types.decode(received)
+        assert structure is not None
+        ours.append((received.source, received.type_id, received.transfer_id, to_fields(structure)))
+    assert ours == theirs

@@ -1,0 +1,148 @@
+"""Messages: bits where the tables say, clamped numbers, and None for every wrong length."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.wire.messages import (
+    POWER_RATING_UNKNOWN,
+    ActuatorStatus,
+    Allocation,
+    ArrayCommand,
+    Command,
+    CommandType,
+    Health,
+    Mode,
+    NodeStatus,
+)
+from unit.wire.structures import array_commands, node_statuses
+
+
+def test_health_mode_and_sub_mode_start_at_the_top_bit() -> None:
+    status = NodeStatus(0x04030201, Health.ERROR, Mode.SOFTWARE_UPDATE, 5, 0xBEEF)
+    assert status.encode() == bytes((1, 2, 3, 4, 0b10_011_101, 0xEF, 0xBE))
+
+
+def test_reserved_modes_stay_numbers() -> None:
+    decoded = NodeStatus.decode(bytes((0, 0, 0, 0, 0b11_101_000, 0, 0)))
+    assert decoded == NodeStatus(0, Health.CRITICAL, 5)
+    assert decoded is not None
+    assert not isinstance(decoded.mode, Mode)
+
+
+@given(node_statuses)
+def test_known_health_and_mode_come_out_as_enumerations(status: NodeStatus) -> None:
+    decoded = NodeStatus.decode(status.encode())
+    assert decoded is not None
+    assert isinstance(decoded.health, Health)
+    assert isinstance(decoded.mode, Mode) == (decoded.mode not in (4, 5, 6))
+
+
+def test_allocation_bits() -> None:
+    assert Allocation(125, True, b"\x01\x02").encode() == bytes((0xFB, 1, 2))
+    assert Allocation.decode(b"\x28") == Allocation(20, False, b"")
+
+
+@pytest.mark.parametrize(("message", "length"), [(Allocation, 0), (Allocation, 18), (ArrayCommand, 64)])
+def test_lengths_no_message_has(message: type[Allocation | ArrayCommand], length: int) -> None:
+    assert message.decode(bytes(length)) is None
+
+
+@pytest.mark.parametrize("length", [0, 6, 8, 70])
+def test_node_status_has_seven_bytes(length: int) -> None:
+    assert NodeStatus.decode(bytes(length)) is None
+
+
+@pytest.mark.parametrize("length", [0, 7, 9])
+def test_actuator_status_has_eight_bytes(length: int) -> None:
+    assert ActuatorStatus.decode(bytes(length)) is None
+
+
+def test_the_void_bit_before_the_power_rating_is_ignored() -> None:
+    decoded = ActuatorStatus.decode(bytes(7) + b"\xff")
+    assert decoded is not None
+    assert decoded.power_rating_pct == POWER_RATING_UNKNOWN
+
+
+@pytest.mark.parametrize("pattern", [0x7E00, 0x7FFF, 0xFE00, 0x7C01])
+def test_every_nan_pattern_is_nan(pattern: int) -> None:
+    decoded = ActuatorStatus.decode(bytes(3) + pattern.to_bytes(2, "little") + bytes(3))
+    assert decoded is not None
+    assert math.isnan(decoded.force)
+
+
+def test_nan_is_written_as_nan() -> None:
+    written = ActuatorStatus(1, 0.0, math.nan, math.nan, 127).encode()
+    decoded = ActuatorStatus.decode(written)
+    assert decoded is not None
+    assert math.isnan(decoded.force)
+    assert math.isnan(decoded.speed)
+
+
+@pytest.mark.parametrize(
+    ("asked", "sent"),
+    [(65504.0, 65504.0), (65520.0, 65504.0), (1e300, 65504.0), (-1e9, -65504.0), (math.inf, 65504.0)],
+)
+def test_numbers_above_float16_are_clamped_never_infinite(asked: float, sent: float) -> None:
+    decoded = ArrayCommand.decode(ArrayCommand([Command(1, CommandType.POSITION, asked)]).encode())
+    assert decoded == ArrayCommand((Command(1, CommandType.POSITION, sent),))
+
+
+@given(st.integers(-2048, 2048))
+def test_whole_numbers_to_2048_are_exact(number: int) -> None:
+    decoded = ArrayCommand.decode(ArrayCommand([Command(1, CommandType.POSITION, number)]).encode())
+    assert decoded is not None
+    assert decoded.commands[0].command_value == number
+
+
+def test_command_types_come_out_as_enumerations_and_others_as_numbers() -> None:
+    decoded = ArrayCommand.decode(bytes((1, 3, 0, 0, 2, 9, 0, 0)))
+    assert decoded is not None
+    assert [command.command_type for command in decoded.commands] == [CommandType.SPEED, 9]
+    assert isinstance(decoded.commands[0].command_type, CommandType)
+
+
+@given(array_commands)
+def test_an_explicit_length_is_read_only_when_asked_for(message: ArrayCommand) -> None:
+    plain = message.encode()
+    count = len(message.commands)
+    shifted = (count << 8 * len(plain) | int.from_bytes(plain, "big")) << 4
+    with_length = shifted.to_bytes(len(plain) + 1, "big")
+    assert ArrayCommand.decode(with_length) is None
+    assert ArrayCommand.decode(with_length, explicit_length=True) == message
+    assert ArrayCommand.decode(plain, explicit_length=True) == message
+
+
+def test_an_explicit_length_must_be_the_true_one() -> None:
+    assert ArrayCommand.decode(b"\x20\x00\x00\x00\x00", explicit_length=True) is None
+
+
+@pytest.mark.parametrize("length", [2, 3, 6, 61, 65])
+def test_lengths_an_array_of_commands_cannot_have(length: int) -> None:
+    assert ArrayCommand.decode(bytes(length), explicit_length=True) is None
+
+
+@pytest.mark.parametrize(
+    ("message", "named"),
+    [
+        (NodeStatus(-1, Health.OK, Mode.OPERATIONAL), "uptime_sec"),
+        (NodeStatus(1 << 32, Health.OK, Mode.OPERATIONAL), "uptime_sec"),
+        (NodeStatus(0, Health.OK, 8), "mode"),
+        (NodeStatus(0, Health.OK, Mode.OFFLINE, 8), "sub_mode"),
+        (NodeStatus(0, Health.OK, Mode.OFFLINE, 0, 1 << 16), "vendor_specific_status_code"),
+        (Allocation(128, False, b""), "node_id"),
+        (Allocation(0, False, bytes(17)), "unique_id"),
+        (ArrayCommand([Command(256, CommandType.SPEED, 0.0)]), "actuator_id"),
+        (ArrayCommand([Command(0, 256, 0.0)]), "command_type"),
+        (ArrayCommand([Command(0, CommandType.SPEED, 0.0)] * 16), "16 commands"),
+        (ActuatorStatus(256, 0.0, 0.0, 0.0, 0), "actuator_id"),
+        (ActuatorStatus(0, 0.0, 0.0, 0.0, 128), "power_rating_pct"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_named(
+    message: NodeStatus | Allocation | ArrayCommand | ActuatorStatus, named: str
+) -> None:
+    with pytest.raises(ValueError, match=named):
+        message.encode()

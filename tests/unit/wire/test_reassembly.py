@@ -1,0 +1,218 @@
+"""Reassembly, case by case: what comes out, what is dropped, and which counter says why."""
+
+import logging
+
+import pytest
+
+from hornbill.wire import types
+from hornbill.wire.datatype import Kind
+from hornbill.wire.frame import Frame
+from hornbill.wire.identifier import make_anonymous_id, make_message_id, make_service_id
+from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
+from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
+from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
+from hornbill.wire.transfer import Transfer
+from unit.wire.structures import frames, transfer
+
+STATUS = ActuatorStatus(1, 90.0, 0.0, 0.0, 127)
+ANSWER = GetSetResponse(integer(1234), EMPTY, EMPTY, EMPTY, "0x20")
+ALIVE = NodeStatus(1, Health.OK, Mode.OPERATIONAL)
+
+
+def test_frames_may_arrive_in_any_batches() -> None:
+    reassembler = Reassembler()
+    first, second, third = frames(ANSWER)
+    assert reassembler.feed([]) == []
+    assert reassembler.feed([first]) == []
+    assert reassembler.feed([second, *frames(ALIVE)]) == [transfer(ALIVE)]
+    assert reassembler.sessions == 1
+    assert reassembler.feed([third]) == [transfer(ANSWER)]
+    assert reassembler.sessions == 0
+    assert reassembler.counters == ReassemblyCounters(frames=4, transfers=2)
+
+
+def test_a_transfer_has_the_instant_of_its_last_frame() -> None:
+    sent = [frame._replace(at=5.0 + n) for n, frame in enumerate(frames(STATUS))]
+    (received,) = Reassembler().feed(sent, now=9.0)
+    assert received.at == 6.0
+
+
+def test_frames_without_an_instant_get_now() -> None:
+    (received,) = Reassembler().feed(frames(ALIVE), now=7.5)
+    assert received.at == 7.5
+
+
+def test_the_same_type_from_two_nodes_at_once() -> None:
+    one, two = frames(STATUS, source=1, transfer_id=3), frames(STATUS, source=2, transfer_id=3)
+    received = Reassembler().feed([one[0], two[0], two[1], one[1]])
+    assert [t.source for t in received] == [2, 1]
+
+
+def test_request_and_response_of_one_pair_at_once() -> None:
+    ask = frames(GetSetRequest(0, integer(5), "0x20"), source=127, destination=10)
+    answer = frames(ANSWER, source=127, destination=10)
+    received = Reassembler().feed([f for pair in zip(ask, answer, strict=True) for f in pair])
+    assert [t.kind for t in received] == [Kind.REQUEST, Kind.RESPONSE]
+
+
+def test_a_urgent_transfer_overtakes_a_slow_one_of_the_same_type() -> None:
+    slow, urgent = frames(STATUS, priority=24, transfer_id=1), frames(STATUS, priority=16, transfer_id=2)
+    received = Reassembler().feed([slow[0], *urgent, slow[1]])
+    assert [t.transfer_id for t in received] == [2, 1]
+
+
+def test_a_new_transfer_id_begins_anew() -> None:
+    reassembler = Reassembler()
+    received = reassembler.feed([frames(STATUS, transfer_id=1)[0], *frames(STATUS, transfer_id=2)])
+    assert [t.transfer_id for t in received] == [2]
+    assert reassembler.counters.interrupted == 1
+
+
+def test_a_continuation_with_another_transfer_id_ends_the_session() -> None:
+    reassembler = Reassembler()
+    one, two = frames(ANSWER, transfer_id=1), frames(ANSWER, transfer_id=2)
+    assert reassembler.feed([one[0], two[1], one[1], one[2]]) == []
+    assert reassembler.counters.interrupted == 1
+    assert reassembler.counters.unexpected == 2
+    assert reassembler.sessions == 0
+
+
+def test_a_lost_frame_is_seen_by_its_toggle() -> None:
+    reassembler = Reassembler()
+    first, _, third = frames(ANSWER)
+    assert reassembler.feed([first, third._replace(data=third.data[:-1] + b"\x60")]) == []
+    assert reassembler.feed([first, third]) == []
+    assert reassembler.counters.bad_toggle == 1
+    assert reassembler.counters.bad_crc == 1
+
+
+@pytest.mark.parametrize("repeated", [0, 1])
+def test_a_repeated_frame_does_no_harm(repeated: int) -> None:
+    reassembler = Reassembler()
+    sent = frames(ANSWER)
+    sent.insert(repeated, sent[repeated])
+    assert reassembler.feed(sent) == [transfer(ANSWER)]
+    assert reassembler.counters.duplicates == 1
+
+
+def test_a_repeated_last_frame_does_no_harm() -> None:
+    reassembler = Reassembler()
+    sent = frames(ANSWER)
+    assert reassembler.feed([*sent, sent[-1]]) == [transfer(ANSWER)]
+    assert reassembler.counters.unexpected == 1
+
+
+def test_a_changed_byte_is_seen_by_the_crc() -> None:
+    reassembler = Reassembler()
+    sent = frames(ANSWER)
+    sent[1] = sent[1]._replace(data=b"\xff" + sent[1].data[1:])
+    assert reassembler.feed(sent) == []
+    assert reassembler.counters.bad_crc == 1
+
+
+def test_a_transfer_may_take_two_seconds_and_no_more() -> None:
+    reassembler = Reassembler()
+    first, last = frames(STATUS)
+    assert reassembler.feed([first._replace(at=10.0), last._replace(at=12.0)]) != []
+    assert reassembler.feed([first._replace(at=20.0)]) == []
+    assert reassembler.feed([last._replace(at=22.1)]) == []
+    assert reassembler.counters.timed_out == 1
+    assert reassembler.sessions == 0
+
+
+def test_a_first_frame_repeated_later_begins_anew() -> None:
+    reassembler = Reassembler()
+    first, last = frames(STATUS)
+    received = reassembler.feed([first._replace(at=10.0), first._replace(at=11.9), last._replace(at=13.0)])
+    assert len(received) == 1
+
+
+def test_a_silent_sender_is_forgotten_while_others_go_on() -> None:
+    reassembler = Reassembler()
+    reassembler.feed(frames(STATUS, at=10.0)[:1])
+    assert reassembler.sessions == 1
+    reassembler.feed(frames(ALIVE, at=12.5))
+    assert reassembler.sessions == 0
+    assert reassembler.counters.timed_out == 1
+
+
+def test_sessions_are_bounded_and_the_oldest_gives_way() -> None:
+    reassembler = Reassembler(max_sessions=8)
+    begun = [frames(STATUS, source=source) for source in range(1, 101)]
+    reassembler.feed([first for first, _ in begun])
+    assert reassembler.sessions == 8
+    assert reassembler.counters.evicted == 92
+    received = reassembler.feed([last for _, last in begun])
+    assert [t.source for t in received] == list(range(93, 101))
+
+
+def test_a_transfer_that_never_ends_is_cut_off() -> None:
+    reassembler = Reassembler()
+    can_id = frames(ANSWER)[0].id
+    endless = [Frame(can_id, bytes(7) + bytes((0x80 if n == 0 else n % 2 << 5,))) for n in range(2000)]
+    assert reassembler.feed(endless) == []
+    assert reassembler.counters.too_long == 1
+    assert reassembler.sessions == 0
+
+
+def test_services_between_others_are_not_ours() -> None:
+    reassembler = Reassembler(node_id=127)
+    theirs = frames(ANSWER, source=10, destination=126)
+    ours = frames(ANSWER, source=10, destination=127)
+    assert reassembler.feed([*theirs, *ours]) == [transfer(ANSWER, destination=127)]
+    assert reassembler.counters.not_ours == 3
+    assert reassembler.feed(frames(STATUS)) != []
+
+
+def test_a_monitor_hears_everybody() -> None:
+    assert len(Reassembler().feed(frames(ANSWER, destination=126) + frames(ANSWER, destination=3))) == 2
+
+
+def test_single_frames_of_unknown_types_come_out() -> None:
+    reassembler = Reassembler()
+    can_id = make_message_id(16, 20000, 5)
+    (received,) = reassembler.feed([Frame(can_id, b"abc\xc1", 1.0)])
+    assert received == Transfer(Kind.MESSAGE, 20000, 5, 0, 16, 1, b"abc", 1.0)
+    assert types.decode(received) is None
+
+
+def test_longer_transfers_of_unknown_types_are_counted_once() -> None:
+    reassembler = Reassembler()
+    can_id = make_service_id(16, 200, True, 6, 5)
+    sent = [Frame(can_id, bytes(7) + bytes((tail,))) for tail in (0x80, 0x20, 0x00, 0x60)]
+    assert reassembler.feed(sent) == []
+    assert reassembler.counters == ReassemblyCounters(frames=4, unknown_type=1)
+
+
+@pytest.mark.parametrize(
+    ("frame", "counter"),
+    [
+        (Frame(make_message_id(16, 341, 5), b""), "bad_tail"),
+        (Frame(make_message_id(16, 341, 5), bytes(7) + b"\xe0"), "bad_toggle"),
+        (Frame(make_message_id(16, 1011, 5), bytes(7) + b"\xa0"), "bad_toggle"),
+        (Frame(make_message_id(16, 1011, 5), b"\x00\x00\x80"), "bad_tail"),
+        (Frame(make_anonymous_id(16, 5, 1), bytes(7) + b"\x80"), "bad_tail"),
+        (Frame(make_message_id(16, 1011, 5), bytes(7) + b"\x20"), "unexpected"),
+        (Frame(0x100B8085, b"\xc0"), "bad_identifier"),
+        (Frame(0x100B8580, b"\xc0"), "bad_identifier"),
+        (Frame(1 << 29 | make_message_id(16, 341, 5), bytes(7) + b"\xc0"), "bad_identifier"),
+        (Frame(-1, bytes(7) + b"\xc0"), "bad_identifier"),
+    ],
+)
+def test_frames_no_node_should_send(frame: Frame, counter: str) -> None:
+    reassembler = Reassembler()
+    assert reassembler.feed([frame]) == []
+    assert reassembler.counters == ReassemblyCounters(frames=1, **{counter: 1})
+
+
+def test_a_drop_is_logged_for_those_who_look(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.DEBUG, "hornbill.wire.reassembly"):
+        Reassembler().feed(frames(STATUS)[1:])
+    assert "unexpected" in caplog.text
+    assert "1003f30a" in caplog.text
+
+
+@pytest.mark.parametrize(("node_id", "timeout", "sessions"), [(0, 2.0, 1), (128, 2.0, 1), (1, 0.0, 1), (1, 2.0, 0)])
+def test_a_reassembler_that_could_not_work_is_refused(node_id: int, timeout: float, sessions: int) -> None:
+    with pytest.raises(ValueError, match=r"Give|above 0"):
+        Reassembler(node_id, timeout=timeout, max_sessions=sessions)

@@ -1,0 +1,166 @@
+"""Services: byte layouts the tables print or leave out, and None for what is cut short."""
+
+import pytest
+from hypothesis import given
+
+from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.services import (
+    EMPTY,
+    MAGIC,
+    ExecuteOpcodeRequest,
+    ExecuteOpcodeResponse,
+    GetNodeInfoRequest,
+    GetNodeInfoResponse,
+    GetSetRequest,
+    GetSetResponse,
+    HardwareVersion,
+    Opcode,
+    RestartNodeRequest,
+    RestartNodeResponse,
+    SoftwareVersion,
+    Value,
+    ValueKind,
+    integer,
+)
+from hornbill.wire.types import AnyStructure
+from unit.wire.structures import get_set_responses, node_infos, servo_answers
+
+INFO = GetNodeInfoResponse(
+    NodeStatus(1, Health.OK, Mode.OPERATIONAL),
+    SoftwareVersion(1, 3),
+    HardwareVersion(1, 0, bytes(range(16))),
+    "jp.futaba.bla21",
+)
+
+
+def test_a_node_info_request_accepts_the_byte_the_table_prints() -> None:
+    assert GetNodeInfoRequest.decode(b"") == GetNodeInfoRequest()
+    assert GetNodeInfoRequest.decode(b"\x00") == GetNodeInfoRequest()
+
+
+def test_the_name_follows_the_certificate_and_its_length() -> None:
+    plain = INFO.encode()
+    assert plain[40] == 0
+    assert plain[41:] == b"jp.futaba.bla21"
+    assert plain[24:40] == bytes(range(16))
+    INFO_WITH = GetNodeInfoResponse(
+        INFO.status, INFO.software_version, HardwareVersion(1, 0, bytes(16), b"\xaa\xbb"), "n"
+    )
+    assert INFO_WITH.encode()[40:] == b"\x02\xaa\xbbn"
+
+
+@given(node_infos)
+def test_node_info_cut_short_is_malformed(info: GetNodeInfoResponse) -> None:
+    payload = info.encode()
+    least = 41 + len(info.hardware_version.certificate_of_authenticity)
+    assert GetNodeInfoResponse.decode(payload[: least - 1]) is None
+    assert GetNodeInfoResponse.decode(payload[:40]) is None
+    assert GetNodeInfoResponse.decode(payload[:least] + bytes(81)) is None
+
+
+def test_the_magic_number_has_40_bits() -> None:
+    assert RestartNodeRequest(MAGIC).encode() == bytes.fromhex("1e1b55ceac")
+    assert RestartNodeRequest(0xCE551B1E).encode() == bytes.fromhex("1e1b55ce00")
+    assert RestartNodeRequest.decode(bytes.fromhex("1e1b55ce")) is None
+
+
+def test_ok_is_the_top_bit() -> None:
+    assert RestartNodeResponse(True).encode() == b"\x80"
+    assert RestartNodeResponse.decode(b"\x7f") == RestartNodeResponse(False)
+    assert ExecuteOpcodeResponse(0, True).encode() == bytes(6) + b"\x80"
+    assert ExecuteOpcodeResponse.decode(bytes(6) + b"\x01") == ExecuteOpcodeResponse(0, False)
+
+
+def test_the_argument_is_48_bits_low_byte_first_with_a_sign() -> None:
+    assert ExecuteOpcodeRequest(Opcode.ERASE, -2).encode() == b"\x01\xfe\xff\xff\xff\xff\xff"
+    assert ExecuteOpcodeRequest.decode(b"\x00\x00\x00\x00\x00\x00\x80") == ExecuteOpcodeRequest(0, -(1 << 47))
+
+
+def test_index_and_tag_share_a_byte() -> None:
+    assert GetSetRequest(0x1F55, EMPTY, "").encode() == bytes((0x55, 0x1F << 3))
+    assert GetSetRequest(0x0100, integer(1), "").encode() == bytes((0, 1 << 3 | 1, 1, 0, 0, 0, 0, 0, 0, 0))
+    assert GetSetRequest.decode(bytes((0x55, 0xF8)) + b"0x2A") == GetSetRequest(0x1F55, EMPTY, "0x2A")
+
+
+def test_the_answer_no_such_parameter_is_four_zero_bytes() -> None:
+    nothing = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
+    assert nothing.encode() == bytes(4)
+    assert GetSetResponse.decode(bytes(4)) == nothing
+
+
+@given(servo_answers)
+def test_the_answer_of_a_servo_has_16_bytes(answer: GetSetResponse) -> None:
+    payload = answer.encode()
+    assert len(payload) == 16
+    assert GetSetResponse.decode(payload) == answer
+
+
+def test_void_bits_of_an_answer_are_ignored() -> None:
+    answer = GetSetResponse(integer(-7), EMPTY, EMPTY, EMPTY, "0x08")
+    payload = bytearray(answer.encode())
+    payload[0] |= 0xF8
+    payload[9] |= 0xF8
+    payload[10] |= 0xFC
+    payload[11] |= 0xFC
+    assert GetSetResponse.decode(bytes(payload)) == answer
+
+
+@given(get_set_responses)
+def test_an_answer_cut_inside_its_unions_is_malformed(answer: GetSetResponse) -> None:
+    payload = answer.encode()
+    unions = len(payload) - len(answer.name)
+    for length in range(unions):
+        assert GetSetResponse.decode(payload[:length]) is None
+    assert GetSetResponse.decode(payload[:unions] + bytes(93)) is None
+
+
+@pytest.mark.parametrize("tag", [5, 6, 7])
+def test_a_tag_no_value_has(tag: int) -> None:
+    assert GetSetRequest.decode(bytes((0, tag)) + bytes(20)) is None
+    assert GetSetResponse.decode(bytes((tag,)) + bytes(20)) is None
+
+
+def test_a_limit_has_no_third_kind() -> None:
+    assert GetSetResponse.decode(b"\x00\x00\x03\x00\x00\x00") is None
+
+
+def test_a_string_longer_than_its_type_allows() -> None:
+    assert GetSetRequest.decode(b"\x00\x04\x81" + bytes(0x81)) is None
+    assert GetSetRequest.decode(b"\x00\x04\x80" + bytes(0x80)) is not None
+
+
+@pytest.mark.parametrize(
+    ("structure", "named"),
+    [
+        (RestartNodeRequest(1 << 40), "magic_number"),
+        (ExecuteOpcodeRequest(256), "opcode"),
+        (ExecuteOpcodeRequest(0, 1 << 47), "argument"),
+        (ExecuteOpcodeResponse(-(1 << 47) - 1, True), "argument"),
+        (GetSetRequest(0x2000, EMPTY, ""), "index"),
+        (GetSetRequest(0, EMPTY, "x" * 93), "name"),
+        (GetSetRequest(0, EMPTY, "角度"), "name"),
+        (GetSetRequest(0, integer(1 << 63), ""), "INTEGER"),
+        (GetSetRequest(0, Value(ValueKind.INTEGER, "1"), ""), "INTEGER"),
+        (GetSetRequest(0, Value(ValueKind.EMPTY, 1), ""), "EMPTY"),
+        (GetSetRequest(0, Value(ValueKind.REAL, 1e39), ""), "REAL"),
+        (GetSetRequest(0, Value(ValueKind.BOOLEAN, 256), ""), "BOOLEAN"),
+        (GetSetRequest(0, Value(ValueKind.STRING, "x" * 129), ""), "value is 129"),
+        (GetSetResponse(EMPTY, EMPTY, Value(ValueKind.BOOLEAN, 1), EMPTY, ""), "limit"),
+        (GetNodeInfoResponse(INFO.status, INFO.software_version, INFO.hardware_version, "x" * 81), "name"),
+        (
+            GetNodeInfoResponse(INFO.status, SoftwareVersion(256, 0), INFO.hardware_version, ""),
+            "software_version.major",
+        ),
+        (
+            GetNodeInfoResponse(INFO.status, INFO.software_version, HardwareVersion(1, 1, bytes(15)), ""),
+            "unique_id",
+        ),
+        (
+            GetNodeInfoResponse(INFO.status, INFO.software_version, HardwareVersion(1, 1, bytes(16), bytes(256)), ""),
+            "certificate",
+        ),
+    ],
+)
+def test_a_value_that_does_not_fit_is_named(structure: AnyStructure, named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        structure.encode()
