@@ -1,0 +1,1 @@
+"""The tables as values: parameters, models, fault bits, effect rules. Knows nothing of bytes."""

@@ -1,0 +1,84 @@
+"""Owns one fault bit, and how a 32-bit register and its bits turn into each other (section 4.12)."""
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Literal, Self, TypeAlias
+
+from pydantic import Field, model_validator
+
+from hornbill.schema.parameter import Key, Row, Section, Text
+
+Level: TypeAlias = Literal["notification", "warning", "failure"]
+FaultGroup: TypeAlias = Literal["hardware", "software", "communication", "other"]
+
+LEVELS: tuple[Level, ...] = ("notification", "warning", "failure")
+GROUPS: tuple[FaultGroup, ...] = ("hardware", "software", "communication", "other")
+REGISTERS: Mapping[str, Level] = {
+    "fault_notification": "notification",
+    "fault_warning": "warning",
+    "fault_failure": "failure",
+}
+OVERVIEW = "fault_overview"
+WORD = 0xFFFF_FFFF
+
+
+class FaultBit(Row):
+    """One documented bit of `parameter`. In the overview, `level` is the level the bit sums up."""
+
+    parameter: Key
+    level: Level
+    group: FaultGroup
+    bit: Annotated[int, Field(ge=0, le=31)]
+    key: Key
+    label: Text
+    advice: Text
+    section: Section
+    latching: bool = False
+    """Stays set until the servo starts again, whether or not its cause is gone (note 2)."""
+    past_event: bool = False
+    """Tells of something that happened before the present start, not of a present state (note 2)."""
+    pwm_only: bool = False
+    """Always 0 on a model without PWM input (note 1)."""
+    output_off: bool = False
+    """The motor has no output while it is set."""
+    limit: Key | None = None
+    """The parameter that sets where it begins."""
+
+    @model_validator(mode="after")
+    def _in_its_place(self) -> Self:
+        if GROUPS[self.bit // 8] != self.group:
+            raise ValueError(f"bit {self.bit} belongs to {GROUPS[self.bit // 8]}, not to {self.group}")
+        if self.parameter == OVERVIEW:
+            if self.bit % 8 != LEVELS.index(self.level):
+                raise ValueError(f"overview bit {self.bit} does not sum up {self.level} bits")
+        elif REGISTERS.get(self.parameter) != self.level:
+            raise ValueError(f"{self.parameter} does not hold {self.level} bits")
+        return self
+
+    @property
+    def mask(self) -> int:
+        """The bit in its place."""
+        return 1 << self.bit
+
+
+def bits_of(raw: int) -> frozenset[int]:
+    """The numbers of the bits set; only the low 32 count, since the sign of bit 31 is not specified."""
+    word = raw & WORD
+    return frozenset(bit for bit in range(32) if word >> bit & 1)
+
+
+def word_of(bits: Iterable[int]) -> int:
+    """The register that holds these bits, 0 to 0xFFFFFFFF; raises ValueError for a bit outside 0 to 31."""
+    word = 0
+    for bit in bits:
+        if not 0 <= bit <= 31:
+            raise ValueError(f"bit {bit} is outside 0 to 31")
+        word |= 1 << bit
+    return word
+
+
+def overview_of(words: Mapping[str, int]) -> int:
+    """What 0x18 reads when the three detail registers (by key) read `words`."""
+    bits: set[int] = set()
+    for register, level in REGISTERS.items():
+        bits |= {bit // 8 * 8 + LEVELS.index(level) for bit in bits_of(words.get(register, 0))}
+    return word_of(bits)

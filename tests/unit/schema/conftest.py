@@ -1,0 +1,34 @@
+"""Owns the fixture that spoils a copy of the tables in one place and gives back the refusal."""
+
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hornbill import resources
+from hornbill.errors import TableError
+from hornbill.schema.catalog import Catalog
+
+Refusal = Callable[[str, str, str], TableError]
+
+
+@pytest.fixture
+def refusal(tmp_path: Path) -> Refusal:
+    """Replaces `pattern` once in `file` of a copy of the tables; the error that loading it raises."""
+
+    def spoil(file: str, pattern: str, replacement: str) -> TableError:
+        folder = tmp_path / "schemas"
+        shutil.copytree(resources.schemas(), folder)
+        path = folder / file
+        before = path.read_text(encoding="utf-8")
+        after, count = re.subn(pattern, replacement, before, count=1)
+        assert count == 1
+        assert after != before
+        path.write_text(after, encoding="utf-8")
+        with pytest.raises(TableError) as caught:
+            Catalog.load(folder)
+        return caught.value
+
+    return spoil

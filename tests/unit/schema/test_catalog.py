@@ -1,0 +1,82 @@
+"""The catalogue: found by key, address and model; frozen; one revision for one content."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from hornbill import resources
+from hornbill.errors import InvalidValue, Unknown
+from hornbill.schema import firmware
+from hornbill.schema.catalog import Catalog
+
+CATALOG = Catalog.load()
+
+
+def test_a_row_is_the_same_by_key_and_by_address() -> None:
+    for key, row in CATALOG.by_key.items():
+        assert CATALOG.by_address[row.address] is row
+        assert row.key == key
+
+
+@pytest.mark.parametrize("key", ["initialize", "reboot", "write_rom", "boot_loader", "0x49", "", "colour"])
+def test_actions_and_the_boot_loader_are_no_keys(key: str) -> None:
+    with pytest.raises(Unknown) as caught:
+        CATALOG.parameter(key)
+    assert caught.value.code == "unknown_parameter"
+
+
+def test_a_misspelt_key_is_told_its_neighbour() -> None:
+    with pytest.raises(Unknown, match=r"Did you mean angle_limit_cw\?"):
+        CATALOG.parameter("angle_limt_cw")
+    assert CATALOG.parameter("angle_limit_cw").address == 0x38
+
+
+def test_rows_cannot_be_changed() -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        CATALOG.parameters["soft_start"].default = 0  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        CATALOG.parameters["soft_start"] = CATALOG.parameters["reverse"]  # type: ignore[index]
+
+
+def test_the_widest_range_covers_every_model_that_has_the_row() -> None:
+    assert CATALOG.widest("command_speed") == (-300, 300)
+    assert CATALOG.widest("overcurrent_limit") == (7, 120)
+    assert CATALOG.widest("voltage_limit_upper") == (74, 500)
+    assert CATALOG.widest("pwm_neutral") == (100, 10_000)
+    assert CATALOG.widest("product_number") == (None, None)
+
+
+def test_the_revision_follows_the_content(tmp_path: Path) -> None:
+    copy = tmp_path / "schemas"
+    shutil.copytree(resources.schemas(), copy)
+    assert Catalog.load(copy).revision == CATALOG.revision
+    effects = copy / "effects.toml"
+    effects.write_text(effects.read_text(encoding="utf-8") + "\n# one more\n", encoding="utf-8")
+    assert Catalog.load(copy).revision != CATALOG.revision
+
+
+def test_models_tell_their_supply() -> None:
+    assert {name: model.nominal_v for name, model in CATALOG.models.items()} == {
+        "BLA15-06U-A0": 7.4,
+        "BLA15-12U-A0": 12.0,
+        "BLA21-06U-A0": 7.4,
+        "BLA21-06U-AB": 7.4,
+        "BLA21-12U-A0": 12.0,
+        "BLA21-12U-AB": 12.0,
+        "BLA21-28U-A0": 28.0,
+        "BLA21-28U-AB": 28.0,
+    }
+
+
+@pytest.mark.parametrize(("raw", "text"), [(1010, "1.010"), (1300, "1.300"), (12_005, "12.005")])
+def test_firmware_versions_as_people_write_them(raw: int, text: str) -> None:
+    assert firmware.to_text(raw) == text
+    assert firmware.from_text(text) == raw
+
+
+@pytest.mark.parametrize("text", ["1.3", "1300", "v1.300", "1.300 ", "", "١.300"])
+def test_other_forms_of_a_version_are_refused(text: str) -> None:
+    with pytest.raises(InvalidValue):
+        firmware.from_text(text)

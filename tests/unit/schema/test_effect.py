@@ -1,0 +1,186 @@
+"""Effect rules: what has no effect now, and the sentence that says why."""
+
+import pytest
+
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.effect import Effect, LastCommand, commanded, why_not
+from hornbill.schema.parameter import DUMMY
+
+CATALOG = Catalog.load()
+PWM = CATALOG.models["BLA21-06U-AB"]
+PLAIN = CATALOG.models["BLA15-06U-A0"]
+
+Values = dict[str, int | None]
+
+
+def fresh(**changes: int | None) -> Values:
+    """A servo with PWM input as it leaves the factory, and what differs."""
+    return {key: row.default for key, row in PWM.rows().items()} | changes
+
+
+def without_effect(values: Values, last: LastCommand | None = None) -> set[str]:
+    """Every row known to have no effect."""
+    rows = PWM.rows()
+    return {key for key in rows if why_not(CATALOG, key, values, last, rows=rows).in_effect is False}
+
+
+STATED = {
+    "command_speed",
+    "command_torque",
+    "angle_d_gain",
+    "speed_limit_cw",
+    "speed_limit_ccw",
+    "torque_limit_cw",
+    "torque_limit_ccw",
+}
+INFERRED = {"extended_angle", "speed_p_gain", "speed_i_gain", "speed_dead_band", "speed_i_limit"}
+
+
+def test_speed_and_torque_control_off_marks_exactly_these() -> None:
+    assert without_effect(fresh(speed_torque_control=0)) == STATED | INFERRED
+
+
+def test_speed_and_torque_control_on_clears_them_all() -> None:
+    rows = PWM.rows()
+    values = fresh(speed_torque_control=1)
+    assert {why_not(CATALOG, key, values, rows=rows) for key in rows} == {Effect(True, None)}
+
+
+@pytest.mark.parametrize(
+    ("last", "ignored"),
+    [
+        ("angle", {"extended_angle"}),
+        (
+            "speed",
+            {
+                "angle_p_gain",
+                "angle_d_gain",
+                "angle_dead_band",
+                "angle_boost",
+                "angle_limit_cw",
+                "angle_limit_ccw",
+            },
+        ),
+        (
+            "torque",
+            {
+                "angle_p_gain",
+                "angle_d_gain",
+                "angle_dead_band",
+                "angle_boost",
+                "angle_limit_cw",
+                "angle_limit_ccw",
+                "speed_p_gain",
+                "speed_i_gain",
+                "speed_dead_band",
+                "speed_i_limit",
+                "speed_limit_cw",
+                "speed_limit_ccw",
+            },
+        ),
+    ],
+)
+def test_the_last_command_decides(last: LastCommand, ignored: set[str]) -> None:
+    assert without_effect(fresh(speed_torque_control=1), last) == ignored
+
+
+def test_torque_limits_hold_for_every_command_while_control_is_on() -> None:
+    for last in ("angle", "speed", "torque"):
+        found = why_not(CATALOG, "torque_limit_cw", fresh(speed_torque_control=1), last)
+        assert found == Effect(True, None)
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "sentence"),
+    [
+        ("command_speed", {"speed_torque_control": 0}, "speed and torque control (0x25) is off"),
+        (
+            "angle_p_gain",
+            {"speed_torque_control": 1, "command_angle": DUMMY, "command_torque": DUMMY},
+            "the last command was a speed; it acts while an angle is held",
+        ),
+        ("command_angle", {"torque_mode": 1}, "torque (0x20) is off, and turning it on drops this command"),
+        ("command_angle", {"torque_mode": 2}, "the servo brakes (0x20), and turning torque on drops this command"),
+        (
+            "speed_i_limit",
+            {"speed_torque_control": 1, "speed_i_gain": 0},
+            "the speed I gain (0x31) is 0, so there is nothing to limit",
+        ),
+        (
+            "pwm_neutral",
+            {"pwm_mode": 1},
+            "PWM asks for a speed (0x37), and speed and torque control (0x25) is off",
+        ),
+    ],
+)
+def test_the_reason_is_a_sentence(key: str, values: Values, sentence: str) -> None:
+    found = why_not(CATALOG, key, fresh(**values), rows=PWM.rows())
+    assert found == Effect(False, f"No effect now: {sentence}.")
+
+
+def test_an_unread_deciding_value_leaves_the_answer_open() -> None:
+    found = why_not(CATALOG, "torque_limit_cw", {}, rows=PWM.rows())
+    assert found == Effect(None, "Effect not known: speed and torque control (0x25) has not been read.")
+    found = why_not(CATALOG, "angle_p_gain", {"speed_torque_control": 1}, rows=PWM.rows())
+    assert found == Effect(None, "Effect not known: the last command is not known.")
+
+
+def test_a_rule_that_holds_outweighs_one_that_is_open() -> None:
+    found = why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": 0}, rows=PWM.rows())
+    assert found.in_effect is False
+    found = why_not(CATALOG, "speed_limit_cw", {"speed_torque_control": None}, "torque", rows=PWM.rows())
+    assert found.in_effect is False
+
+
+def test_one_false_condition_settles_a_rule_of_two() -> None:
+    values: Values = {"pwm_mode": 0, "speed_torque_control": None}
+    assert why_not(CATALOG, "pwm_range", values, rows=PWM.rows()) == Effect(True, None)
+
+
+def test_firmware_without_0x25_counts_as_off() -> None:
+    rows = PLAIN.rows(1010)
+    assert "speed_torque_control" not in rows
+    ignored = {key for key in rows if why_not(CATALOG, key, {"torque_mode": 0}, rows=rows).in_effect is False}
+    assert ignored == STATED | INFERRED
+    found = why_not(CATALOG, "torque_limit_cw", {}, rows=rows)
+    assert found.why_not == "No effect now: this firmware has no speed and torque control (0x25)."
+    assert why_not(CATALOG, "angle_p_gain", {}, rows=rows) == Effect(True, None)
+
+
+def test_the_time_out_time_waits_for_nothing_under_hold_unless_pwm_may_take_over() -> None:
+    values: Values = {"timeout_action": 0}
+    found = why_not(CATALOG, "timeout_time", values, rows=PLAIN.rows())
+    assert found == Effect(False, "No effect now: the time-out action (0x26) is hold.")
+    assert why_not(CATALOG, "timeout_time", values, rows=PWM.rows()) == Effect(True, None)
+    assert why_not(CATALOG, "timeout_time", {"timeout_action": 1}, rows=PLAIN.rows()) == Effect(True, None)
+
+
+def test_rows_that_no_rule_names_always_act() -> None:
+    for key in ("overcurrent_limit", "smoothing", "reverse", "temperature_limit_upper", "voltage_limit_lower"):
+        assert why_not(CATALOG, key, {}) == Effect(True, None)
+
+
+@pytest.mark.parametrize(
+    ("angle", "speed", "torque", "kind"),
+    [
+        (0, 0, 0, "none"),
+        (450, DUMMY, DUMMY, "angle"),
+        (DUMMY, 100, DUMMY, "speed"),
+        (DUMMY, DUMMY, -20, "torque"),
+        (450, DUMMY, None, "angle"),
+        (DUMMY, DUMMY, None, "torque"),
+        (450, None, None, None),
+        (DUMMY, None, None, None),
+        (None, None, None, None),
+        (DUMMY, DUMMY, DUMMY, None),
+    ],
+)
+def test_the_command_in_force_is_the_one_that_is_no_dummy(
+    angle: int | None, speed: int | None, torque: int | None, kind: str | None
+) -> None:
+    values: Values = {"command_angle": angle, "command_speed": speed, "command_torque": torque}
+    assert commanded(values) == kind
+
+
+def test_only_an_angle_can_be_in_force_while_control_is_off() -> None:
+    assert commanded({"speed_torque_control": 0}) == "angle"

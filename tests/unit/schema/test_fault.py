@@ -1,0 +1,55 @@
+"""Fault bits: registers to bits and back, and the overview that sums them up."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.fault import bits_of, overview_of, word_of
+
+CATALOG = Catalog.load()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_register_is_its_bits(word: int) -> None:
+    assert word_of(bits_of(word)) == word
+
+
+def test_a_sign_extended_register_keeps_its_32_bits() -> None:
+    assert bits_of(-1) == frozenset(range(32))
+    assert bits_of(-(2**31)) == {31}
+
+
+@pytest.mark.parametrize("bit", [-1, 32])
+def test_there_are_32_bits(bit: int) -> None:
+    with pytest.raises(ValueError, match="outside 0 to 31"):
+        word_of([bit])
+
+
+@pytest.mark.parametrize(
+    ("words", "overview"),
+    [
+        ({}, 0),
+        ({"fault_notification": 1 << 8}, 1 << 8),
+        ({"fault_notification": 1 << 20}, 1 << 16),
+        ({"fault_warning": 1 << 4}, 1 << 1),
+        ({"fault_failure": 1 << 0 | 1 << 9}, 1 << 2 | 1 << 10),
+        ({"fault_warning": 1 << 8, "fault_failure": 1 << 5}, 1 << 9 | 1 << 2),
+    ],
+)
+def test_the_overview_says_which_level_has_something_in_which_group(words: dict[str, int], overview: int) -> None:
+    assert overview_of(words) == overview
+
+
+def test_every_detail_bit_raises_a_documented_overview_bit_of_its_own_group_and_level() -> None:
+    summed = {bit.mask: (bit.group, bit.level) for bit in CATALOG.overview}
+    for bit in CATALOG.faults:
+        assert summed[overview_of({bit.parameter: bit.mask})] == (bit.group, bit.level)
+
+
+def test_a_model_without_pwm_input_cannot_raise_pwm_bits() -> None:
+    assert {bit.key for bit in set(CATALOG.faults_of(True)) - set(CATALOG.faults_of(False))} == {
+        "pwm_missing",
+        "pwm_low",
+        "pwm_high",
+    }

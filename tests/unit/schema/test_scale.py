@@ -1,0 +1,241 @@
+"""Raw integers and engineering values: there and back for every row, and a sentence for what is not allowed."""
+
+from typing import Any, cast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.errors import ForbiddenParameter, InvalidValue, OutOfRange
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.parameter import DUMMY, Parameter
+from hornbill.schema.scale import allowed, to_raw, to_text, to_value, unit_of
+
+CATALOG = Catalog.load()
+ROWS = CATALOG.models["BLA21-06U-AB"].rows()
+SETTABLE = sorted(key for key, row in ROWS.items() if row.writable)
+NUMBERS = [key for key in SETTABLE if ROWS[key].kind == "number"]
+
+
+@st.composite
+def settings(draw: st.DrawFn) -> tuple[Parameter, int, dict[str, int | None]]:
+    """A row of any model, a legal raw value of it, and a PWM mode for the row whose unit follows it."""
+    model = CATALOG.models[draw(st.sampled_from(sorted(CATALOG.models)))]
+    row = model.parameters[draw(st.sampled_from(SETTABLE))]
+    assert row.minimum is not None
+    assert row.maximum is not None
+    return row, draw(st.integers(row.minimum, row.maximum)), {"pwm_mode": draw(st.sampled_from([0, 1, None]))}
+
+
+@given(settings())
+def test_every_legal_value_comes_back(setting: tuple[Parameter, int, dict[str, int | None]]) -> None:
+    row, raw, values = setting
+    assert to_raw(row, to_value(row, raw, values), values) == raw
+
+
+def outcome(row: Parameter, value: float) -> int | OutOfRange | InvalidValue:
+    """The raw value, or the error instead."""
+    try:
+        return to_raw(row, value)
+    except (OutOfRange, InvalidValue) as error:
+        return error
+
+
+@given(st.sampled_from(NUMBERS), st.floats(allow_nan=False, allow_infinity=False))
+def test_any_float_is_a_raw_value_or_refused_with_what_is_legal(key: str, value: float) -> None:
+    row = ROWS[key]
+    assert row.minimum is not None
+    assert row.maximum is not None
+    low, high = row.minimum / row.per_unit, row.maximum / row.per_unit
+    found = outcome(row, value)
+    if isinstance(found, OutOfRange):
+        assert value < low or value > high
+        assert (found.facts["minimum"], found.facts["maximum"]) == (low, high)
+        assert found.detail.endswith(f"Enter {allowed(row)}.")
+    elif isinstance(found, InvalidValue):
+        assert low < value < high
+        below, above = cast(list[float], found.facts["nearest"])
+        assert below < value < above
+        assert [to_raw(row, one) for one in (below, above)] == [
+            round(below * row.per_unit),
+            round(above * row.per_unit),
+        ]
+    else:
+        assert row.minimum <= found <= row.maximum
+        assert abs(found / row.per_unit - value) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("key", "raw", "value"),
+    [
+        ("command_angle", 450, 45.0),
+        ("command_angle", 3, 0.3),
+        ("command_angle", DUMMY, None),
+        ("command_speed", DUMMY, None),
+        ("command_torque", -100, -100),
+        ("angle_limit_ccw", -1800, -180.0),
+        ("voltage_limit_lower", 40, 4.0),
+        ("angle_boost", 15, 1.5),
+        ("overcurrent_limit", 120, 12.0),
+        ("timeout_time", 1000, 1000),
+        ("torque_mode", 0, "on"),
+        ("torque_mode", 1, "off"),
+        ("torque_mode", 7, 7),
+        ("soft_start", 1, True),
+        ("soft_start", 0, False),
+        ("soft_start", 2, 2),
+        ("fault_overview", -1, 0xFFFF_FFFF),
+    ],
+)
+def test_what_a_raw_value_means(key: str, raw: int, value: object) -> None:
+    found = to_value(ROWS[key], raw)
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_the_dummy_is_a_number_where_it_means_nothing() -> None:
+    assert to_value(ROWS["angle_limit_cw"], DUMMY) == 55_555_555.5
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        ("torque_limit_cw", 120, "120 % is above the 100 % this model allows. Enter 0 to 100 %."),
+        ("torque_limit_ccw", -101, "−101 % is below the −100 % this model allows. Enter −100 to 0 %."),
+        ("voltage_limit_lower", 3.0, "3.0 V is below the 3.5 V this model allows. Enter 3.5 to 7.4 V."),
+        ("origin", 180, "180.0° is above the 179.9° this model allows. Enter −180.0 to 179.9°."),
+        ("origin", 179.95, "179.95° is above the 179.9° this model allows. Enter −180.0 to 179.9°."),
+        ("servo_id", 255, "255 is above the 254 this model allows. Enter 0 to 254."),
+        ("servo_id", 10**400, "1.000000000e+400 is above the 254 this model allows. Enter 0 to 254."),
+    ],
+)
+def test_a_value_out_of_range_is_told_its_limit(key: str, value: float, sentence: str) -> None:
+    with pytest.raises(OutOfRange) as caught:
+        to_raw(ROWS[key], value)
+    assert caught.value.detail == sentence
+    assert caught.value.facts["requested"] == value
+
+
+def test_out_of_range_facts_are_engineering_values() -> None:
+    with pytest.raises(OutOfRange) as caught:
+        to_raw(ROWS["voltage_limit_upper"], 13)
+    assert caught.value.facts == {"minimum": 7.4, "maximum": 12.0, "unit": "V", "requested": 13}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence", "nearest"),
+    [
+        ("origin", 12.34, "12.34° lies between two steps of 0.1°. Enter 12.3 or 12.4°.", [12.3, 12.4]),
+        ("origin", -0.05, "−0.05° lies between two steps of 0.1°. Enter −0.1 or 0.0°.", [-0.1, 0.0]),
+        ("timeout_time", 99.5, "99.5 ms lies between two steps of 1 ms. Enter 99 or 100 ms.", [99, 100]),
+        ("angle_p_gain", 1.5, "1.5 lies between two steps of 1. Enter 1 or 2.", [1, 2]),
+    ],
+)
+def test_a_value_between_steps_is_told_its_neighbours(
+    key: str, value: float, sentence: str, nearest: list[float]
+) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        to_raw(ROWS[key], value)
+    assert caught.value.detail == sentence
+    assert caught.value.facts["nearest"] == nearest
+
+
+def test_sums_of_tenths_are_taken_as_the_step_they_mean() -> None:
+    assert to_raw(ROWS["origin"], 0.1 + 0.2) == 3
+    assert to_raw(ROWS["command_angle"], 35_999_999.9) == 359_999_999
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        ("torque_mode", True, "Torque cannot be true. Enter on, off or brake."),
+        ("torque_mode", 0, "Torque cannot be 0. Enter on, off or brake."),
+        ("torque_mode", "On", 'Torque cannot be "On". Enter on, off or brake.'),
+        ("soft_start", 1, "Soft start cannot be 1. Enter true or false."),
+        ("soft_start", "on", 'Soft start cannot be "on". Enter true or false.'),
+        ("servo_id", "3", 'Servo ID cannot be "3". Enter 0 to 254.'),
+        ("servo_id", True, "Servo ID cannot be true. Enter 0 to 254."),
+        ("servo_id", None, "Servo ID cannot be empty. Enter 0 to 254."),
+        ("servo_id", [3], "Servo ID cannot be a list or an object. Enter 0 to 254."),
+        ("servo_id", float("nan"), "Servo ID cannot be NaN. Enter 0 to 254."),
+        ("servo_id", float("-inf"), "Servo ID cannot be infinite. Enter 0 to 254."),
+    ],
+)
+def test_the_wrong_kind_of_value_is_told_the_right_one(key: str, value: object, sentence: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        to_raw(ROWS[key], value)
+    assert caught.value.detail == sentence
+
+
+def test_a_choice_names_what_is_allowed() -> None:
+    with pytest.raises(InvalidValue) as caught:
+        to_raw(ROWS["pwm_mode"], "torque")
+    assert caught.value.facts == {"allowed": ["angle", "speed"], "requested": "torque"}
+
+
+def test_a_choice_outside_the_range_of_a_model_is_refused() -> None:
+    row = CATALOG.models["BLA15-06U-A0"].parameters["pwm_mode"]
+    with pytest.raises(InvalidValue, match=r'^PWM mode cannot be "speed"\. Enter angle\.$'):
+        to_raw(row, "speed")
+
+
+def test_the_dummy_can_never_be_written() -> None:
+    for key in ("command_angle", "command_speed", "command_torque"):
+        with pytest.raises(OutOfRange):
+            to_raw(ROWS[key], DUMMY / ROWS[key].per_unit)
+
+
+def test_the_boot_loader_has_no_value_to_write() -> None:
+    with pytest.raises(ForbiddenParameter):
+        to_raw(CATALOG.parameters["boot_loader"], 0)
+
+
+class TestPwmOutputRange:
+    """0x36 is tenths of a degree or rpm, as 0x37 says (section 4.30)."""
+
+    row = ROWS["pwm_output_range"]
+
+    @pytest.mark.parametrize(
+        ("values", "unit", "value"),
+        [
+            ({"pwm_mode": 0}, ("°", 10), 15.0),
+            ({"pwm_mode": 1}, ("rpm", 1), 150),
+            ({"pwm_mode": None}, ("°", 10), 15.0),
+            ({}, ("°", 10), 15.0),
+            (None, ("°", 10), 15.0),
+        ],
+    )
+    def test_its_unit_follows_the_mode(self, values: dict[str, Any] | None, unit: object, value: float) -> None:
+        assert unit_of(self.row, values) == unit
+        assert to_value(self.row, 150, values) == value
+        assert to_raw(self.row, value, values) == 150
+
+    def test_its_limit_is_in_the_unit_of_the_mode(self) -> None:
+        with pytest.raises(OutOfRange, match=r"^400\.0° is above the 360\.0°"):
+            to_raw(self.row, 400, {"pwm_mode": 0})
+        assert to_raw(self.row, 400, {"pwm_mode": 1}) == 400
+        with pytest.raises(OutOfRange, match="Enter 0 to 3600 rpm"):
+            to_raw(self.row, 4000, {"pwm_mode": 1})
+
+
+@pytest.mark.parametrize(
+    ("key", "raw", "text"),
+    [
+        ("current_angle", -900, "−90.0°"),
+        ("voltage_limit_lower", 40, "4.0 V"),
+        ("command_speed", DUMMY, "inactive"),
+        ("torque_mode", 2, "Brake"),
+        ("torque_mode", 9, "9"),
+        ("reverse", 1, "On"),
+        ("fault_overview", 0x100, "0x00000100"),
+        ("servo_id", 7, "7"),
+    ],
+)
+def test_text_for_people(key: str, raw: int, text: str) -> None:
+    assert to_text(ROWS[key], raw) == text
+
+
+def test_a_row_without_a_range_takes_any_number() -> None:
+    row = ROWS["product_number"]
+    assert allowed(row) == "a number"
+    assert to_raw(row, 123_456) == 123_456
