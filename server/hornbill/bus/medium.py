@@ -1,0 +1,161 @@
+"""Owns Medium: what happens on the wire of an embedded bus, played up to a given instant."""
+
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hornbill.bus.bittime import ERROR_FRAME_BITS, INTERFRAME_BITS, frame_bits
+from hornbill.bus.faults import Faults
+from hornbill.bus.load import LoadMeter
+from hornbill.bus.memory_port import MemoryPort
+from hornbill.bus.transmit import Waiting
+from hornbill.units import Instant
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import PortState
+
+
+class _Transmission(NamedTuple):
+    sender: MemoryPort
+    waiting: Waiting
+    bits: int
+    ends: Instant
+
+
+class Medium:
+    """The wire between controllers: arbitration, bit times, acknowledgement, errors.
+
+    Calls come in the order of their `now`. Who wins an arbitration is decided only when its instant has
+    passed: then every frame queued until that instant is known, whatever order things ran in.
+    """
+
+    def __init__(self, bit_s: float, history: int) -> None:
+        """`bit_s`: seconds a bit takes; 0 sends everything at the instant it is settled."""
+        self.ports: dict[str, MemoryPort] = {}
+        self.faults: Faults[MemoryPort] = Faults()
+        self.load = LoadMeter()
+        self.history: deque[tuple[str, Frame]] = deque(maxlen=history)
+        self.carried: list[tuple[MemoryPort, Frame]] = []
+        """What was sent and acknowledged since somebody last emptied this list, with its sender."""
+        self.busy_s = 0.0
+        """Bus time used since somebody last set this to 0."""
+        self._bit_s = bit_s
+        self._offering: dict[MemoryPort, None] = {}  # a dict: in the order they began to wait
+        self._on_wire: _Transmission | None = None
+        self._idle_at: Instant = 0.0
+
+    def offer(self, port: MemoryPort, frames: Sequence[Frame], now: Instant) -> None:
+        """Queue `frames` of `port`; they compete from `now` on. What does not fit is counted as errors."""
+        self.settle(now)
+        if not self._offering:
+            self._idle_at = max(self._idle_at, now)
+        self._offering[port] = None
+        for frame in frames:
+            port.statistics.errors += port.queue.put(frame, now)
+
+    def withdraw(self, port: MemoryPort) -> None:
+        """Let what `port` has queued take part no longer."""
+        self._offering.pop(port, None)
+
+    def resume(self, now: Instant) -> None:
+        """Let a frame that waited for somebody to acknowledge it start `now`, and not in the past."""
+        if self._on_wire is None:
+            self._idle_at = max(self._idle_at, now)
+
+    def settle(self, now: Instant) -> None:
+        """Play the bus up to `now`. An arbitration at `now` itself stays open: more may yet be queued."""
+        if not self._bit_s:
+            return
+        while True:
+            if self._on_wire is not None:
+                if self._on_wire.ends > now:
+                    return
+                self._finish(self._on_wire)
+                self._on_wire = None
+            if self._idle_at >= now or (sender := self._winner()) is None:
+                return
+            self._on_wire = self._start(sender)
+
+    def settle_untimed(self, now: Instant) -> None:
+        """Send all that is queued at `now`, in the order of arbitration and without bit times."""
+        self._idle_at = now
+        while (sender := self._winner()) is not None:
+            self._finish(self._start(sender))
+
+    def next_end(self) -> Instant | None:
+        """When the frame on the wire ends, or the one that would win now; None when nothing moves."""
+        if self._on_wire is not None:
+            return self._on_wire.ends
+        sender = self._winner()
+        if sender is None:
+            return None
+        return self._idle_at + self._duration(sender.queue.head())
+
+    def _duration(self, frame: Frame) -> float:
+        return (frame_bits(frame) - INTERFRAME_BITS) * self._bit_s if self._bit_s else 0.0
+
+    def _winner(self) -> MemoryPort | None:
+        """The port whose frame goes next; None when nobody may send."""
+        winner: MemoryPort | None = None
+        lowest = 0
+        for port in self._offering:
+            identifier = port.queue.head().id
+            if winner is None or identifier < lowest:
+                winner, lowest = port, identifier
+        if winner is not None and winner.state is PortState.PASSIVE and not self._acknowledged(winner):
+            return None
+        return winner
+
+    def _start(self, sender: MemoryPort) -> _Transmission:
+        waiting = sender.queue.take()
+        if not sender.queue:
+            del self._offering[sender]
+        frame = waiting.frame
+        for port in self._offering:
+            other = port.queue.head()
+            if other.id == frame.id and other.data != frame.data and port is not sender:
+                port.statistics.errors += 1
+                sender.statistics.errors += 1
+        bits = frame_bits(frame) if self._bit_s else 0
+        return _Transmission(sender, waiting, bits, self._idle_at + self._duration(frame))
+
+    def _finish(self, sent: _Transmission) -> None:
+        bits = sent.bits
+        acknowledged = self._acknowledged(sent.sender)
+        corrupt = self.faults.corrupted()
+        if acknowledged and not corrupt:
+            self._deliver(sent)
+        else:
+            bits += ERROR_FRAME_BITS
+            if corrupt:
+                for port in self._others(sent.sender):
+                    port.statistics.errors += 1
+            self._repeat(sent, acknowledged=acknowledged)
+        self._idle_at = sent.ends + (INTERFRAME_BITS + bits - sent.bits) * self._bit_s
+        if self._bit_s:
+            self.busy_s += bits * self._bit_s
+            self.load.add(self._idle_at, bits * self._bit_s)
+
+    def _deliver(self, sent: _Transmission) -> None:
+        sent.sender.succeeded()
+        frame = Frame(sent.waiting.frame.id, sent.waiting.frame.data, sent.ends)
+        self.history.append((sent.sender.name, frame))
+        if self.faults.lost():
+            for port in self._others(sent.sender):
+                port.statistics.rx_dropped += 1
+        else:
+            self.carried.append((sent.sender, frame))
+
+    def _repeat(self, sent: _Transmission, *, acknowledged: bool) -> None:
+        sender = sent.sender
+        sender.failed(acknowledged=acknowledged)
+        if sender.taking_part:
+            sender.queue.put_back(sent.waiting)
+            self._offering[sender] = None
+        else:
+            self._offering.pop(sender, None)
+
+    def _others(self, sender: MemoryPort) -> list[MemoryPort]:
+        return [port for port in self.ports.values() if port is not sender and port.taking_part]
+
+    def _acknowledged(self, sender: MemoryPort) -> bool:
+        return any(port is not sender and port.taking_part for port in self.ports.values())

@@ -1,0 +1,121 @@
+"""Owns the tests of PythonCanPort on a real SocketCAN interface. They ask for order and loss, never for speed."""
+
+import asyncio
+import errno
+import os
+import socket
+import struct
+from collections.abc import Callable, Iterator
+
+import can
+import pytest
+
+from hornbill.bus.address import open_port
+from hornbill.errors import BusDisconnected, PortOpenFailed
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import PortState
+
+_SIOCGIFFLAGS, _SIOCSIFFLAGS, _IFF_UP = 0x8913, 0x8914, 0x1
+
+
+async def until(condition: Callable[[], object]) -> None:
+    async with asyncio.timeout(20):
+        while not condition():  # noqa: ASYNC110 - a thread sets it
+            await asyncio.sleep(0.005)
+
+
+def test_a_thousand_frames_arrive_whole_and_in_order(vcan0: str) -> None:
+    async def main() -> None:
+        a, b = await open_port(vcan0), await open_port(vcan0)
+        heard: list[Frame] = []
+        b.listen(heard.extend)
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        sent = [Frame(0x18AABB01, number.to_bytes(8, "big")[: 4 + number % 5]) for number in range(1000)]
+        a.send(sent)
+        await until(lambda: len(heard) == 1000)
+        assert [(frame.id, frame.data) for frame in heard] == [(frame.id, frame.data) for frame in sent]
+        stamps = [frame.at for frame in heard]
+        assert stamps == sorted(stamps)
+        assert began - 0.01 <= stamps[0]
+        assert stamps[-1] <= loop.time()
+        await until(lambda: a.statistics.tx_frames == 1000)
+        assert a.statistics.errors == b.statistics.errors == a.statistics.rx_frames == 0
+        await a.close()
+        await b.close()
+
+    asyncio.run(main())
+
+
+def test_a_stop_overtakes_a_queue(vcan0: str) -> None:
+    async def main() -> None:
+        a, b = await open_port(vcan0), await open_port(vcan0)
+        heard: list[Frame] = []
+        b.listen(heard.extend)
+        a.send([Frame(0x1F000001, bytes(8)) for _ in range(1000)])
+        a.send([Frame(0x10000001, b"stop")])
+        await until(lambda: len(heard) == 1001)
+        assert [frame.data for frame in heard].index(b"stop") < 500
+        await a.close()
+        await b.close()
+
+    asyncio.run(main())
+
+
+def test_standard_and_remote_frames_are_counted_only(vcan0: str) -> None:
+    async def main() -> None:
+        port = await open_port(vcan0)
+        heard: list[Frame] = []
+        port.listen(heard.extend)
+        with can.Bus(interface="socketcan", channel="vcan0", ignore_config=True) as other:
+            other.send(can.Message(arbitration_id=0x123, is_extended_id=False, data=b"x"))
+            other.send(can.Message(arbitration_id=0x123, is_remote_frame=True))
+            other.send(can.Message(arbitration_id=0x456, data=b"ours"))
+            await until(lambda: heard)
+        assert [(frame.id, frame.data) for frame in heard] == [(0x456, b"ours")]
+        assert port.statistics.rx_dropped == 2
+        await port.close()
+
+    asyncio.run(main())
+
+
+def test_a_missing_interface_is_told_with_the_ones_there_are(vcan0: str) -> None:
+    with pytest.raises(PortOpenFailed, match=r"There is no CAN interface can77\..*vcan0"):
+        asyncio.run(open_port("socketcan:can77"))
+
+
+def _set_up(name: str, up: bool) -> None:
+    import fcntl
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
+        request = struct.pack("16sH14x", name.encode(), 0)
+        (flags,) = struct.unpack_from("H", fcntl.ioctl(control, _SIOCGIFFLAGS, request), 16)
+        flags = flags | _IFF_UP if up else flags & ~_IFF_UP
+        fcntl.ioctl(control, _SIOCSIFFLAGS, struct.pack("16sH14x", name.encode(), flags))
+
+
+@pytest.fixture
+def pull_vcan1() -> Iterator[Callable[[], None]]:
+    """A function that takes vcan1 down; it comes up again after the test."""
+    try:
+        _set_up("vcan1", True)
+    except OSError as error:
+        if error.errno in (errno.ENODEV, errno.EPERM):
+            pytest.skip(f"vcan1 cannot be taken down and up here: {os.strerror(error.errno)}")
+        raise
+    yield lambda: _set_up("vcan1", False)
+    _set_up("vcan1", True)
+
+
+def test_an_interface_that_goes_down_is_a_lost_bus(vcan0: str, pull_vcan1: Callable[[], None]) -> None:
+    async def main() -> None:
+        port = await open_port("socketcan:vcan1")
+        pull_vcan1()
+        await until(lambda: port.state is PortState.LOST)
+        with pytest.raises(BusDisconnected):
+            port.send([Frame(1, b"")])
+        await port.close()
+        with pytest.raises(PortOpenFailed, match="sudo ip link set vcan1 up"):
+            await open_port("socketcan:vcan1")
+
+    asyncio.run(main())

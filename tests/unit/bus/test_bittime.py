@@ -1,0 +1,69 @@
+"""Owns the tests of frame_bits, against a bit-by-bit reference and the limits of an extended data frame."""
+
+from itertools import groupby
+from random import Random
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from hornbill.bus.bittime import frame_bits
+from hornbill.wire.frame import Frame
+
+
+def crc15(bits: str) -> int:
+    crc = 0
+    for bit in bits:
+        crc = (crc << 1 ^ (0x4599 if int(bit) ^ crc >> 14 else 0)) & 0x7FFF
+    return crc
+
+
+def stuffed(bits: str) -> str:
+    out = ""
+    run = ""
+    for bit in bits:
+        out += bit
+        run = run + bit if run.endswith(bit) else bit
+        if len(run) == 5:
+            run = "01"[bit == "0"]
+            out += run
+    return out
+
+
+def reference_bits(frame: Frame) -> int:
+    header = f"0{frame.id >> 18:011b}11{frame.id & 0x3FFFF:018b}000{len(frame.data):04b}"
+    body = header + "".join(f"{byte:08b}" for byte in frame.data)
+    return len(stuffed(body + f"{crc15(body):015b}")) + 1 + 2 + 7 + 3
+
+
+def test_the_reference_knows_the_check_value_and_the_rule() -> None:
+    assert crc15("".join(f"{byte:08b}" for byte in b"123456789")) == 0x059E
+    assert stuffed("00000000001") == "0000010000011"
+    assert max(len(list(run)) for _, run in groupby(stuffed("0" * 5 + "1" * 4 + "0" * 8))) == 5
+
+
+@given(st.integers(0, 0x1FFF_FFFF), st.binary(max_size=8))
+@example(0, bytes(8))
+@example(0x1FFF_FFFF, b"\xff" * 8)
+def test_every_frame_takes_what_counting_bit_by_bit_says(identifier: int, data: bytes) -> None:
+    frame = Frame(identifier, data)
+    assert frame_bits(frame) == reference_bits(frame)
+
+
+@given(st.integers(0, 0x1FFF_FFFF), st.binary(max_size=8))
+def test_stuffing_stays_within_its_bounds(identifier: int, data: bytes) -> None:
+    plain = 67 + 8 * len(data)
+    assert plain <= frame_bits(Frame(identifier, data)) <= plain + (53 + 8 * len(data)) // 4
+
+
+@pytest.mark.parametrize("length", range(9))
+def test_random_payloads_cost_about_a_thirtieth_in_stuffing(length: int) -> None:
+    random = Random(length)
+    frames = [Frame(random.getrandbits(29), random.randbytes(length)) for _ in range(2000)]
+    mean = sum(map(frame_bits, frames)) / len(frames)
+    assert 1.01 < mean / (67 + 8 * length) < 1.05
+
+
+def test_zeros_are_the_dear_payload() -> None:
+    identifier = 0x1801557F
+    assert frame_bits(Frame(identifier, bytes(8))) > frame_bits(Frame(identifier, b"\x5a" * 8)) + 10

@@ -1,0 +1,151 @@
+"""Owns the tests of JumpingLoop: time that jumps, threads that do not exist, standstill that is noticed."""
+
+import asyncio
+import gc
+import os
+import threading
+import time
+import warnings
+
+import httpx
+import pytest
+from fastapi import FastAPI
+
+from hornbill.bus.clock import START, Deadlock, JumpingLoop, run
+
+
+def test_an_hour_passes_at_once() -> None:
+    async def main() -> float:
+        await asyncio.sleep(3600)
+        return asyncio.get_running_loop().time()
+
+    began = time.perf_counter()
+    assert run(main()) == START + 3600
+    assert time.perf_counter() - began < 1
+
+
+def test_timers_run_in_order_at_their_exact_instants() -> None:
+    async def main() -> list[tuple[str, float]]:
+        loop = asyncio.get_running_loop()
+        seen: list[tuple[str, float]] = []
+        for name, at in (("c", START + 0.3), ("a", START + 1e-6), ("b", START + 0.1 + 0.2)):
+            loop.call_at(at, lambda name=name: seen.append((name, loop.time())))
+        await asyncio.sleep(1)
+        return seen
+
+    # 0.1 + 0.2 is one bit above 0.3, which an event loop cannot tell apart: the timers run at one instant.
+    assert run(main()) == [("a", START + 1e-6), ("c", START + 0.3), ("b", START + 0.3)]
+
+
+def test_a_timer_is_never_early() -> None:
+    async def main() -> list[float]:
+        loop = asyncio.get_running_loop()
+        early: list[float] = []
+
+        def check(at: float) -> None:
+            if loop.time() < at:
+                early.append(at)
+
+        at = START
+        for step in range(2000):
+            at += 1 + step * 1.7e-6
+            loop.call_at(at, check, at)
+        await asyncio.sleep(3000)
+        return early
+
+    assert run(main()) == []
+
+
+def test_time_does_not_move_while_something_is_ready() -> None:
+    async def main() -> float:
+        for _ in range(1000):
+            await asyncio.sleep(0)
+        return asyncio.get_running_loop().time()
+
+    assert run(main()) == START
+
+
+def test_timeouts_and_events_work() -> None:
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        event = asyncio.Event()
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.15):
+                await event.wait()
+        assert loop.time() == pytest.approx(START + 0.15)
+        loop.call_later(0.05, event.set)
+        await asyncio.wait_for(event.wait(), 10)
+        assert loop.time() == pytest.approx(START + 0.2)
+
+    run(main())
+
+
+def test_an_executor_runs_inline() -> None:
+    async def main() -> None:
+        assert await asyncio.to_thread(threading.get_ident) == threading.get_ident()
+        with pytest.raises(ZeroDivisionError):
+            await asyncio.get_running_loop().run_in_executor(None, divmod, 1, 0)
+
+    run(main())
+
+
+def test_a_standstill_names_who_waits() -> None:
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        assert isinstance(loop, JumpingLoop)
+        loop.patience = 0.01
+        await asyncio.Event().wait()
+
+    with pytest.raises(Deadlock, match=r"test_a_standstill_names_who_waits\.<locals>\.main"):
+        run(main())
+
+
+def test_another_thread_and_a_pipe_can_wake_it() -> None:
+    async def main() -> bytes:
+        loop = asyncio.get_running_loop()
+        read, write = os.pipe()
+        event = asyncio.Event()
+        loop.add_reader(read, event.set)
+        thread = threading.Thread(target=os.write, args=(write, b"x"))
+        thread.start()
+        await event.wait()
+        loop.remove_reader(read)
+        thread.join()
+        data = os.read(read, 1)
+        os.close(read)
+        os.close(write)
+        return data
+
+    assert run(main()) == b"x"
+
+
+def test_it_closes_without_a_trace() -> None:
+    async def forever() -> None:
+        await asyncio.sleep(1e9)
+
+    async def main() -> int:
+        task = asyncio.create_task(forever())
+        await asyncio.sleep(1)
+        assert not task.done()
+        return 7
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run(main()) == 7
+        gc.collect()
+
+
+def test_a_web_application_answers_in_virtual_time() -> None:
+    app = FastAPI()
+
+    @app.get("/slow")
+    async def slow() -> dict[str, float]:  # pyright: ignore[reportUnusedFunction]
+        await asyncio.sleep(30)
+        return {"now": asyncio.get_running_loop().time()}
+
+    async def main() -> object:
+        transport = httpx.ASGITransport(app=app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as client:
+            return (await client.get("/slow")).json()
+
+    assert run(main()) == {"now": START + 30}

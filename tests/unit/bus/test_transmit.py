@@ -1,0 +1,47 @@
+"""Owns the tests of TransmitQueue: the order of arbitration, and what a full queue gives up."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.bus.transmit import TransmitQueue, check
+from hornbill.wire.frame import Frame
+
+
+def emptied(queue: TransmitQueue) -> list[Frame]:
+    return [queue.take().frame for _ in range(len(queue))]
+
+
+@given(st.lists(st.integers(0, 5)))
+def test_lowest_identifier_first_and_equals_in_turn(identifiers: list[int]) -> None:
+    queue = TransmitQueue()
+    frames = [Frame(identifier, bytes([turn % 256])) for turn, identifier in enumerate(identifiers)]
+    for frame in frames:
+        queue.put(frame, 0.0)
+    assert emptied(queue) == sorted(frames, key=lambda frame: frame.id)
+
+
+@given(st.lists(st.integers(0, 5)), st.integers(1, 6))
+def test_a_full_queue_gives_up_what_would_leave_last(identifiers: list[int], limit: int) -> None:
+    queue = TransmitQueue(limit)
+    frames = [Frame(identifier, bytes([turn % 256])) for turn, identifier in enumerate(identifiers)]
+    dropped = sum(queue.put(frame, 0.0) for frame in frames)
+    assert dropped == max(0, len(frames) - limit)
+    assert emptied(queue) == sorted(frames, key=lambda frame: frame.id)[:limit]
+
+
+def test_what_is_put_back_keeps_its_turn() -> None:
+    queue = TransmitQueue()
+    for data in (b"a", b"b"):
+        queue.put(Frame(7, data), 0.0)
+    first = queue.take()
+    queue.put(Frame(7, b"c"), 0.0)
+    queue.put_back(first)
+    assert [frame.data for frame in emptied(queue)] == [b"a", b"b", b"c"]
+
+
+def test_impossible_frames_are_refused() -> None:
+    check([Frame(0x1FFF_FFFF, bytes(8)), Frame(0, b"")])
+    for frame in (Frame(0x2000_0000, b""), Frame(-1, b""), Frame(0, bytes(9))):
+        with pytest.raises(ValueError, match=r"outside|above"):
+            check([frame])
