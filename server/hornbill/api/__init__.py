@@ -1,0 +1,1 @@
+"""REST and WebSocket over the servo layer, with routes made from the tables."""

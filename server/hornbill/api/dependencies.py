@@ -1,0 +1,28 @@
+"""Owns what routes are handed: the host, the servo of the path, and the lease of the header."""
+
+from typing import Annotated
+
+from fastapi import Depends, Header, Path, Request
+
+from hornbill.servo.host import Host
+from hornbill.servo.servo import Servo
+
+
+async def _host(request: Request) -> Host:
+    host = request.app.state.host
+    assert isinstance(host, Host)
+    return host
+
+
+# Both are async although they wait for nothing: FastAPI would run plain functions in a thread.
+TheHost = Annotated[Host, Depends(_host)]
+
+
+async def _servo(host: TheHost, uid: Annotated[str, Path(description="unique id, 32 lower-case hex digits")]) -> Servo:
+    return host.fleet.get(uid)
+
+
+TheServo = Annotated[Servo, Depends(_servo)]
+"""The servo of `{uid}`; unknown_servo (404) where there is none."""
+
+LeaseHeader = Annotated[str | None, Header(alias="Lease", description="id of a live lease")]

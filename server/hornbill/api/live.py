@@ -1,0 +1,308 @@
+"""Owns the WebSocket: one reader, one writer and one bounded outbox a socket, where the newest value wins."""
+
+import asyncio
+import logging
+from collections import deque
+
+import orjson
+from fastapi import APIRouter, WebSocket
+from pydantic import TypeAdapter, ValidationError
+from starlette.websockets import WebSocketDisconnect
+
+from hornbill import __version__
+from hornbill.api import messages, present
+from hornbill.errors import HornbillError
+from hornbill.servo.host import Host
+from hornbill.servo.hub import (
+    BusChanged,
+    Change,
+    Happened,
+    JobChanged,
+    LeaseChanged,
+    ReadingChanged,
+    Sampled,
+    ServoChanged,
+    StopChanged,
+)
+from hornbill.servo.jobs import Job
+from hornbill.servo.reading import reading
+from hornbill.units import Uid
+
+log = logging.getLogger(__name__)
+router = APIRouter()
+
+BATCH_S = 1 / 30
+"""At most so often is anything sent; what comes in between goes out together."""
+
+SAMPLES_KEPT = 2000
+EVENTS_KEPT = 200
+REFRESH_S = 1.0
+"""Servos that are online are sent again this often, so that ages and uptimes on a page go on."""
+
+_CLIENT: TypeAdapter[messages.ClientMessage] = TypeAdapter(messages.ClientMessage)
+
+
+class Outbox:
+    """What one socket has not been sent yet. Bounded by what exists: one entry a servo, a reading, a job."""
+
+    def __init__(self, host: Host, demo: bool) -> None:
+        self._host = host
+        self._demo = demo
+        self._topics: set[str] = set()
+        self._uids: set[str] | None = None
+        self._seq = 0
+        self._servos: dict[Uid, None] = {}
+        self._readings: dict[tuple[Uid, str], None] = {}
+        self._samples: dict[Uid, dict[str, deque[tuple[float, float | None]]]] = {}
+        self._dropped = 0
+        self._events: deque[tuple[float, Happened]] = deque(maxlen=EVENTS_KEPT)
+        self._jobs: dict[str, Job] = {}
+        self._flags: set[str] = {"lease", "stop"}
+        self._replies: deque[messages.ErrorMessage] = deque(maxlen=EVENTS_KEPT)
+        self.waiting = asyncio.Event()
+        self.waiting.set()
+
+    def subscribe(self, topics: list[messages.Topic], uids: list[str] | None) -> None:
+        """More topics; `uids` limits servos, readings and telemetry to these. What exists is sent at once."""
+        self._topics.update(topics)
+        self._uids = None if uids is None else set(uids)
+        if "servos" in topics:
+            self._servos.update({one.uid: None for one in self._host.fleet.all()})
+        if "bus" in topics:
+            self._flags.add("bus")
+        if "jobs" in topics:
+            self._jobs.update({job.id: job for job in self._host.jobs.all() if not job.ended})
+        self.waiting.set()
+
+    def unsubscribe(self, topics: list[messages.Topic]) -> None:
+        """Fewer topics."""
+        self._topics.difference_update(topics)
+
+    def refuse(self, code: str, detail: str, uid: str | None = None) -> None:
+        """Tell this socket that one of its messages could not be done."""
+        self._replies.append(messages.ErrorMessage(type="error", seq=0, code=code, detail=detail, uid=uid))
+        self.waiting.set()
+
+    def on_change(self, change: Change) -> None:
+        """Take a change from the hub; only what the socket asked for is kept."""
+        match change:
+            case Sampled() if "telemetry" in self._topics and self._wants(change.uid):
+                column = self._samples.setdefault(change.uid, {}).setdefault(change.key, deque(maxlen=SAMPLES_KEPT))
+                self._dropped += len(column) == SAMPLES_KEPT
+                column.append((change.t, change.value))
+            case ServoChanged() if "servos" in self._topics and self._wants(change.uid):
+                self._servos[change.uid] = None
+            case ReadingChanged() if "servos" in self._topics and self._wants(change.uid):
+                self._readings[change.uid, change.key] = None
+                self._servos[change.uid] = None
+            case Happened() if "events" in self._topics:
+                self._events.append((self._host.base.utc_now(), change))
+            case JobChanged() if "jobs" in self._topics:
+                self._jobs[change.job.id] = change.job
+            case BusChanged() if "bus" in self._topics:
+                self._flags.add("bus")
+            case LeaseChanged():
+                self._flags.add("lease")
+            case StopChanged():
+                self._flags.add("stop")
+            case _:
+                return
+        self.waiting.set()
+
+    def refresh(self) -> None:
+        """Send every servo that is online again."""
+        if "servos" in self._topics:
+            self._servos.update(
+                {one.uid: None for one in self._host.fleet.all() if one.online and self._wants(one.uid)}
+            )
+            self.waiting.set()
+
+    def hello(self) -> bytes:
+        """The first message."""
+        base = self._host.base
+        return self._pack(
+            messages.Hello(
+                type="hello",
+                seq=0,
+                version=__version__,
+                schema_revision=self._host.catalog.revision,
+                utc_offset=base.utc_offset,
+                demo=self._demo,
+            )
+        )
+
+    def take(self) -> list[bytes]:
+        """Everything that waits, as messages; the outbox is empty after it."""
+        self.waiting.clear()
+        host, out = self._host, list[messages.ServerMessageBase]()
+        flags, self._flags = self._flags, set[str]()
+        if "stop" in flags:
+            out.append(messages.StopStateMessage(type="stop", seq=0, stop=present.stop(host)))
+        if "lease" in flags:
+            lease = host.leases.current(host.base.now())
+            shown = None if lease is None else present.lease_view(host, lease)
+            out.append(messages.LeaseMessage(type="lease", seq=0, lease=shown))
+        if "bus" in flags:
+            out.append(messages.BusMessage(type="bus", seq=0, bus=present.bus(host)))
+        out.extend(self._replies)
+        self._replies.clear()
+        jobs, self._jobs = self._jobs, {}
+        out.extend(messages.JobMessage(type="job", seq=0, job=present.job(job)) for job in jobs.values())
+        servos, self._servos = self._servos, {}
+        if servos:
+            shown = [present.servo(host, host.fleet.get(uid)) for uid in servos if host.fleet.knows(uid)]
+            out.append(messages.ServosMessage(type="servos", seq=0, servos=shown))
+        changed, self._readings = self._readings, {}
+        for uid, key in changed:
+            if host.fleet.knows(uid) and key in (servo := host.fleet.get(uid)).registers:
+                shown = present.reading(reading(servo, key, host.base))
+                out.append(messages.ParameterMessage(type="parameter", seq=0, uid=uid, reading=shown))
+        for at, event in self._events:
+            out.append(
+                messages.EventMessage(
+                    type="event",
+                    seq=0,
+                    at=at,
+                    level=event.level,  # pyright: ignore[reportArgumentType]
+                    uid=event.uid,
+                    code=event.code,
+                    text=event.text,
+                )
+            )
+        self._events.clear()
+        return [*map(self._pack, out), *self._telemetry()]
+
+    def _telemetry(self) -> list[bytes]:
+        """Columns, packed without a model: this is most of what a socket carries."""
+        samples, self._samples = self._samples, {}
+        dropped, self._dropped = self._dropped, 0
+        packed: list[bytes] = []
+        for uid, columns in samples.items():
+            self._seq += 1
+            channels = {
+                key: {"t": [round(t, 4) for t, _ in column], "v": [v for _, v in column]}
+                for key, column in columns.items()
+            }
+            packed.append(
+                orjson.dumps(
+                    {"type": "telemetry", "seq": self._seq, "uid": uid, "channels": channels, "dropped": dropped}
+                )
+            )
+            dropped = 0
+        return packed
+
+    def _wants(self, uid: str) -> bool:
+        return self._uids is None or uid in self._uids
+
+    def _pack(self, message: messages.ServerMessageBase) -> bytes:
+        self._seq += 1
+        message.seq = self._seq
+        return orjson.dumps(message.model_dump())
+
+
+@router.websocket("/ws")
+async def live(socket: WebSocket) -> None:
+    """One page or program. When it goes, the leases it kept alive go with it."""
+    host: Host = socket.app.state.host
+    await socket.accept()
+    outbox = Outbox(host, bool(socket.app.state.demo))
+    forget = host.hub.listen(outbox.on_change)
+    session = Session(host, outbox)
+    writer = asyncio.create_task(_write(socket, outbox))
+    try:
+        while True:
+            await session.handle(await socket.receive_text())
+    except (WebSocketDisconnect, RuntimeError, KeyError):
+        pass  # gone, or sent bytes where text was agreed: either way this socket is over
+    finally:
+        forget()
+        writer.cancel()
+        session.close()
+        await asyncio.gather(writer, return_exceptions=True)
+
+
+async def _write(socket: WebSocket, outbox: Outbox) -> None:
+    try:
+        await socket.send_text(outbox.hello().decode())
+        refreshed = asyncio.get_running_loop().time()
+        while True:
+            try:
+                async with asyncio.timeout(REFRESH_S):
+                    await outbox.waiting.wait()
+            except TimeoutError:
+                pass
+            now = asyncio.get_running_loop().time()
+            if now - refreshed >= REFRESH_S:
+                outbox.refresh()
+                refreshed = now
+            for packed in outbox.take():
+                await socket.send_text(packed.decode())
+            await asyncio.sleep(BATCH_S)
+    except (WebSocketDisconnect, RuntimeError):
+        pass  # the page is gone; the reader notices as well and ends the session
+
+
+class Session:
+    """What one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+
+    def __init__(self, host: Host, outbox: Outbox) -> None:
+        self._host = host
+        self._outbox = outbox
+        self._leases: set[str] = set()
+        self._newest: dict[Uid, tuple[str, messages.SocketCommand]] = {}
+        self._sending: dict[Uid, asyncio.Task[None]] = {}
+
+    async def handle(self, text: str) -> None:
+        """Do one client message; what cannot be done is answered, never raised."""
+        try:
+            message = _CLIENT.validate_json(text)
+        except ValidationError as error:
+            self._outbox.refuse("invalid_value", f"Not a message of this socket: {error.errors()[0]['msg']}.")
+            return
+        try:
+            match message:
+                case messages.Subscribe():
+                    self._outbox.subscribe(message.topics, message.uids)
+                case messages.Unsubscribe():
+                    self._outbox.unsubscribe(message.topics)
+                case messages.Heartbeat():
+                    self._host.leases.renew(message.lease, self._host.base.now())
+                    self._leases.add(message.lease)
+                    self._host.lease_changed()
+                case messages.CommandMessage():
+                    for command in message.commands:
+                        self._command(message.lease, command)
+                case messages.StopMessage():
+                    self._host.stop.now(message.mode, "page", "")
+        except HornbillError as error:
+            self._outbox.refuse(error.code, error.detail)
+
+    def close(self) -> None:
+        """The socket is gone: so is whoever kept these leases alive, and torque goes off on what they commanded."""
+        for task in self._sending.values():
+            task.cancel()
+        for lease_id in self._leases:
+            try:
+                lease = self._host.leases.release(lease_id, self._host.base.now())
+            except HornbillError:
+                continue
+            self._host.motion.lease_ended(lease, f"The page of {lease.holder} closed.")
+
+    def _command(self, lease_id: str, command: messages.SocketCommand) -> None:
+        uid = Uid(command.uid)
+        self._host.fleet.get(uid)
+        self._newest[uid] = (lease_id, command)
+        task = self._sending.get(uid)
+        if task is None or task.done():
+            self._sending[uid] = asyncio.create_task(self._send(uid))
+
+    async def _send(self, uid: Uid) -> None:
+        """One command at a time; while one is on the bus, only the newest of those that follow is kept."""
+        while uid in self._newest:
+            lease_id, command = self._newest.pop(uid)
+            try:
+                servo = self._host.fleet.get(uid)
+                await self._host.motion.command(servo, lease_id, command.type, command.value, clamp=False)
+            except HornbillError as error:
+                self._newest.pop(uid, None)
+                self._outbox.refuse(error.code, error.detail, uid)

@@ -1,0 +1,175 @@
+"""Owns the WebSocket's messages in both directions, as discriminated unions."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from hornbill.api.models import Bus, Job, LeaseView, Reading, Servo, Stop
+
+Topic = Literal["servos", "telemetry", "events", "jobs", "bus"]
+
+
+class Message(BaseModel):
+    """Base of every message."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Subscribe(Message):
+    """Start receiving topics, of all servos or of some."""
+
+    type: Literal["subscribe"]
+    topics: list[Topic]
+    uids: list[str] | None = None
+
+
+class Unsubscribe(Message):
+    """Stop receiving topics."""
+
+    type: Literal["unsubscribe"]
+    topics: list[Topic]
+
+
+class Heartbeat(Message):
+    """Renews a lease. A lease once renewed over a socket ends when that socket closes."""
+
+    type: Literal["heartbeat"]
+    lease: str
+
+
+class SocketCommand(Message):
+    """One motion command of a `command` message."""
+
+    uid: str
+    type: Literal["angle", "speed", "torque"]
+    value: float = Field(allow_inf_nan=False)
+
+
+class CommandMessage(Message):
+    """Motion commands; the newest command of a servo wins when they come faster than the bus."""
+
+    type: Literal["command"]
+    lease: str
+    commands: list[SocketCommand] = Field(min_length=1, max_length=60)
+
+
+class StopMessage(Message):
+    """Stop everything now; needs no lease."""
+
+    type: Literal["stop"]
+    mode: Literal["off", "brake"] = "off"
+
+
+ClientMessage = Annotated[
+    Subscribe | Unsubscribe | Heartbeat | CommandMessage | StopMessage, Field(discriminator="type")
+]
+
+
+class ServerMessageBase(Message):
+    """Every server message carries its place in the stream of this socket."""
+
+    seq: int
+
+
+class Hello(ServerMessageBase):
+    """First message: who serves, which tables, and how `t` of telemetry relates to UTC."""
+
+    type: Literal["hello"]
+    version: str
+    schema_revision: str
+    utc_offset: float = Field(description="add to a telemetry time for seconds since 1970 UTC")
+    demo: bool
+
+
+class ServosMessage(ServerMessageBase):
+    """Changed servos, whole."""
+
+    type: Literal["servos"]
+    servos: list[Servo]
+
+
+class Column(Message):
+    """Samples of one channel: times on the server's monotonic clock, values (null is a gap)."""
+
+    t: list[float]
+    v: list[float | None]
+
+
+class TelemetryMessage(ServerMessageBase):
+    """New samples of one servo."""
+
+    type: Literal["telemetry"]
+    uid: str
+    channels: dict[str, Column]
+    dropped: int = 0
+
+
+class ParameterMessage(ServerMessageBase):
+    """A reading changed."""
+
+    type: Literal["parameter"]
+    uid: str
+    reading: Reading
+
+
+class EventMessage(ServerMessageBase):
+    """Something happened, in one plain sentence."""
+
+    type: Literal["event"]
+    at: float
+    level: Literal["info", "notice", "warning", "failure"]
+    uid: str | None
+    code: str
+    text: str
+
+
+class JobMessage(ServerMessageBase):
+    """A job moved on."""
+
+    type: Literal["job"]
+    job: Job
+
+
+class BusMessage(ServerMessageBase):
+    """The bus, about once a second."""
+
+    type: Literal["bus"]
+    bus: Bus
+
+
+class LeaseMessage(ServerMessageBase):
+    """Who holds motion control now; null when nobody does."""
+
+    type: Literal["lease"]
+    lease: LeaseView | None
+
+
+class StopStateMessage(ServerMessageBase):
+    """The stop latch changed, or another servo confirmed."""
+
+    type: Literal["stop"]
+    stop: Stop
+
+
+class ErrorMessage(ServerMessageBase):
+    """A client message could not be done; the same code and sentence REST would give."""
+
+    type: Literal["error"]
+    code: str
+    detail: str
+    uid: str | None = None
+
+
+ServerMessage = Annotated[
+    Hello
+    | ServosMessage
+    | TelemetryMessage
+    | ParameterMessage
+    | EventMessage
+    | JobMessage
+    | BusMessage
+    | LeaseMessage
+    | StopStateMessage
+    | ErrorMessage,
+    Field(discriminator="type"),
+]

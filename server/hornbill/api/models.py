@@ -1,0 +1,326 @@
+"""Owns the JSON shapes of REST that do not come from the tables: servo, reading, change, job, lease, stop, bus."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Value = bool | int | float | str | None
+"""An engineering value: a number in the row's unit, true/false, a choice's key, or null for the dummy."""
+
+UidField = Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="unique id, 32 lower-case hex digits")]
+
+
+class Model(BaseModel):
+    """Base of every body and answer: unknown fields are refused, objects are readable by attribute."""
+
+    model_config = ConfigDict(extra="forbid", from_attributes=True)
+
+
+class FaultWords(Model):
+    """The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12)."""
+
+    notification: int | None
+    warning: int | None
+    failure: int | None
+
+
+class Servo(Model):
+    """One servo, known by its unique id."""
+
+    uid: UidField
+    node_id: int | None = Field(description="present node id 1..127; null while it has none")
+    servo_id: int | None = Field(description="actuator id, parameter 0x45; 0 cannot be addressed by ArrayCommand")
+    label: str = Field(description="nickname, kept by the server")
+    name: str = Field(description="node name as GetNodeInfo gives it")
+    model: str | None
+    series: str | None
+    pwm: bool | None
+    firmware: str | None = Field(description='as in the tables, e.g. "1.300"')
+    hardware_version: int | None
+    serial: str | None = Field(description="model number, dash, product number")
+    production_date: str | None = Field(description="YYYY-MM-DDTHH:MM, time zone not stated by the servo")
+    known_model: bool
+    online: bool
+    state: Literal["identifying", "ready", "soft_start", "saving", "restarting", "updating", "protected", "offline"]
+    health: Literal["ok", "warning", "error", "critical"] | None
+    mode: str | None
+    uptime_s: int | None
+    angle_deg: float | None
+    command_deg: float | None = Field(description="angle command as last known; null while inactive")
+    age_s: float | None = Field(description="age of angle_deg in seconds")
+    unsaved: list[str] = Field(description="keys whose RAM differs from what is known to be in ROM")
+    faults: FaultWords
+    bus: str | None
+
+
+class ServoPatch(Model):
+    """The only thing about a servo that the server itself keeps."""
+
+    label: str = Field(max_length=64)
+
+
+class Reading(Model):
+    """One parameter as last read from RAM, beside what is known of ROM and what this model allows."""
+
+    key: str
+    address: int
+    value: Value = Field(description="engineering value or choice key; null for the dummy and while unknown")
+    raw: int | None = Field(description="integer on the wire; null while never read")
+    unit: str
+    at: float | None = Field(description="when it was read, seconds since 1970 UTC")
+    age_s: float | None
+    rom: Value = Field(description="value known to be in ROM; null when not known")
+    default: Value
+    minimum: float | None
+    maximum: float | None
+    in_effect: bool | None = Field(description="false: has no effect now; null: not known")
+    why_not: str | None
+    stale: bool
+
+
+class Parameters(Model):
+    """Every row this model and firmware has."""
+
+    revision: str
+    parameters: dict[str, Reading]
+
+
+class RowValue(Model):
+    """The value of one row; each row has a class of its own that says what it may be."""
+
+    value: Any
+
+
+class ParametersPatch(Model):
+    """Several rows at once, all or nothing."""
+
+    values: dict[str, bool | int | float | str] = Field(min_length=1)
+    dry_run: bool = False
+    save: bool = False
+
+
+class Change(Model):
+    """What became of one key of a PATCH."""
+
+    key: str
+    before: Value
+    requested: Value
+    after: Value
+    verdict: Literal["planned", "applied", "clamped", "refused", "no_answer", "unchanged", "rolled_back"]
+
+
+class ParametersPatched(Model):
+    """The outcome of a PATCH; with save, the job that saves."""
+
+    outcome: Literal["applied", "rolled_back", "planned"]
+    changes: list[Change]
+    revision: str
+    job: str | None = Field(default=None, description="id of the save job, with save: true")
+    failure: str | None = Field(default=None, description="why it was rolled back")
+
+
+class JobStep(Model):
+    """One step of a job, with its evidence."""
+
+    name: str
+    text: str
+    state: Literal["waiting", "running", "done", "failed", "skipped"]
+    evidence: str | None = None
+    started_at: float | None = None
+    ended_at: float | None = None
+
+
+class Job(Model):
+    """Something that takes time."""
+
+    id: str
+    kind: Literal["save", "restart"]
+    uid: str | None
+    state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
+    progress: float = Field(ge=0, le=1)
+    step: str | None
+    result: dict[str, object] | None
+    error: "Problem | None"
+    steps: list[JobStep]
+    created_at: float
+    ended_at: float | None
+
+
+class Problem(Model):
+    """application/problem+json: what went wrong, the code to branch on, and what to do."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: str
+    title: str
+    status: int
+    code: str
+    detail: str
+
+
+class Command(Model):
+    """A motion command for one servo. Needs a lease."""
+
+    type: Literal["angle", "speed", "torque"]
+    value: float = Field(description="degrees, rpm or %", allow_inf_nan=False)
+    wait: Literal["sent", "settled"] = "sent"
+    timeout_s: float = Field(default=5.0, gt=0, le=120)
+    band_deg: float = Field(default=0.5, gt=0, le=30)
+    dwell_s: float = Field(default=0.2, ge=0, le=10)
+    clamp: bool = Field(default=False, description="move to the nearest legal value instead of refusing")
+
+
+class Commanded(Model):
+    """Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest."""
+
+    sent_at: float
+    settled: bool | None
+    settle_time_s: float | None
+    angle_deg: float | None
+    clamped: bool
+    value: float
+
+
+class TorqueMode(Model):
+    """Output of the motor; an enum, never a boolean (section 4.13: on 0, off 1, brake 2)."""
+
+    mode: Literal["on", "off", "brake"]
+
+
+class TelemetryWish(Model):
+    """Rows to poll, and how often."""
+
+    channels: list[str]
+    rate_hz: float = Field(gt=0, le=200)
+
+
+class TelemetryGrant(Model):
+    """What the bus budget allows of it."""
+
+    channels: list[str]
+    requested_hz: float
+    granted_hz: float
+    bus_share: float = Field(description="share of the bus this takes, 0..1")
+
+
+class LeaseRequest(Model):
+    """Ask to be the one writer."""
+
+    holder: str = Field(min_length=1, max_length=64)
+    ttl_s: float = Field(default=3.0, ge=0.2, le=60)
+
+
+class Lease(Model):
+    """The one writer's lease; renew before it ends, or torque goes off on what it commanded."""
+
+    id: str
+    holder: str
+    ttl_s: float
+    expires_at: float = Field(description="seconds since 1970 UTC")
+    expires_in_s: float
+
+
+class LeaseView(Model):
+    """A lease as others see it: without the id that lets one use it."""
+
+    holder: str
+    ttl_s: float
+    expires_at: float
+    expires_in_s: float
+
+
+class StopRequest(Model):
+    """Stop everything now."""
+
+    mode: Literal["off", "brake"] = "off"
+    reason: str = Field(default="", max_length=200)
+
+
+class StopServo(Model):
+    """How stop went on one servo."""
+
+    uid: UidField
+    label: str
+    confirmed: bool
+    ms: float | None = Field(description="from the request to the servo's answer")
+
+
+class Stop(Model):
+    """The stop latch."""
+
+    latched: bool
+    mode: Literal["off", "brake"] | None
+    at: float | None
+    by: str | None
+    reason: str | None
+    servos: list[StopServo]
+
+
+class AllocatorState(Model):
+    """What the node-id allocator is doing."""
+
+    state: Literal["on", "off", "standing_down"]
+    granted: int
+    pending: int
+    rival_node_id: int | None = Field(description="another allocator that answers on this bus")
+
+
+class Bus(Model):
+    """The bus as the adapter and the counters show it."""
+
+    state: Literal["disconnected", "connecting", "active", "passive", "bus_off", "lost"]
+    address: str | None
+    bitrate: int | None
+    sample_point: float | None
+    load_pct: float | None
+    rx_fps: float
+    tx_fps: float
+    rx_frames: int
+    tx_frames: int
+    errors: int
+    allocator: AllocatorState | None
+
+
+class BusAddress(Model):
+    """Which adapter to open, in python-can's words."""
+
+    address: str = Field(examples=["socketcan:can0", "slcan:/dev/ttyACM0"])
+    bitrate: int = 1_000_000
+
+
+class Allocation(Model):
+    """One row of the allocation table."""
+
+    uid: UidField
+    node_id: int
+    pinned: bool
+    last_seen: float | None
+    online: bool
+
+
+class PendingAllocation(Model):
+    """A node heard asking for an id, and how far it has come."""
+
+    uid_part: str = Field(description="what is known of the unique id, in hex")
+    stage: int = Field(ge=0, le=3, description="how many of the three parts were heard")
+    attempts: int
+    waiting_s: float
+    age_s: float
+    refusal: str | None
+
+
+class Allocations(Model):
+    """The allocation table and who is waiting."""
+
+    allocations: list[Allocation]
+    pending: list[PendingAllocation]
+
+
+class Health(Model):
+    """The server serves."""
+
+    status: Literal["ok"]
+    version: str
+    uptime_s: float
+    bus: str
+    demo: bool

@@ -1,0 +1,131 @@
+"""Owns the step from the servo layer's objects to the JSON shapes of models.py."""
+
+from hornbill.api import models
+from hornbill.api.problems import problem
+from hornbill.schema.scale import to_value
+from hornbill.servo.host import Host
+from hornbill.servo.jobs import Job
+from hornbill.servo.leases import Lease
+from hornbill.servo.reading import Reading
+from hornbill.servo.servo import Servo
+
+
+def servo(host: Host, one: Servo) -> models.Servo:
+    """A servo, with ages as of now."""
+    now = host.base.now()
+    model, status = one.model, one.status
+    row = one.registers.get("command_angle")
+    command = None
+    if row is not None and row.raw is not None:
+        value = to_value(row.parameter, row.raw)
+        command = float(value) if isinstance(value, int | float) else None
+    return models.Servo(
+        uid=one.uid,
+        node_id=one.node_id,
+        servo_id=one.servo_id,
+        label=one.label,
+        name=one.name,
+        model=model.name if model else None,
+        series=model.series if model else None,
+        pwm=model.pwm if model else None,
+        firmware=one.firmware_text,
+        hardware_version=one.hardware_version,
+        serial=one.serial,
+        production_date=one.production_date,
+        known_model=model is not None,
+        online=one.online,
+        state=one.state.value,
+        health=one.health.name.lower() if one.health is not None else None,  # pyright: ignore[reportArgumentType]
+        mode=one.mode,
+        uptime_s=status.uptime_sec if status else None,
+        angle_deg=one.angle_deg,
+        command_deg=command,
+        age_s=None if one.angle_at is None else round(now - one.angle_at, 3),
+        unsaved=one.unsaved(),
+        faults=models.FaultWords(
+            notification=one.raw("fault_notification"),
+            warning=one.raw("fault_warning"),
+            failure=one.raw("fault_failure"),
+        ),
+        bus=host.connection.port.address if host.connection and one.online else None,
+    )
+
+
+def reading(one: Reading) -> models.Reading:
+    """A reading as it is."""
+    return models.Reading.model_validate(one)
+
+
+def job(one: Job) -> models.Job:
+    """A job with its steps; a failed one carries its problem."""
+    return models.Job(
+        id=one.id,
+        kind=one.kind,  # pyright: ignore[reportArgumentType]
+        uid=one.uid,
+        state=one.state,  # pyright: ignore[reportArgumentType]
+        progress=one.progress,
+        step=one.step,
+        result=one.result,
+        error=None if one.error is None else problem(one.error),
+        steps=[models.JobStep.model_validate(step) for step in one.steps],
+        created_at=one.created_at,
+        ended_at=one.ended_at,
+    )
+
+
+def lease(host: Host, one: Lease) -> models.Lease:
+    """A lease with the id that lets its holder use it."""
+    return models.Lease(id=one.id, **lease_view(host, one).model_dump())
+
+
+def lease_view(host: Host, one: Lease) -> models.LeaseView:
+    """A lease as everybody may see it."""
+    left = max(0.0, one.expires_at - host.base.now())
+    return models.LeaseView(
+        holder=one.holder, ttl_s=one.ttl_s, expires_at=host.base.utc(one.expires_at), expires_in_s=round(left, 3)
+    )
+
+
+def stop(host: Host) -> models.Stop:
+    """The stop latch."""
+    latch = host.stop.latch
+    if latch is None:
+        return models.Stop(latched=False, mode=None, at=None, by=None, reason=None, servos=[])
+    return models.Stop(
+        latched=True,
+        mode=latch.mode,  # pyright: ignore[reportArgumentType]
+        at=host.base.utc(latch.at),
+        by=latch.by,
+        reason=latch.reason,
+        servos=[models.StopServo.model_validate(one) for one in latch.servos.values()],
+    )
+
+
+def bus(host: Host) -> models.Bus:
+    """The bus and its counters; disconnected when there is none."""
+    connection = host.connection
+    if connection is None:
+        return models.Bus(
+            state="disconnected", address=None, bitrate=None, sample_point=None, load_pct=None, rx_fps=0.0, tx_fps=0.0,
+            rx_frames=0, tx_frames=0, errors=0, allocator=None,
+        )  # fmt: skip
+    port, seen = connection.port, connection.port.statistics
+    allocator = connection.allocator
+    return models.Bus(
+        state=port.state.value,
+        address=port.address,
+        bitrate=port.bitrate,
+        sample_point=None,
+        load_pct=round(connection.load_pct, 2),
+        rx_fps=round(connection.rx_fps, 1),
+        tx_fps=round(connection.tx_fps, 1),
+        rx_frames=seen.rx_frames,
+        tx_frames=seen.tx_frames,
+        errors=seen.errors,
+        allocator=models.AllocatorState(
+            state=allocator.state.value,
+            granted=len(host.store.allocations.entries()),
+            pending=len(allocator.pending(host.base.now())),
+            rival_node_id=None if allocator.rival is None else allocator.rival.node_id,
+        ),
+    )

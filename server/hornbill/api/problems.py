@@ -1,0 +1,98 @@
+"""Owns the one table from errors to HTTP answers, as application/problem+json."""
+
+from typing import Any
+
+import orjson
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from hornbill import errors
+from hornbill.api.models import Problem
+
+STATUS: dict[str, int] = {
+    "unknown_servo": 404,
+    "unknown_parameter": 404,
+    "unknown_job": 404,
+    "unknown_lease": 404,
+    "unknown_uid": 404,
+    "not_in_this_model": 409,
+    "read_only": 409,
+    "forbidden_parameter": 403,
+    "out_of_range": 422,
+    "invalid_value": 422,
+    "refused_by_servo": 502,
+    "no_answer": 504,
+    "bus_disconnected": 503,
+    "bus_open_failed": 502,
+    "mode_off": 409,
+    "torque_off": 409,
+    "torque_on": 409,
+    "lease_required": 428,
+    "lease_held": 409,
+    "stopped": 423,
+    "busy": 409,
+    "stale_revision": 412,
+    "forbidden_origin": 403,
+    "not_found": 404,
+    "method_not_allowed": 405,
+    "bad_table": 500,
+    "internal": 500,
+}
+"""HTTP status of every code an error can carry; a test walks the error tree against it."""
+
+MEDIA_TYPE = "application/problem+json"
+
+
+def problem(error: errors.HornbillError) -> Problem:
+    """An error as people and programs get it; its facts are extra members."""
+    status = STATUS[error.code]
+    facts = {key: value for key, value in error.facts.items() if key not in Problem.model_fields}
+    return Problem(
+        type=f"urn:hornbill:{error.code}", title=error.title, status=status, code=error.code,
+        detail=error.detail, **facts,
+    )  # fmt: skip
+
+
+def answer(error: errors.HornbillError) -> Response:
+    """The HTTP response for an error."""
+    shown = problem(error)
+    return Response(orjson.dumps(shown.model_dump(), default=str), shown.status, media_type=MEDIA_TYPE)
+
+
+def declared(*codes: str) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI responses for these codes, gathered by status."""
+    found: dict[int | str, dict[str, Any]] = {}
+    for code in codes:
+        entry = found.setdefault(STATUS[code], {"model": Problem, "description": "", "content": {MEDIA_TYPE: {}}})
+        entry["description"] = ", ".join(filter(None, (entry["description"], f"`{code}`")))
+    return found
+
+
+def install(app: FastAPI) -> None:
+    """Answer every error of ours, of validation and of routing as a problem."""
+
+    @app.exception_handler(errors.HornbillError)
+    async def _ours(_request: Request, error: Exception) -> Response:
+        assert isinstance(error, errors.HornbillError)
+        return answer(error)
+
+    @app.exception_handler(RequestValidationError)
+    async def _invalid(_request: Request, error: Exception) -> Response:
+        assert isinstance(error, RequestValidationError)
+        found = [{"where": ".".join(str(part) for part in one["loc"]), "what": one["msg"]} for one in error.errors()]
+        text = "; ".join(f"{one['where']}: {one['what']}" for one in found[:3])
+        return answer(
+            errors.InvalidValue(f"The request is not of the form the API document gives. {text}.", errors=found)
+        )
+
+    @app.exception_handler(HTTPException)
+    async def _routing(request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        code = {404: "not_found", 405: "method_not_allowed"}.get(error.status_code, "internal")
+        shown = Problem(
+            type=f"urn:hornbill:{code}", title=str(error.detail), status=error.status_code, code=code,
+            detail=f"{request.method} {request.url.path}: {error.detail}. /api/v1/openapi.json lists what there is.",
+        )  # fmt: skip
+        return Response(orjson.dumps(shown.model_dump()), error.status_code, media_type=MEDIA_TYPE)

@@ -1,0 +1,1 @@
+"""What a servo is, seen from the host: identity, readings, writes, save, motion, stop."""

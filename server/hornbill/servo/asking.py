@@ -1,0 +1,174 @@
+"""Owns Asker: the one place that reads, writes and commands a servo, with each operation's own patience."""
+
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any, TypeVar, cast
+
+from hornbill.errors import BusDisconnected, NoAnswer, Refused
+from hornbill.node.participant import Participant
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.effect import COMMANDS
+from hornbill.schema.parameter import DUMMY, Parameter
+from hornbill.servo.hub import Hub, ReadingChanged, Sampled
+from hornbill.servo.servo import Servo
+from hornbill.servo.timebase import TimeBase
+from hornbill.units import Raw
+from hornbill.wire.messages import ArrayCommand, Command
+from hornbill.wire.services import (
+    EMPTY,
+    ExecuteOpcodeRequest,
+    ExecuteOpcodeResponse,
+    GetNodeInfoRequest,
+    GetNodeInfoResponse,
+    GetSetRequest,
+    GetSetResponse,
+    RestartNodeRequest,
+    RestartNodeResponse,
+    Value,
+    ValueKind,
+    integer,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How an operation is sent: CAN priority (0 highest), seconds a try may take, and how many tries."""
+
+    priority: int
+    timeout_s: float
+    tries: int
+    urgent: bool = False
+
+
+READ = Patience(priority=24, timeout_s=0.12, tries=5)
+POLL = Patience(priority=26, timeout_s=0.12, tries=2)
+WRITE = Patience(priority=20, timeout_s=0.12, tries=5)
+COMMAND = Patience(priority=17, timeout_s=0.12, tries=1)
+"""Motion is never repeated: a late second copy could move the horn after the operator changed his mind."""
+TORQUE = Patience(priority=16, timeout_s=0.05, tries=4)
+STOP = Patience(priority=16, timeout_s=0.02, tries=1, urgent=True)
+"""Torque and stop share one priority, so both have the same CAN identifier and keep their order on every adapter:
+an older "on" can never overtake, or be overtaken by, a newer "off"."""
+ONCE = Patience(priority=20, timeout_s=0.5, tries=1)
+"""Save, reset and restart are never repeated: the second copy would find the servo restarting from the first."""
+
+Answer = TypeVar("Answer")
+
+
+class Asker:
+    """Reads and writes registers over whatever participant is connected now."""
+
+    def __init__(self, catalog: Catalog, hub: Hub, base: TimeBase) -> None:
+        self._hub = hub
+        self._base = base
+        self._depend_on = _dependents(catalog)
+        self.participant: Participant | None = None
+
+    async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
+        """RAM's raw value of one row, and remember it. Raises NoAnswer, Refused, BusDisconnected."""
+        return await self._get_set(servo, parameter, EMPTY, patience)
+
+    async def write(self, servo: Servo, parameter: Parameter, raw: Raw, patience: Patience = WRITE) -> Raw:
+        """Write one row and answer what RAM holds now. Raises NoAnswer, Refused, BusDisconnected."""
+        return await self._get_set(servo, parameter, integer(raw), patience)
+
+    async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
+        """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
+        request = GetSetRequest(0, EMPTY, parameter.name)
+        response = await self._ask(node_id, f"node {node_id}", request, GetSetResponse, patience)
+        return _integer_of(response, parameter)
+
+    async def node_info(self, node_id: int) -> GetNodeInfoResponse:
+        """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoAnswer, BusDisconnected."""
+        return await self._ask(node_id, f"node {node_id}", GetNodeInfoRequest(), GetNodeInfoResponse, READ)
+
+    async def opcode(self, servo: Servo, opcode: int) -> bool:
+        """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoAnswer: it may have acted all the same."""
+        request = ExecuteOpcodeRequest(opcode)
+        return (await self._ask(_node(servo), servo.title, request, ExecuteOpcodeResponse, ONCE)).ok
+
+    async def restart(self, servo: Servo, magic: int) -> bool:
+        """Ask for a restart once; its ok flag (table 2-10). Raises NoAnswer: it may have acted all the same."""
+        request = RestartNodeRequest(magic)
+        return (await self._ask(_node(servo), servo.title, request, RestartNodeResponse, ONCE)).ok
+
+    def burst(self, commands: list[Command], priority: int = COMMAND.priority) -> None:
+        """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
+        self._connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
+
+    async def _get_set(self, servo: Servo, parameter: Parameter, value: Value, patience: Patience) -> Raw:
+        request = GetSetRequest(0, value, parameter.name)
+        response = await self._ask(_node(servo), servo.title, request, GetSetResponse, patience)
+        raw = _integer_of(response, parameter)
+        if raw is None:
+            verb = "read" if value == EMPTY else "write"
+            raise Refused(
+                f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}). "
+                f"Firmware {servo.firmware_text or 'unknown'} may not have it.",
+                key=parameter.key,
+            )
+        self._remember(servo, parameter, raw)
+        return raw
+
+    def _remember(self, servo: Servo, parameter: Parameter, raw: Raw) -> None:
+        now = self._base.now()
+        changed = servo.note(parameter.key, raw, now)
+        if parameter.kind == "number":
+            value = None if parameter.dummy and raw == DUMMY else raw / parameter.per_unit
+            self._hub.tell(Sampled(servo.uid, parameter.key, now, value))
+        if not changed or parameter.group == "status":
+            return
+        self._hub.tell(ReadingChanged(servo.uid, parameter.key))
+        for key in self._depend_on.get(parameter.key, ()):
+            if key in servo.registers:
+                self._hub.tell(ReadingChanged(servo.uid, key))
+
+    async def _ask(self, node_id: int, who: str, request: Any, answer: type[Answer], patience: Patience) -> Answer:
+        try:
+            ask = cast(Callable[..., Coroutine[Any, Any, object]], self._connected().request)
+            response = await ask(
+                node_id, request, priority=patience.priority, timeout=patience.timeout_s,
+                tries=patience.tries, urgent=patience.urgent,
+            )  # fmt: skip
+        except NoAnswer:
+            tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
+            raise NoAnswer(
+                f"{who} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
+                "Check its supply and the wiring.",
+                node_id=node_id,
+            ) from None
+        if not isinstance(response, answer):
+            raise NoAnswer(f"{who} answered something that is no {answer.__name__}.", node_id=node_id)
+        return response
+
+    def _connected(self) -> Participant:
+        if self.participant is None:
+            raise BusDisconnected("No bus is connected. Connect an adapter first.")
+        return self.participant
+
+
+def _dependents(catalog: Catalog) -> dict[str, set[str]]:
+    """Which rows may come into effect, or go out of it, when a row changes."""
+    found: dict[str, set[str]] = {}
+    for rule in catalog.effects:
+        for condition in rule.when:
+            causes = COMMANDS if condition.parameter is None else (condition.parameter,)
+            for cause in causes:
+                found.setdefault(cause, set()).update(rule.parameters)
+    return found
+
+
+def _node(servo: Servo) -> int:
+    if servo.node_id is None:
+        raise NoAnswer(f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.")
+    return servo.node_id
+
+
+def _integer_of(response: GetSetResponse, parameter: Parameter) -> Raw | None:
+    if response.value.kind is not ValueKind.INTEGER or response.name.upper() != parameter.name.upper():
+        return None
+    value = response.value.value
+    if not isinstance(value, int):
+        return None
+    # 0x18..0x1B are 32 bits in an int64; the sign extension of bit 31 is not specified (errata B7)
+    return value & 0xFFFF_FFFF if parameter.kind == "bits" else value

@@ -1,0 +1,263 @@
+"""Owns Fleet: every servo by unique id, as they arrive, change node ids, restart and go silent."""
+
+import asyncio
+import logging
+from collections.abc import Callable
+
+from hornbill.errors import NoAnswer, PortError, Unknown
+from hornbill.node.directory import OFFLINE_AFTER_S, Directory
+from hornbill.node.participant import Participant
+from hornbill.schema.catalog import Catalog
+from hornbill.servo import identification
+from hornbill.servo.asking import Asker
+from hornbill.servo.hub import Happened, Hub, ReadingChanged, Sampled, ServoChanged
+from hornbill.servo.identification import Identity
+from hornbill.servo.servo import SOFT_START_ROWS, Servo
+from hornbill.servo.timebase import TimeBase
+from hornbill.store.servos import ServoFacts, Servos
+from hornbill.units import Instant, NodeId, Uid
+from hornbill.wire.messages import ActuatorStatus, NodeStatus
+from hornbill.wire.transfer import Transfer
+
+log = logging.getLogger(__name__)
+
+SOFT_START_LIMIT_S = 20.0
+"""A soft start that is not over by then is blocked: 180 degrees at 30 rpm take 1 s."""
+
+RETRY_S = 1.0
+FRESH_UPTIME_S = 2
+"""A node first heard with at most this uptime has just started, so nobody has written to it yet."""
+
+DEGREES_PER_UNIT = 100.0
+"""Position of uavcan.equipment.actuator.Status read literally: 0.001 per 0.1 degree (errata B1)."""
+
+
+class Fleet:
+    """The servos on the bus and those that were. Feed it messages and the time; it tells the hub."""
+
+    def __init__(
+        self,
+        catalog: Catalog,
+        asker: Asker,
+        hub: Hub,
+        base: TimeBase,
+        inventory: Servos,
+        granted_at: Callable[[int], Instant | None],
+    ) -> None:
+        """`granted_at` says when this process gave a node id, if it did."""
+        self.catalog = catalog
+        self._asker = asker
+        self._hub = hub
+        self._base = base
+        self._inventory = inventory
+        self._granted_at = granted_at
+        self._servos: dict[Uid, Servo] = {}
+        self._by_node: dict[int, Servo] = {}
+        self._foreign: dict[int, str] = {}
+        self._asking: dict[int, asyncio.Task[None]] = {}
+        self._ask_again_at: dict[int, Instant] = {}
+        self._just_restarted: set[int] = set()
+        self._directory = Directory()
+        self.on_arrival: Callable[[Servo], None] = lambda _servo: None
+        for kept in inventory.all():
+            self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label)
+
+    def all(self) -> list[Servo]:
+        """Every servo seen since the start, in the order of first sight; remembered ones only once seen again."""
+        return [servo for servo in self._servos.values() if servo.model_number is not None]
+
+    def get(self, uid: str) -> Servo:
+        """The servo of that unique id. Raises Unknown(unknown_servo)."""
+        servo = self._servos.get(Uid(uid))
+        if servo is None or servo.model_number is None:
+            raise Unknown("unknown_servo", f"There is no servo {uid!r}. GET /api/v1/servos lists them.", uid=uid)
+        return servo
+
+    def knows(self, uid: str) -> bool:
+        """Whether `get` would find it."""
+        servo = self._servos.get(Uid(uid))
+        return servo is not None and servo.model_number is not None
+
+    def attach(self, participant: Participant) -> Directory:
+        """Follow this bus from now on; the answer is who lives on it."""
+        self._directory = Directory()
+        self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))
+        self._directory.follow(participant)  # first, so that it knows of a restart before we look
+        participant.subscribe(NodeStatus, self._on_node_status)
+        participant.subscribe(ActuatorStatus, self._on_actuator_status)
+        return self._directory
+
+    def _on_node_status(self, transfer: Transfer, status: NodeStatus) -> None:
+        """A NodeStatus (1 Hz a node): presence, restarts, and who is new."""
+        node, now = transfer.source, transfer.at
+        if not node:
+            return
+        restarted = node in self._just_restarted
+        self._just_restarted.discard(node)
+        servo = self._by_node.get(node)
+        if servo is not None and servo.online and not restarted:
+            before = servo.status
+            servo.status, servo.status_at = status, now
+            if before is None or (before.health, before.mode) != (status.health, status.mode):
+                self._hub.tell(ServoChanged(servo.uid))
+            return
+        # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
+        if restarted:
+            self._foreign.pop(node, None)
+            self._ask_again_at.pop(node, None)
+            if servo is not None:
+                self._noticed_restart(servo)
+        fresh = restarted or status.uptime_sec <= FRESH_UPTIME_S or self._was_granted(node, now)
+        if node not in self._foreign and node not in self._asking and now >= self._ask_again_at.get(node, now):
+            task = asyncio.get_running_loop().create_task(self._arrive(NodeId(node), fresh))
+            self._asking[node] = task
+
+    def _on_actuator_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
+        """A Status (10 Hz a servo): the angle. Its force and speed fields are not used by these servos."""
+        servo = self._by_node.get(transfer.source)
+        if servo is None or status.position != status.position:
+            return
+        servo.angle_deg = round(status.position * DEGREES_PER_UNIT, 2)
+        servo.angle_at = transfer.at
+        polled = servo.angle_polled_at
+        if polled is None or transfer.at - polled > 0.15:
+            self._hub.tell(Sampled(servo.uid, "current_angle", transfer.at, servo.angle_deg))
+        if servo.soft_start_since is not None and abs(servo.angle_deg) <= 1.0:
+            self.soft_start_over(servo)
+
+    def tick(self, now: Instant) -> None:
+        """What silence means; call it several times a second."""
+        for servo in self._by_node.values():
+            if servo.online and servo.status_at is not None and now - servo.status_at > OFFLINE_AFTER_S:
+                servo.online = False
+                self._hub.tell(ServoChanged(servo.uid))
+                if servo.busy is None:
+                    self._hub.tell(Happened("warning", "offline", f"{servo.title} went silent.", servo.uid))
+            since = servo.soft_start_since
+            if since is not None and now - since > SOFT_START_LIMIT_S:
+                self.soft_start_over(servo)
+
+    def soft_start_over(self, servo: Servo) -> None:
+        """Soft start ended: near 0 degrees, or another command ended it (section 4.14)."""
+        servo.soft_start_since = None
+        self._hub.tell(ServoChanged(servo.uid))
+        node = servo.node_id
+        if node is not None and node not in self._asking:
+            self._asking[node] = asyncio.get_running_loop().create_task(self._after_soft_start(servo, node))
+
+    async def detach(self) -> None:
+        """The bus went away: nobody is online, and no question waits."""
+        tasks = list(self._asking.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        self._asking.clear()
+        self._by_node.clear()
+        self._foreign.clear()
+        self._directory = Directory()
+        for servo in self._servos.values():
+            servo.online, servo.node_id, servo.soft_start_since = False, None, None
+            if servo.model_number is not None:
+                self._hub.tell(ServoChanged(servo.uid))
+
+    def _was_granted(self, node: int, now: Instant) -> bool:
+        granted = self._granted_at(node)
+        return granted is not None and now - granted < 2.0
+
+    def _noticed_restart(self, servo: Servo) -> None:
+        servo.identified = False
+        servo.soft_start_since = None
+        servo.forget_readings()
+        servo.boots += 1
+        self._hub.tell(ServoChanged(servo.uid))
+        if servo.busy is None:
+            text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
+            self._hub.tell(Happened("warning", "restarted", text, servo.uid))
+
+    async def _arrive(self, node: NodeId, fresh: bool) -> None:
+        try:
+            identity = await identification.identify(self._asker, self.catalog, node)
+            if identity is None:
+                self._foreign[node] = "no servo"
+                return
+            servo = self._welcome(node, identity)
+            await identification.read_rows(self._asker, servo)
+            if fresh:
+                soft = servo.raw("soft_start") == 1 and servo.raw("torque_mode") == 0
+                servo.soft_start_since = self._base.now() if soft else None
+                identification.learn_rom(servo, soft_start=soft)
+            else:
+                self._recall_rom(servo)
+            servo.identified = True
+            self.remember(servo)
+            self._told_all(servo)
+            self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid))
+            self.on_arrival(servo)
+        except NoAnswer as error:
+            log.info("node %d: %s", node, identification.lost(error))
+            self._ask_again_at[node] = self._base.now() + RETRY_S
+        except PortError as error:
+            log.debug("node %d: %s", node, error.detail)
+        finally:
+            self._asking.pop(node, None)
+
+    def _welcome(self, node: NodeId, identity: Identity) -> Servo:
+        servo = self._servos.setdefault(identity.uid, Servo(identity.uid, self.catalog))
+        if servo.node_id is not None and servo.node_id != node:
+            self._by_node.pop(servo.node_id, None)
+            servo.boots += 1
+        servo.node_id = node
+        servo.online = True
+        record = self._directory.records.get(node)
+        if record is not None:
+            servo.status, servo.status_at = record.status, record.heard
+            self._directory.identify(node, bytes.fromhex(identity.uid))
+        previous = self._by_node.get(node)
+        if previous is not None and previous is not servo:
+            previous.node_id, previous.online = None, False
+            self._hub.tell(ServoChanged(previous.uid))
+        self._by_node[node] = servo
+        identification.apply(servo, identity)
+        self._hub.tell(ServoChanged(servo.uid))
+        return servo
+
+    async def _after_soft_start(self, servo: Servo, node: int) -> None:
+        rows = [key for key in SOFT_START_ROWS if key in servo.registers]
+        learn = [key for key in rows if servo.registers[key].rom is None]
+        try:
+            await identification.read_rows(self._asker, servo, rows)
+            for key in learn:
+                servo.registers[key].rom = servo.registers[key].raw
+            self.remember(servo)
+            self._told_all(servo)
+        except (NoAnswer, PortError) as error:
+            log.info("%s: after soft start: %s", servo.title, error.detail)
+        finally:
+            self._asking.pop(node, None)
+
+    def remember(self, servo: Servo) -> None:
+        """Keep what is known of a servo beyond this process: who it is, and what its ROM holds."""
+        self._inventory.met(
+            servo.uid,
+            ServoFacts(
+                name=servo.name, model=servo.model.name if servo.model else None, model_number=servo.model_number,
+                hardware_version=servo.hardware_version, firmware=servo.firmware, serial=servo.serial_number,
+                production_date=servo.production_date, node_id=servo.node_id, servo_id=servo.servo_id,
+            ),
+        )  # fmt: skip
+        self._inventory.keep_rom(servo.uid, servo.rom())
+
+    def _recall_rom(self, servo: Servo) -> None:
+        """ROM changes only by a save, and a save restarts the servo: what was known holds while it has run on."""
+        kept = self._inventory.get(servo.uid)
+        if kept is None or kept.last_seen is None or servo.status is None:
+            return
+        if servo.status.uptime_sec > self._base.utc_now() - kept.last_seen + 2:
+            for key, raw in kept.rom.items():
+                if key in servo.registers and servo.registers[key].rom is None:
+                    servo.registers[key].rom = raw
+
+    def _told_all(self, servo: Servo) -> None:
+        for key in servo.registers:
+            self._hub.tell(ReadingChanged(servo.uid, key))
+        self._hub.tell(ServoChanged(servo.uid))

@@ -1,0 +1,103 @@
+"""Owns identification: the questions that turn a node id into a servo with a model, and RAM into knowledge of ROM."""
+
+from dataclasses import dataclass
+
+from hornbill.errors import NoAnswer, Refused
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.model import ServoModel
+from hornbill.servo.asking import READ, Asker
+from hornbill.servo.servo import SOFT_START_ROWS, Servo
+from hornbill.units import NodeId, Uid
+
+_DATE_KEYS = (
+    "production_year", "production_month", "production_day", "production_hour", "production_minute",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What a node says of itself. `model` is None when the pair (0x50, 0x53) is in no table."""
+
+    uid: Uid
+    name: str
+    model_number: int
+    hardware_version: int | None
+    firmware: int | None
+    serial_number: int | None
+    production_date: str | None
+    model: ServoModel | None
+
+
+async def identify(asker: Asker, catalog: Catalog, node_id: NodeId) -> Identity | None:
+    """Who is on this node id; None when it is no servo of ours (it has no integer at 0x50).
+
+    Raises NoAnswer or BusDisconnected.
+    """
+    info = await asker.node_info(node_id)
+    uid = Uid(info.hardware_version.unique_id.hex())
+
+    async def ask(key: str) -> int | None:
+        return await asker.probe(node_id, catalog.by_key[key])
+
+    model_number = await ask("model_number")
+    if model_number is None:
+        return None
+    hardware = await ask("hardware_version")
+    date = [await ask(key) for key in _DATE_KEYS]
+    return Identity(
+        uid=uid,
+        name=info.name,
+        model_number=model_number,
+        hardware_version=hardware,
+        firmware=await ask("firmware_version"),
+        serial_number=await ask("product_number"),
+        production_date=_date(date),
+        model=None if hardware is None else catalog.model(model_number, hardware),
+    )
+
+
+def apply(servo: Servo, identity: Identity) -> None:
+    """Write an identity into the servo it belongs to."""
+    servo.name = identity.name
+    servo.model_number = identity.model_number
+    servo.hardware_version = identity.hardware_version
+    servo.serial_number = identity.serial_number
+    servo.production_date = identity.production_date
+    servo.identify_as(identity.model, identity.firmware)
+
+
+async def read_rows(asker: Asker, servo: Servo, keys: list[str] | None = None) -> list[str]:
+    """Read rows (all of them unless named), one after the other; answers the keys the servo refused.
+
+    A refused row is one this firmware lacks, which is no fault. Raises NoAnswer or BusDisconnected.
+    """
+    refused: list[str] = []
+    for key in list(servo.registers) if keys is None else keys:
+        try:
+            await asker.read(servo, servo.registers[key].parameter, READ)
+        except Refused:
+            refused.append(key)
+    return refused
+
+
+def learn_rom(servo: Servo, *, soft_start: bool) -> None:
+    """Take what RAM holds for what ROM holds: true only right after a start, before anybody wrote (section 4.11).
+
+    During soft start the five rows it overrides say nothing about ROM (section 4.14).
+    """
+    for key, register in servo.registers.items():
+        if register.parameter.rom and register.at is not None and not (soft_start and key in SOFT_START_ROWS):
+            register.rom = register.raw
+
+
+def lost(error: NoAnswer) -> str:
+    """A sentence for the log when a node went silent half-way."""
+    return f"Identification broke off: {error.detail}"
+
+
+def _date(parts: list[int | None]) -> str | None:
+    numbers = [part for part in parts if part is not None]
+    if len(numbers) < len(parts):
+        return None
+    year, month, day, hour, minute = numbers
+    return f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{minute:02d}"

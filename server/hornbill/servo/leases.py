@@ -1,0 +1,88 @@
+"""Owns Leases: one writer at a time, for as long as it keeps saying that it is there."""
+
+import math
+import secrets
+from dataclasses import dataclass
+
+from hornbill.errors import LeaseHeld, LeaseRequired, Unknown
+from hornbill.units import Instant
+
+
+@dataclass(slots=True)
+class Lease:
+    """The right to move servos. It lasts `ttl_s` seconds from the last sign of life."""
+
+    id: str
+    holder: str
+    ttl_s: float
+    expires_at: Instant
+
+
+class Leases:
+    """Grants, renews and ends the one lease. A function of what is asked and `now`; owns no timer."""
+
+    def __init__(self) -> None:
+        self._lease: Lease | None = None
+
+    def current(self, now: Instant) -> Lease | None:
+        """The live lease, or None."""
+        lease = self._lease
+        return lease if lease is not None and lease.expires_at > now else None
+
+    def grant(self, holder: str, ttl_s: float, now: Instant) -> Lease:
+        """A new lease. Raises LeaseHeld while somebody has one."""
+        held = self.current(now)
+        if held is not None:
+            raise self._held(held, now)
+        self._lease = Lease(secrets.token_hex(16), holder, ttl_s, now + ttl_s)
+        return self._lease
+
+    def renew(self, lease_id: str, now: Instant) -> Lease:
+        """Another `ttl_s` from now. Raises Unknown(unknown_lease) once it has ended: ask for a new one."""
+        lease = self.current(now)
+        if lease is None or not secrets.compare_digest(lease.id, lease_id):
+            raise Unknown("unknown_lease", "This lease has ended. Ask for a new one: POST /api/v1/leases.")
+        lease.expires_at = now + lease.ttl_s
+        return lease
+
+    def release(self, lease_id: str, now: Instant) -> Lease:
+        """Give it back. Raises Unknown(unknown_lease)."""
+        lease = self.renew(lease_id, now)
+        self._lease = None
+        return lease
+
+    def lapsed(self, now: Instant) -> Lease | None:
+        """The lease that has run out unseen, once; asked by whoever owns the timer."""
+        lease = self._lease
+        if lease is None or lease.expires_at > now:
+            return None
+        self._lease = None
+        return lease
+
+    def require(self, lease_id: str | None, now: Instant) -> Lease:
+        """The live lease of whoever wants to move something. Raises LeaseRequired or LeaseHeld."""
+        lease = self.current(now)
+        if lease is not None and lease_id is not None and secrets.compare_digest(lease.id, lease_id):
+            return lease
+        if lease is not None:
+            raise self._held(lease, now)
+        raise LeaseRequired(
+            "Motion needs a live lease. POST /api/v1/leases, then send its id in the header 'Lease'."
+            if lease_id is None
+            else "This lease has ended, and torque is off on what it commanded. Ask for a new one."
+        )
+
+    def allow_write(self, lease_id: str | None, now: Instant) -> None:
+        """Parameters need the lease only while somebody else holds it. Raises LeaseHeld."""
+        lease = self.current(now)
+        if lease is not None and (lease_id is None or not secrets.compare_digest(lease.id, lease_id)):
+            raise self._held(lease, now)
+
+    @staticmethod
+    def _held(lease: Lease, now: Instant) -> LeaseHeld:
+        left = lease.expires_at - now
+        return LeaseHeld(
+            f"{lease.holder} has motion control for {max(1, math.ceil(left))} s more. Ask for it, or wait.",
+            holder=lease.holder,
+            expires_in_s=round(left, 3),
+        )

@@ -1,0 +1,191 @@
+"""Owns Servo: what the host knows of one servo, and how old that knowledge is. Asks nothing of the bus."""
+
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.firmware import to_text
+from hornbill.schema.model import ServoModel
+from hornbill.schema.parameter import Parameter
+from hornbill.units import Instant, NodeId, Raw, Uid
+from hornbill.wire.messages import Health, Mode, NodeStatus
+
+STATUS_PERIOD_S = 0.1
+"""A servo broadcasts its angle every 100 ms (table 2-2)."""
+
+SOFT_START_ROWS = frozenset(
+    ("speed_torque_control", "speed_limit_cw", "speed_limit_ccw", "torque_limit_cw", "torque_limit_ccw")
+)
+"""Rows that hold temporary values during soft start, so that what is read then proves nothing (section 4.14)."""
+
+PROTECTION_BITS = 0b1111 << 8
+"""Warning bits of temperature and voltage: output is off and comes back by itself (sections 4.7, 4.8, 4.12)."""
+
+
+class State(StrEnum):
+    """What a servo is doing, in the words of the API."""
+
+    IDENTIFYING = "identifying"
+    READY = "ready"
+    SOFT_START = "soft_start"
+    SAVING = "saving"
+    RESTARTING = "restarting"
+    UPDATING = "updating"
+    PROTECTED = "protected"
+    OFFLINE = "offline"
+
+
+@dataclass(slots=True)
+class Register:
+    """One parameter of one servo. `raw` is RAM as last read at `at`; `rom` is what is known to be in ROM."""
+
+    parameter: Parameter
+    raw: Raw | None = None
+    at: Instant | None = None
+    rom: Raw | None = None
+
+
+@dataclass(slots=True)
+class Servo:
+    """One servo, keyed by its unique id; node id, servo id and label are facts about it, never keys."""
+
+    uid: Uid
+    catalog: Catalog
+    node_id: NodeId | None = None
+    name: str = ""
+    label: str = ""
+    model: ServoModel | None = None
+    model_number: int | None = None
+    hardware_version: int | None = None
+    firmware: int | None = None
+    serial_number: int | None = None
+    production_date: str | None = None
+    identified: bool = False
+    online: bool = False
+    busy: State | None = None
+    soft_start_since: Instant | None = None
+    status: NodeStatus | None = None
+    status_at: Instant | None = None
+    angle_deg: float | None = None
+    angle_at: Instant | None = None
+    angle_polled_at: Instant | None = None
+    boots: int = 0
+    registers: dict[str, Register] = field(default_factory=dict[str, Register])
+    changed: int = 0
+    session: str = field(default_factory=lambda: secrets.token_hex(3))
+
+    @property
+    def state(self) -> State:
+        """The one word for what the servo is doing; a job's word comes before what the bus says."""
+        if self.busy is not None:
+            return self.busy
+        if not self.online:
+            return State.OFFLINE
+        if self.status is not None and self.status.mode == Mode.SOFTWARE_UPDATE:
+            return State.UPDATING
+        if not self.identified:
+            return State.IDENTIFYING
+        if self.soft_start_since is not None:
+            return State.SOFT_START
+        if (self.raw("fault_warning") or 0) & PROTECTION_BITS:
+            return State.PROTECTED
+        return State.READY
+
+    @property
+    def soft_starting(self) -> bool:
+        """Whether the horn is on its slow way to 0 degrees after a start (section 4.14)."""
+        return self.soft_start_since is not None
+
+    @property
+    def health(self) -> Health | None:
+        """Health of the last NodeStatus (table 2-18); notifications do not change it."""
+        return Health(self.status.health) if self.status is not None else None
+
+    @property
+    def mode(self) -> str | None:
+        """Mode of the last NodeStatus, as a word (table 2-19); the reserved ones as `reserved_n`."""
+        if self.status is None:
+            return None
+        mode = self.status.mode
+        return Mode(mode).name.lower() if mode in Mode else f"reserved_{mode}"
+
+    @property
+    def title(self) -> str:
+        """What to call it in a sentence."""
+        return self.label or self.serial or f"servo {self.uid[:8]}"
+
+    @property
+    def revision(self) -> str:
+        """Changes whenever a row that ROM keeps is seen to change in RAM; never repeats over server restarts."""
+        return f"{self.session}-{self.changed}"
+
+    @property
+    def serial(self) -> str | None:
+        """Model number, dash, product number: unique over all models (section 4.41)."""
+        if self.model_number is None or self.serial_number is None:
+            return None
+        return f"{self.model_number}-{self.serial_number:06d}"
+
+    @property
+    def firmware_text(self) -> str | None:
+        """Firmware as the tables write it, 1300 as "1.300" (section 5)."""
+        return None if self.firmware is None else to_text(self.firmware)
+
+    @property
+    def servo_id(self) -> int | None:
+        """Parameter 0x45."""
+        return self.raw("servo_id")
+
+    def raw(self, key: str) -> Raw | None:
+        """RAM's integer as last read, or None."""
+        register = self.registers.get(key)
+        return None if register is None else register.raw
+
+    def raws(self) -> Mapping[str, Raw | None]:
+        """RAM of every row, as last read."""
+        return {key: register.raw for key, register in self.registers.items()}
+
+    def rom(self) -> dict[str, Raw]:
+        """What is known to be in ROM."""
+        return {key: register.rom for key, register in self.registers.items() if register.rom is not None}
+
+    def identify_as(self, model: ServoModel | None, firmware: int | None) -> None:
+        """Fix model and firmware, and with them which rows exist; readings of rows that stay are kept."""
+        rows: Mapping[str, Parameter] = {} if model is None else model.rows(firmware)
+        self.model, self.firmware = model, firmware
+        self.registers = {key: Register(row, *self._known(key)) for key, row in rows.items()}
+
+    def _known(self, key: str) -> tuple[Raw | None, Instant | None, Raw | None]:
+        old = self.registers.get(key)
+        return (None, None, None) if old is None else (old.raw, old.at, old.rom)
+
+    def note(self, key: str, raw: Raw, at: Instant) -> bool:
+        """Remember what RAM held at an instant; true when it differs from what was known."""
+        register = self.registers.get(key)
+        if register is None:
+            return False
+        changed = register.raw != raw
+        register.raw, register.at = raw, at
+        if changed and register.parameter.rom:
+            self.changed += 1
+        return changed
+
+    def forget_readings(self) -> None:
+        """After a restart nothing read before it is known of RAM; ROM knowledge stays."""
+        for register in self.registers.values():
+            if register.parameter.access != "r" or register.parameter.rom:
+                register.at = None
+
+    def unsaved(self) -> list[str]:
+        """Keys whose RAM differs from what is known to be in ROM; rows of unknown ROM are not claimed."""
+        return [
+            key
+            for key, register in self.registers.items()
+            if register.parameter.rom
+            and register.rom is not None
+            and register.raw is not None
+            and register.raw != register.rom
+            and not (self.soft_start_since is not None and key in SOFT_START_ROWS)
+        ]

@@ -1,0 +1,171 @@
+"""Owns Stop: torque off (or brake) written to every known servo at once, repeated until answered, and latched."""
+
+import asyncio
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from hornbill.errors import NoAnswer, PortError, Refused, Stopped
+from hornbill.schema.catalog import Catalog
+from hornbill.servo.asking import STOP, Asker
+from hornbill.servo.hub import Change, Happened, Hub, ReadingChanged, StopChanged
+from hornbill.servo.servo import Servo
+from hornbill.servo.timebase import TimeBase
+from hornbill.units import Instant, Raw, Uid
+
+MODES: dict[str, Raw] = {"off": 1, "brake": 2}
+"""Values of 0x20 that take the output away (section 4.13): 0 is ON and is not here."""
+
+AGAIN_S = 0.02
+AGAIN_LATER_S = 0.25
+SOON = 25
+"""Tries at the short interval; a servo that is silent for half a second is asked four times a second from then on."""
+
+
+@dataclass(slots=True)
+class Confirmation:
+    """How stop went on one servo; `ms` from the request to the servo's answer."""
+
+    uid: Uid
+    label: str
+    ms: float | None = None
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the servo said that its torque is off."""
+        return self.ms is not None
+
+
+@dataclass(slots=True)
+class Latch:
+    """One stop, from its request until somebody clears it."""
+
+    mode: str
+    at: Instant
+    by: str
+    reason: str
+    servos: dict[Uid, Confirmation] = field(default_factory=dict[Uid, Confirmation])
+
+
+class Stop:
+    """The latch and the tasks that carry it out. Needs no lease and waits for nothing.
+
+    `known` gives every servo that may still be on the bus; `quiet` is called first and must cancel, before it
+    returns, everything of ours that could still energise a servo.
+    """
+
+    def __init__(
+        self,
+        asker: Asker,
+        hub: Hub,
+        base: TimeBase,
+        catalog: Catalog,
+        known: Callable[[], Iterable[Servo]],
+        quiet: Callable[[], None],
+    ) -> None:
+        self._asker = asker
+        self._hub = hub
+        self._base = base
+        self._row = catalog.by_key["torque_mode"]
+        self._known = known
+        self._quiet = quiet
+        self._tasks: dict[Uid, asyncio.Task[None]] = {}
+        self.latch: Latch | None = None
+        hub.listen(self._on_change)
+
+    @property
+    def latched(self) -> bool:
+        """Whether motion waits for somebody to clear the stop."""
+        return self.latch is not None
+
+    def check(self) -> None:
+        """Raises Stopped while the latch is set."""
+        if self.latch is not None:
+            raise Stopped(
+                f"Stopped by {self.latch.by}. Nothing moves until the stop is cleared: DELETE /api/v1/stop.",
+                mode=self.latch.mode,
+            )
+
+    def now(self, mode: str, by: str, reason: str) -> Latch:
+        """Stop. The first frames leave on the next turn of the event loop; pressing again sends again.
+
+        `mode` is "off" or "brake".
+        """
+        self.latch = Latch(mode, self._base.now(), by, reason)
+        self._quiet()
+        self._end_tasks()
+        servos = [servo for servo in self._known() if servo.node_id is not None]
+        for servo in servos:
+            self.latch.servos[servo.uid] = Confirmation(servo.uid, servo.title)
+            self._begin(servo, self.latch)
+        self._hub.tell(StopChanged())
+        self._hub.tell(Happened("failure", "stopped", f"Stopped by {by}. Torque goes {mode} on every servo."))
+        return self.latch
+
+    def on_arrival(self, servo: Servo) -> None:
+        """A servo that comes back while the latch is set is stopped too: it may have started with torque on."""
+        if self.latch is not None:
+            self.latch.servos[servo.uid] = Confirmation(servo.uid, servo.title)
+            self._begin(servo, self.latch)
+            self._hub.tell(StopChanged())
+
+    def _on_change(self, change: Change) -> None:
+        """Somebody else turned torque on, or a restart too quick to be noticed did: not while the latch is set."""
+        if self.latch is None or not isinstance(change, ReadingChanged) or change.key != self._row.key:
+            return
+        task = self._tasks.get(change.uid)
+        servo = next((one for one in self._known() if one.uid == change.uid), None)
+        if servo is not None and servo.raw(self._row.key) == 0 and (task is None or task.done()):
+            self._begin(servo, self.latch)
+
+    def clear(self, by: str) -> None:
+        """Unlatch. Moves nothing and turns nothing on."""
+        if self.latch is None:
+            return
+        self.latch = None
+        self._end_tasks()
+        self._hub.tell(StopChanged())
+        self._hub.tell(Happened("notice", "stop_cleared", f"Stop cleared by {by}. Torque stays off until turned on."))
+
+    async def confirmed(self, within_s: float) -> None:
+        """Answer when every servo has confirmed, or after that time."""
+        tasks = [task for task in self._tasks.values() if not task.done()]
+        if tasks:
+            await asyncio.wait(tasks, timeout=within_s)
+
+    async def close(self) -> None:
+        """End the repetitions; the latch stays as it is."""
+        tasks = list(self._tasks.values())
+        self._end_tasks()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _end_tasks(self) -> None:
+        for task in self._tasks.values():
+            task.cancel()
+        self._tasks.clear()
+
+    def _begin(self, servo: Servo, latch: Latch) -> None:
+        old = self._tasks.pop(servo.uid, None)
+        if old is not None:
+            old.cancel()
+        self._tasks[servo.uid] = asyncio.get_running_loop().create_task(
+            self.quench(servo, latch.mode, lambda: self._confirm(latch, servo.uid))
+        )
+
+    def _confirm(self, latch: Latch, uid: Uid) -> None:
+        latch.servos[uid].ms = round((self._base.now() - latch.at) * 1000, 2)
+        if latch is self.latch:
+            self._hub.tell(StopChanged())
+
+    async def quench(self, servo: Servo, mode: str, confirm: Callable[[], None] | None = None) -> None:
+        """Write `mode` into 0x20 of one servo, again and again until it answers that it holds it."""
+        wanted, tries = MODES[mode], 0
+        while True:
+            try:
+                if await self._asker.write(servo, self._row, wanted, STOP) == wanted:
+                    break
+            except (NoAnswer, Refused, PortError):
+                pass
+            tries += 1
+            await asyncio.sleep(AGAIN_S if tries <= SOON else AGAIN_LATER_S)
+        if confirm is not None:
+            confirm()

@@ -1,0 +1,23 @@
+"""Owns Settings: what flags and HORNBILL_… environment variables decide, once, at start."""
+
+from pathlib import Path
+
+from platformdirs import user_data_path
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class Settings(BaseSettings):
+    """Frozen; flags given by the command line win over the environment."""
+
+    model_config = SettingsConfigDict(env_prefix="HORNBILL_", frozen=True, extra="ignore")
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=8000, ge=0, le=65535)
+    bus: str | None = None
+    bitrate: int = Field(default=1_000_000, gt=0)
+    data_dir: Path = Field(default_factory=lambda: user_data_path("hornbill"))
+    node_id: int = Field(default=127, ge=1, le=127, description="our own node id; 126 and 127 are for tools")
+    view: bool = Field(default=True, description="whether to start the 3D view")
+    servos: int = Field(default=6, ge=1, le=100)
+    seed: int = 1
