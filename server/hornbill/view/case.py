@@ -1,0 +1,115 @@
+"""Owns the sizes of the two series' cases: what the models are drawn from and what the scene places by."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from hornbill.view.pose import Series
+
+MM = 0.05
+"""Scene units per millimetre: 1 unit is 20 mm, because shadows end 20 units from the camera."""
+Vector: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Sizes in mm, unless said otherwise; x counts along the case from the output shaft, z from the floor."""
+
+    key: Literal["bla21", "bla15"]
+    back: float
+    front: float
+    half_width: float
+    corner: float
+    """Radius of the upright edges."""
+    seam_low: float
+    seam_high: float
+    """Where the bottom and the top are screwed to the middle part."""
+    top: float
+    """Height of the face with the name plate."""
+    ear: float
+    """How far an ear stands out."""
+    ear_half_width: float
+    ear_thickness: float
+    hole: float
+    """Radius of the holes in the ears."""
+    hole_y: tuple[float, ...]
+    fins: int
+    boss: float
+    """Radius of the round the shaft comes out of."""
+    horn: float
+    """Size of the horn against the model of it."""
+
+    @property
+    def small(self) -> float:
+        """Size of the fittings against those of the larger series."""
+        return self.boss / 8.4
+
+    @property
+    def ear_top(self) -> float:
+        """Height of the upper face of the ears."""
+        return self.seam_high - 0.6
+
+    @property
+    def hub(self) -> float:
+        """Height of the underside of the horn's hub."""
+        return self.top + 4.6 * self.small
+
+    @property
+    def pivot(self) -> float:
+        """The same in scene units."""
+        return self.hub * MM
+
+    @property
+    def box(self) -> tuple[Vector, Vector]:
+        """Two corners of the box around case, ears and hub, in scene units from the foot of the shaft."""
+        roof = self.hub + 6.4 * self.horn
+        return (
+            ((self.back - self.ear) * MM, -self.half_width * MM, 0.0),
+            ((self.front + self.ear) * MM, self.half_width * MM, roof * MM),
+        )
+
+
+BLA21 = Case(
+    "bla21",
+    back=-30.0,
+    front=10.2,
+    half_width=10.5,
+    corner=2.4,
+    seam_low=8.6,
+    seam_high=28.6,
+    top=37.0,
+    ear=7.2,
+    ear_half_width=9.4,
+    ear_thickness=2.6,
+    hole=2.2,
+    hole_y=(-5.0, 5.0),
+    fins=4,
+    boss=8.4,
+    horn=1.0,
+)
+BLA15 = Case(
+    "bla15",
+    back=-27.6,
+    front=7.9,
+    half_width=7.6,
+    corner=1.9,
+    seam_low=6.6,
+    seam_high=21.8,
+    top=28.6,
+    ear=5.8,
+    ear_half_width=6.6,
+    ear_thickness=2.0,
+    hole=1.7,
+    hole_y=(0.0,),
+    fins=3,
+    boss=6.3,
+    horn=0.8,
+)
+CASES = (BLA21, BLA15)
+
+HORN_REACH = 27.1 * MM
+"""From the shaft to the tip of an unscaled horn, in scene units."""
+
+
+def case_of(series: Series) -> Case:
+    """The case to draw; a servo whose model is not known yet gets the larger one."""
+    return BLA15 if series == "BLA15" else BLA21

@@ -1,0 +1,120 @@
+"""Owns the servos that are not selected: a batch for the cases of a series, one for horns, stale horns, ghosts each."""
+
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from hornbill.view.case import CASES, Vector
+from hornbill.view.geometry import horn_wxyz, wrapped
+from hornbill.view.layout import Placed
+from hornbill.view.models import Name, Quality, glb, triangles
+from hornbill.view.palette import Palette
+
+_ROOM = 4
+"""Batches grow in steps of this many, so that a servo that turns up seldom resizes them."""
+_NOWHERE = (0.0, 0.0, -1000.0)
+_STILL = (1.0, 0.0, 0.0, 0.0)
+_ANGLE_DECIMALS = 1
+_MET_DEG = 0.5
+"""A command this close to the horn is met, and needs no ghost."""
+
+
+class _Copy(NamedTuple):
+    at: Vector
+    scale: float = 1.0
+    angle_deg: float = 0.0
+
+
+def _fill(node: viser.BatchedGlbHandle | viser.BatchedMeshHandle, copies: Sequence[_Copy]) -> None:
+    """Places the copies of one model; those left over wait out of sight. viser sends only arrays that changed."""
+    room = -(-max(len(copies), 1) // _ROOM) * _ROOM
+    positions: NDArray[np.float32] = np.tile(np.array(_NOWHERE, dtype=np.float32), (room, 1))
+    wxyzs: NDArray[np.float32] = np.tile(np.array(_STILL, dtype=np.float32), (room, 1))
+    scales: NDArray[np.float32] = np.ones(room, dtype=np.float32)
+    for index, copy in enumerate(copies):
+        positions[index], scales[index] = copy.at, copy.scale
+        wxyzs[index] = horn_wxyz(round(copy.angle_deg, _ANGLE_DECIMALS))
+    node.batched_positions = positions
+    node.batched_wxyzs = wxyzs
+    node.batched_scales = scales
+
+
+class Crowd:
+    """Draws the many. Batches are made when first needed, then only their arrays change."""
+
+    def __init__(self, server: viser.ViserServer, colours: Palette, quality: Quality) -> None:
+        self._scene = server.scene
+        self._models: dict[tuple[Name, Quality], viser.BatchedGlbHandle] = {}
+        self._overlays: dict[Literal["stale", "ghosts"], viser.BatchedMeshHandle] = {}
+        self._colours = colours
+        self._quality: Quality = quality
+
+    def look(self, colours: Palette, quality: Quality) -> None:
+        """Takes on a theme and a quality; the next `show` fills the batches of that quality."""
+        self._colours, self._quality = colours, quality
+        for (_, made_for), model in self._models.items():
+            model.visible = made_for == quality
+        for name, overlay in self._overlays.items():
+            overlay.batched_colors = np.array(self._colour(name), dtype=np.uint8)
+
+    def show(self, servos: Sequence[Placed]) -> None:
+        """Draws these servos. Call it inside `server.atomic()`."""
+        for case in CASES:
+            standing = [_Copy(servo.at) for servo in servos if servo.case is case]
+            self._fill_model("bla21-far" if case.key == "bla21" else "bla15-far", standing)
+        live: list[_Copy] = []
+        stale: list[_Copy] = []
+        ghosts: list[_Copy] = []
+        for servo in servos:
+            pose, case = servo.pose, servo.case
+            hub = (servo.at[0], servo.at[1], servo.at[2] + case.pivot)
+            angle, command = pose.angle_deg, pose.command_deg
+            if angle is not None:
+                (stale if pose.stale else live).append(_Copy(hub, case.horn, angle))
+            met = command is None or (angle is not None and abs(wrapped(command - angle)) < _MET_DEG)
+            if command is not None and not (met or pose.stale):
+                ghosts.append(_Copy(hub, case.horn, command))
+        self._fill_model("horn-far", live)
+        self._fill_overlay("stale", stale)
+        self._fill_overlay("ghosts", ghosts)
+
+    def _fill_model(self, name: Name, copies: Sequence[_Copy]) -> None:
+        key = (name, self._quality)
+        if key not in self._models and copies:
+            self._models[key] = self._scene.add_batched_glb(
+                f"/crowd/{name}-{self._quality}",
+                glb(name, self._quality),
+                batched_wxyzs=(_STILL,),
+                batched_positions=(_NOWHERE,),
+                batched_scales=(1.0,),
+                lod="off",
+                cast_shadow=self._quality == "high",
+                receive_shadow=self._quality == "high",
+            )
+        if key in self._models:
+            _fill(self._models[key], copies)
+
+    def _fill_overlay(self, name: Literal["stale", "ghosts"], copies: Sequence[_Copy]) -> None:
+        if name not in self._overlays and copies:
+            points, faces = triangles("horn-far" if name == "stale" else "horn-ghost")
+            self._overlays[name] = self._scene.add_batched_meshes_simple(
+                f"/crowd/{name}",
+                points,
+                faces,
+                batched_wxyzs=(_STILL,),
+                batched_positions=(_NOWHERE,),
+                batched_scales=(1.0,),
+                batched_colors=self._colour(name),
+                opacity=0.45,
+                lod="off",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+        if name in self._overlays:
+            _fill(self._overlays[name], copies)
+
+    def _colour(self, name: Literal["stale", "ghosts"]) -> tuple[int, int, int]:
+        return self._colours.stale if name == "stale" else self._colours.command_face

@@ -1,0 +1,93 @@
+"""Loads the baked models, as files for the viewer and as triangles."""
+
+import json
+import struct
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Quality: TypeAlias = Literal["high", "low"]
+"""high: reflections and shadows, for a graphics card; low: plain light, for rendering in software."""
+Name: TypeAlias = Literal["bla21-near", "bla21-far", "bla15-near", "bla15-far", "horn-near", "horn-far", "horn-ghost"]
+
+_FOLDER = Path(__file__).resolve().parent / "meshes"
+
+
+@cache
+def glb(name: Name, quality: Quality) -> bytes:
+    """A model's file. In low quality nothing is metal, because metal without a surrounding to reflect is black."""
+    content = (_FOLDER / f"{name}.glb").read_bytes()
+    if quality == "high":
+        return content
+    document, blob = _chunks(content)
+    for material in document["materials"]:
+        surface = material["pbrMetallicRoughness"]
+        dull = 1.0 - 0.6 * surface["metallicFactor"]
+        surface["baseColorFactor"][:3] = [dull * channel for channel in surface["baseColorFactor"][:3]]
+        surface["metallicFactor"] = 0.0
+        surface["roughnessFactor"] = 0.9
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return b"".join(
+        (
+            struct.pack("<4sII", b"glTF", 2, 20 + len(text) + len(blob)),
+            struct.pack("<I4s", len(text), b"JSON"),
+            text,
+            blob,
+        )
+    )
+
+
+@cache
+def triangles(name: Name) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """Points (n, 3) in scene units and triangles (m, 3) of a whole model."""
+    document, blob = _chunks((_FOLDER / f"{name}.glb").read_bytes())
+    data = blob[8:]
+    points: list[NDArray[np.float32]] = []
+    faces: list[NDArray[np.uint32]] = []
+    start = 0
+    for primitive in document["meshes"][0]["primitives"]:
+        part = _array(document, data, primitive["attributes"]["POSITION"], np.dtype("<f4")).reshape(-1, 3)
+        corner = _array(document, data, primitive["indices"], np.dtype("<u2")).reshape(-1, 3)
+        points.append(part.astype(np.float32))
+        faces.append(corner.astype(np.uint32) + start)
+        start += len(part)
+    return np.concatenate(points), np.concatenate(faces)
+
+
+def _chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
+    """The JSON document, and the binary chunk with its header."""
+    (length,) = struct.unpack_from("<I", content, 12)
+    return json.loads(content[20 : 20 + length]), content[20 + length :]
+
+
+def _array(document: dict[str, Any], data: bytes, index: int, kind: np.dtype[Any]) -> NDArray[Any]:
+    accessor = document["accessors"][index]
+    view = document["bufferViews"][accessor["bufferView"]]
+    return np.frombuffer(data, dtype=kind, count=view["byteLength"] // kind.itemsize, offset=view["byteOffset"])
+
+
+def outline(points: Sequence[Sequence[float]] | NDArray[np.float32]) -> NDArray[np.float32]:
+    """The convex hull of points seen from above, at their highest z, counter-clockwise: where a ghost's edge runs."""
+    flat = np.asarray(points, dtype=np.float32)
+    top = float(flat[:, 2].max())
+    ordered = sorted({(float(x), float(y)) for x, y, _ in flat})
+
+    def half(walk: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+        hull: list[tuple[float, float]] = []
+        for x, y in walk:
+            while len(hull) > 1 and _turn(hull[-2], hull[-1], (x, y)) <= 0:
+                hull.pop()
+            hull.append((x, y))
+        return hull[:-1]
+
+    hull = half(ordered) + half(ordered[::-1])
+    return np.array([(x, y, top) for x, y in hull], dtype=np.float32)
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

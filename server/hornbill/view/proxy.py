@@ -1,0 +1,205 @@
+"""Puts viser behind our own origin: its page at /viser/, its WebSocket at /viser and /viser/.
+
+viser itself asks nobody where they come from. Here a request passes only with a Host and an Origin that the policy
+knows, and of a browser's messages only those about cameras and clicks go on.
+"""
+
+import asyncio
+import gzip
+import hashlib
+import logging
+from collections.abc import Callable, Collection
+from typing import TypeAlias, get_args
+from urllib.parse import urlencode, urlsplit
+
+import msgspec
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketState
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+from hornbill.view.models import Quality
+from hornbill.view.page import UnknownClient, client
+from hornbill.view.viewer import Viewer
+
+_log = logging.getLogger(__name__)
+
+PASSED = frozenset({"ViewerCameraMessage", "ScenePointerMessage"})
+"""The types of message a browser may send to viser: where its camera is, and where it clicked."""
+_LARGEST = 8192
+"""Bytes of the largest message taken from a browser; a camera's is about 300."""
+_STRIPPED = frozenset({"websocket", "playbackPath"})
+"""Query parameters that would make viser's page talk to somebody else. The page itself adds the first one to its
+address, so a reload brings it back: hence a redirect and no error."""
+_START_TIMEOUT = 20.0
+
+
+Policy: TypeAlias = Callable[[HTTPConnection], bool]
+"""Says whether a request's Host and Origin are ours; a WebSocket without Origin is asked about too."""
+
+
+def same_origin(hosts: Collection[str]) -> Policy:
+    """The policy of a server known by these host names, whatever the port.
+
+    Host must be one of them, which stops a foreign name that resolves to us, and Origin must be the same host and
+    port. Only a WebSocket has to bring an Origin: browsers leave it out when they open a page.
+    """
+    known = frozenset(hosts)
+
+    def allowed(request: HTTPConnection) -> bool:
+        host = request.headers.get("host", "")
+        origin = request.headers.get("origin")
+        try:
+            if urlsplit(f"//{host}").hostname not in known:
+                return False
+        except ValueError:  # no host at all, "[" for one
+            return False
+        if origin is None:
+            return request.scope["type"] != "websocket"
+        return origin in (f"http://{host}", f"https://{host}")
+
+    return allowed
+
+
+def routes(viewer: Viewer, *, allowed: Policy) -> list[Route | WebSocketRoute]:
+    """The routes of the 3D view, for an application that has none of its own at /viser.
+
+    The view is started by the first look at its page. Query parameters of the page: `darkMode` (present or not) and
+    `quality=high|low` set theme and quality of the view, `select=UID` brings a servo to the front, `fixedDpr` and
+    the `initialCamera…` ones are viser's.
+    """
+
+    async def page(request: Request) -> Response:
+        return await _page(request, viewer, allowed)
+
+    async def socket(websocket: WebSocket) -> None:
+        await _socket(websocket, viewer, allowed)
+
+    return [
+        Route("/viser", page, methods=["GET"], include_in_schema=False),
+        Route("/viser/", page, methods=["GET"], include_in_schema=False),
+        WebSocketRoute("/viser", socket),
+        WebSocketRoute("/viser/", socket),
+    ]
+
+
+async def _page(request: Request, viewer: Viewer, allowed: Policy) -> Response:
+    if not allowed(request):
+        return PlainTextResponse("This address may not show the 3D view.", 403)
+    query = [(key, value) for key, value in request.query_params.multi_items() if key not in _STRIPPED]
+    if not request.url.path.endswith("/") or len(query) != len(request.query_params.multi_items()):
+        target = f"{request.scope.get('root_path', '')}/viser/" + (f"?{urlencode(query)}" if query else "")
+        return RedirectResponse(target, 307, {"Cache-Control": "no-store"})
+    try:
+        source = await asyncio.to_thread(client)
+    except UnknownClient as error:
+        return PlainTextResponse(f"The 3D view cannot be shown: {error}", 503)
+    dark = "darkMode" in request.query_params
+    viewer.theme(dark)
+    quality = request.query_params.get("quality")
+    for known in get_args(Quality):
+        if quality == known:
+            viewer.quality(known)
+    chosen = request.query_params.get("select")
+    if chosen is not None:
+        viewer.select(chosen)
+    viewer.start()
+    body = source.page(dark=dark)
+    tag = f'"{hashlib.sha256(body).hexdigest()[:32]}"'
+    headers = {
+        "Content-Security-Policy": source.policy,
+        "Cache-Control": "no-cache",
+        "X-Content-Type-Options": "nosniff",
+        "Referrer-Policy": "no-referrer",
+        "Cross-Origin-Resource-Policy": "same-origin",
+        "ETag": tag,
+        "Vary": "Accept-Encoding",
+    }
+    if request.headers.get("if-none-match") == tag:
+        return Response(status_code=304, headers=headers)
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        headers["Content-Encoding"] = "gzip"
+        body = await asyncio.to_thread(gzip.compress, body, 3)
+    return Response(body, media_type="text/html; charset=utf-8", headers=headers)
+
+
+async def _socket(websocket: WebSocket, viewer: Viewer, allowed: Policy) -> None:
+    offered: list[str] = websocket.scope.get("subprotocols") or []
+    wanted = client().subprotocol
+    if not allowed(websocket) or wanted not in offered:
+        await websocket.close(1008)  # before accept: the browser is told 403
+        return
+    viewer.start()
+    try:
+        port = await asyncio.wait_for(asyncio.shield(asyncio.wrap_future(viewer.ready)), _START_TIMEOUT)
+        upstream = await connect(
+            f"ws://127.0.0.1:{port}",
+            subprotocols=[Subprotocol(wanted)],
+            compression=None,
+            max_size=None,
+            ping_interval=None,
+            proxy=None,
+        )
+    except Exception as error:
+        _log.warning("the 3D view does not answer: %s", error)
+        await websocket.close(1013)
+        return
+    async with upstream:
+        await websocket.accept(subprotocol=upstream.subprotocol)
+        await _pump(websocket, upstream)
+
+
+async def _pump(websocket: WebSocket, upstream: ClientConnection) -> None:
+    """Carries messages both ways until either side ends, then ends the other."""
+    ways = {asyncio.create_task(_down(upstream, websocket)), asyncio.create_task(_up(websocket, upstream))}
+    code = 1001
+    try:
+        done, _ = await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
+        for way in done:
+            if isinstance(error := way.exception(), _Unwelcome):
+                code = error.code
+    finally:
+        for way in ways:
+            way.cancel()
+        await asyncio.gather(*ways, return_exceptions=True)
+    if websocket.application_state is WebSocketState.CONNECTED and websocket.client_state is WebSocketState.CONNECTED:
+        await websocket.close(code)
+
+
+class _Unwelcome(Exception):
+    """A message no page of ours sends; the connection ends with this code."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(code)
+        self.code = code
+
+
+class _Head(msgspec.Struct):
+    type: str
+
+
+_HEAD = msgspec.msgpack.Decoder(_Head)
+
+
+async def _down(upstream: ClientConnection, websocket: WebSocket) -> None:
+    async for message in upstream:
+        await websocket.send_bytes(message if isinstance(message, bytes) else message.encode())
+
+
+async def _up(websocket: WebSocket, upstream: ClientConnection) -> None:
+    while (event := await websocket.receive())["type"] != "websocket.disconnect":
+        message: bytes | None = event.get("bytes")
+        if message is None:
+            raise _Unwelcome(1003)
+        if len(message) > _LARGEST:
+            raise _Unwelcome(1009)
+        try:
+            kind = _HEAD.decode(message).type
+        except msgspec.DecodeError:
+            raise _Unwelcome(1007) from None
+        if kind in PASSED:
+            await upstream.send(message)
+        else:
+            _log.debug("a %s was not passed on to the 3D view", kind)

@@ -1,0 +1,227 @@
+"""The routes in front of viser, served by a real server on a port of its own."""
+
+import socket
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import httpx
+import msgspec
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+from hornbill.view import proxy
+from hornbill.view.page import UnknownClient, client
+from hornbill.view.viewer import Viewer
+from unit.view.onlooker import CAMERA, Onlooker, click, names
+from unit.view.servos import Servos, pose
+from unit.view.site import serving
+
+
+@dataclass(frozen=True)
+class Site:
+    port: int
+    viewer: Viewer
+    selected: list[str]
+
+    @property
+    def origin(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def socket(self) -> str:
+        return f"ws://127.0.0.1:{self.port}/viser"
+
+    def onlooker(self, path: str = "") -> Onlooker:
+        return Onlooker(self.socket + path, origin=self.origin)
+
+
+@pytest.fixture(scope="module")
+def site() -> Iterator[Site]:
+    selected: list[str] = []
+    viewer = Viewer(Servos(pose(0), pose(1), pose(2)), on_select=selected.append)
+    with serving(*proxy.routes(viewer, allowed=proxy.same_origin(["127.0.0.1", "localhost"]))) as port:
+        yield Site(port, viewer, selected)
+        viewer.close()
+
+
+@pytest.fixture
+def http(site: Site) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=site.origin, trust_env=False) as made:
+        yield made
+
+
+def test_the_page_comes_with_its_policy_and_is_checked_each_time(http: httpx.Client) -> None:
+    answer = http.get("/viser/")
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    assert answer.headers["content-security-policy"] == client().policy
+    assert answer.headers["cache-control"] == "no-cache"
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    assert answer.content == client().page(dark=False)
+    again = http.get("/viser/", headers={"If-None-Match": answer.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+
+
+def test_opening_the_page_starts_the_view_and_sets_theme_and_quality(http: httpx.Client, site: Site) -> None:
+    dark, light = http.get("/viser/?darkMode&quality=low"), http.get("/viser/?quality=high")
+    assert dark.content == client().page(dark=True)
+    assert light.headers["etag"] != dark.headers["etag"]
+    assert site.viewer.ready.result(20) == site.viewer.port
+    with site.onlooker() as onlooker:
+        onlooker.send(CAMERA)
+        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+        http.get("/viser/?darkMode&quality=low")
+        onlooker.read_until(lambda message: message.get("name") == "/hero/bla21-low")
+        http.get("/viser/?quality=highest")
+        assert not any("high" in name for name in names(onlooker.read_for(0.3)))
+
+
+@pytest.mark.parametrize(
+    ("path", "target"),
+    [
+        ("/viser", "/viser/"),
+        ("/viser?darkMode", "/viser/?darkMode="),
+        ("/viser/?websocket=ws://evil.example/", "/viser/"),
+        ("/viser/?darkMode=&fixedDpr=1&websocket=ws://a/viser", "/viser/?darkMode=&fixedDpr=1"),
+        ("/viser/?playbackPath=https://evil.example/x&quality=low", "/viser/?quality=low"),
+        ("/viser/?websocket=a&websocket=b", "/viser/"),
+    ],
+)
+def test_parameters_that_lead_elsewhere_are_stripped_by_a_redirect(http: httpx.Client, path: str, target: str) -> None:
+    answer = http.get(path)
+    assert (answer.status_code, answer.headers["location"]) == (307, target)
+    assert http.get(target).status_code == 200
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "["])
+def test_a_foreign_host_name_gets_no_page(http: httpx.Client, host: str) -> None:
+    answer = http.get("/viser/", headers={"Host": host})
+    assert answer.status_code == 403
+    assert b"script" not in answer.content
+
+
+def test_a_foreign_page_cannot_fetch_it(http: httpx.Client) -> None:
+    assert http.get("/viser/", headers={"Origin": "https://evil.example"}).status_code == 403
+
+
+@pytest.mark.parametrize("path", ["", "/"])
+def test_the_socket_forwards_subprotocol_and_scene(site: Site, path: str) -> None:
+    with site.onlooker(path) as onlooker:
+        assert onlooker.connection.subprotocol == client().subprotocol
+        onlooker.send(CAMERA)
+        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+        assert {"/hero/pivot", "/stage/floor"} <= names(onlooker.messages)
+
+
+def refused(site: Site, *, origin: str | None, host: str | None = None, subprotocol: str | None = "ours") -> int:
+    """The status of a handshake that must fail."""
+    offered = {"ours": client().subprotocol, "theirs": "viser-v0.0.1"}.get(subprotocol or "")
+    with pytest.raises(InvalidStatus) as failure, socket.create_connection(("127.0.0.1", site.port)) as plain:
+        connect(
+            f"ws://{host or f'127.0.0.1:{site.port}'}/viser",
+            sock=plain,
+            origin=None if origin is None else Origin(origin),
+            subprotocols=[Subprotocol(offered)] if offered else None,
+        )
+    return failure.value.response.status_code
+
+
+def test_a_foreign_page_gets_no_socket(site: Site) -> None:
+    assert refused(site, origin="https://evil.example") == 403
+    assert refused(site, origin=f"http://127.0.0.1:{site.port + 1}") == 403
+    assert refused(site, origin="null") == 403
+
+
+def test_who_names_no_origin_gets_no_socket(site: Site) -> None:
+    assert refused(site, origin=None) == 403
+
+
+def test_a_foreign_host_name_gets_no_socket(site: Site) -> None:
+    """A name of somebody else's that resolves to us: Origin and Host agree, and still it is not ours."""
+    assert refused(site, origin="http://evil.example", host="evil.example") == 403
+
+
+def test_another_viser_or_none_gets_no_socket(site: Site) -> None:
+    assert refused(site, origin=site.origin, subprotocol="theirs") == 403
+    assert refused(site, origin=site.origin, subprotocol=None) == 403
+
+
+def test_clicks_pass(site: Site) -> None:
+    with site.onlooker() as onlooker:
+        onlooker.send(CAMERA)
+        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+        onlooker.send(click((-6.6, 7.4, 9.0), (0.0, 0.0, -1.0)))
+        end = time.monotonic() + 10
+        while not site.selected:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    assert site.selected == [pose(1).uid]
+
+
+@pytest.mark.parametrize("kind", ["ShareUrlRequest", "GuiUpdateMessage", "FileTransferStartUpload", "NoSuchMessage"])
+def test_other_messages_do_not_reach_viser(site: Site, kind: str) -> None:
+    """viser ends a connection that sends it a message it does not know; this one stays."""
+    with site.onlooker() as onlooker:
+        onlooker.send(CAMERA)
+        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+        onlooker.send({"type": kind, "uuid": 7})
+        assert not {"ShareUrlUpdated"} & {message["type"] for message in onlooker.read_for(0.2)}
+        onlooker.connection.ping().wait(2)
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        ("text", 1003),
+        (b"\xc1 not msgpack", 1007),
+        (msgspec.msgpack.encode([1, 2]), 1007),
+        (msgspec.msgpack.encode({"type": "ScenePointerMessage", "padding": "x" * 9000}), 1009),
+    ],
+)
+def test_what_no_browser_sends_ends_the_connection(site: Site, message: str | bytes, code: int) -> None:
+    with site.onlooker() as onlooker:
+        onlooker.connection.send(message)
+        with pytest.raises(ConnectionClosed) as closed:
+            onlooker.read_for(5)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == code
+
+
+def test_a_browser_that_leaves_is_forgotten(site: Site) -> None:
+    with site.onlooker() as onlooker:
+        onlooker.send(CAMERA)
+        end = time.monotonic() + 10
+        while not site.viewer.watched:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    while site.viewer.watched:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_viser_nobody_knows_is_not_served(http: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown() -> None:
+        raise UnknownClient("viser 9 packs its page in a way hornbill does not know: use viser 1.1.1")
+
+    monkeypatch.setattr(proxy, "client", unknown)
+    answer = http.get("/viser/")
+    assert answer.status_code == 503
+    assert "use viser 1.1.1" in answer.text
+
+
+def test_the_end_of_the_view_ends_its_sockets() -> None:
+    """On a site of its own, because the view does not outlive the test."""
+    viewer = Viewer(Servos(pose()))
+    with serving(*proxy.routes(viewer, allowed=lambda _: True)) as port:
+        address = f"ws://127.0.0.1:{port}/viser"
+        with Onlooker(address) as onlooker:
+            onlooker.send(CAMERA)
+            onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+            viewer.close()
+            with pytest.raises(ConnectionClosed):
+                onlooker.read_for(5)
+        with pytest.raises((InvalidStatus, ConnectionClosed)):
+            Onlooker(address)

@@ -1,0 +1,276 @@
+"""The view against a real viser server, with an onlooker that is no browser."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from hornbill.view.geometry import horn_wxyz
+from hornbill.view.viewer import Viewer
+from unit.view.onlooker import CAMERA, Onlooker, click, names
+from unit.view.servos import Servos, pose
+
+Make = Callable[..., Viewer]
+
+
+@pytest.fixture
+def make() -> Iterator[Make]:
+    """Starts a viewer and waits until it serves; closes it at the end."""
+    made: list[Viewer] = []
+
+    def start(servos: Servos, **more: Any) -> Viewer:
+        viewer = Viewer(servos, **more)
+        made.append(viewer)
+        viewer.start()
+        viewer.ready.result(20)
+        return viewer
+
+    yield start
+    for viewer in made:
+        viewer.close()
+
+
+def look(viewer: Viewer) -> Onlooker:
+    """An onlooker that viser counts as connected, with the whole scene read."""
+    onlooker = Onlooker(f"ws://127.0.0.1:{viewer.port}")
+    onlooker.send(CAMERA)
+    onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+    eventually(lambda: viewer.watched)
+    onlooker.read_for(0.2)
+    return onlooker
+
+
+def eventually(done: Callable[[], bool]) -> None:
+    end = time.monotonic() + 10
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+def moved(name: str) -> Callable[[dict[str, Any]], bool]:
+    return lambda message: message["type"] == "SetOrientationMessage" and message["name"] == name
+
+
+def test_importing_the_view_does_not_load_viser() -> None:
+    code = "import sys, hornbill.view.viewer, hornbill.view.proxy; sys.exit('viser' in sys.modules)"
+    subprocess.run(
+        [sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    )
+
+
+def test_the_scene_is_sent_whole_to_whoever_looks(make: Make) -> None:
+    servos = Servos(pose(0), pose(1, series="BLA15"), pose(2, stale=True))
+    with look(make(servos)) as onlooker:
+        known = names(onlooker.messages)
+    assert {"/stage/floor", "/stage/key", "/hero/bla21-high", "/hero/pivot/horn-high", "/hero/arc/scale"} <= known
+    assert {"/crowd/bla15-far-high", "/crowd/bla21-far-high", "/crowd/horn-far-high", "/crowd/stale"} <= known
+    assert not any(name.endswith("-low") for name in known)
+    kinds = {message["type"] for message in onlooker.messages}
+    assert "LabelMessage" not in kinds, "text has no place in the scene"
+
+
+def test_it_listens_on_the_loopback_address_alone(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("_VISER_PORT_OVERRIDE", "8931")
+    viewer = make(Servos(pose()))
+    assert viewer.port not in (None, 8080, 8931)
+    table = Path("/proc/net/tcp")
+    if table.exists():
+        rows = [line.split() for line in table.read_text("ascii").splitlines()]
+        listening = {row[1] for row in rows if row[3] == "0A"}
+        assert f"0100007F:{viewer.port:04X}" in listening
+        assert f"00000000:{viewer.port:04X}" not in listening
+
+
+def test_the_horn_turns_clockwise_for_a_positive_angle(make: Make) -> None:
+    servos = Servos(pose(angle_deg=0.0))
+    with look(make(servos)) as onlooker:
+        servos.now = (pose(angle_deg=90.0),)
+        got = onlooker.read_until(moved("/hero/pivot"))
+    wxyz = next(message for message in got if moved("/hero/pivot")(message))["wxyz"]
+    assert wxyz == pytest.approx(horn_wxyz(90.0))
+    assert wxyz[3] < 0, "clockwise seen from above is about -z"
+
+
+def test_only_what_changed_is_sent(make: Make) -> None:
+    servos = Servos(*(pose(number) for number in range(6)))
+    with look(make(servos)) as onlooker:
+        assert onlooker.read_for(0.3) == []
+        servos.now = (pose(0, angle_deg=45.01), *servos.now[1:])
+        assert onlooker.read_for(0.2) == [], "less than anybody can see"
+        servos.now = (pose(0, angle_deg=50.0), *servos.now[1:])
+        got = onlooker.read_until(moved("/hero/pivot")) + onlooker.read_for(0.2)
+        assert names(got) == {"/hero/pivot"}
+        servos.now = (*servos.now[:5], pose(5, angle_deg=-20.0))
+        got = onlooker.read_until(lambda message: "name" in message) + onlooker.read_for(0.2)
+        assert names(got) == {"/crowd/horn-far-high"}
+        assert [set(message["updates"]) for message in got] == [{"batched_wxyzs"}]
+        servos.now = (pose(0, angle_deg=50.0, limit_cw_deg=60.0), *servos.now[1:])
+        got = onlooker.read_until(lambda message: "name" in message) + onlooker.read_for(0.2)
+        assert names(got) == {"/hero/arc/sector", "/hero/arc/scale"}
+
+
+def visible(messages: list[dict[str, Any]]) -> dict[str, bool]:
+    """The last word on each node's visibility; a node nobody spoke of is not in it."""
+    return {m["name"]: m["visible"] for m in messages if m["type"] == "SetSceneNodeVisibilityMessage"}
+
+
+def test_a_stale_servo_has_a_grey_horn_and_neither_arc_nor_ghost(make: Make) -> None:
+    servos = Servos(pose())
+    with look(make(servos)) as onlooker:
+        assert visible(onlooker.messages)["/hero/arc"]
+        servos.now = (pose(stale=True),)
+        onlooker.read_until(lambda m: m.get("name") == "/hero/arc")
+        onlooker.read_for(0.2)
+        shown = visible(onlooker.messages)
+    assert (shown["/hero/pivot/horn-high"], shown["/hero/pivot/stale"]) == (False, True)
+    assert (shown["/hero/arc"], shown["/hero/ghost"]) == (False, False)
+
+
+@pytest.mark.parametrize(
+    ("more", "hidden"),
+    [
+        ({"angle_deg": None}, "/hero/pivot"),
+        ({"command_deg": None}, "/hero/ghost"),
+        ({"command_deg": 45.1}, "/hero/ghost"),
+        ({"limit_cw_deg": None}, "/hero/arc"),
+    ],
+)
+def test_what_is_not_known_is_not_drawn(make: Make, more: dict[str, Any], hidden: str) -> None:
+    servos = Servos(pose())
+    with look(make(servos)) as onlooker:
+        assert visible(onlooker.messages)[hidden]
+        servos.now = (pose(**more),)
+        onlooker.read_until(lambda m: m.get("name") == hidden)
+        assert visible(onlooker.messages)[hidden] is False
+
+
+def test_selecting_brings_another_servo_to_the_front(make: Make) -> None:
+    servos = Servos(pose(0), pose(1, series="BLA15"))
+    viewer = make(servos)
+    with look(viewer) as onlooker:
+        viewer.select(servos.now[1].uid)
+        onlooker.read_until(lambda m: m.get("name") == "/hero/bla15-high")
+        onlooker.read_for(0.2)
+        assert visible(onlooker.messages)["/hero/bla21-high"] is False
+
+
+def test_a_click_on_a_servo_selects_it_and_says_so(make: Make) -> None:
+    selected: list[str] = []
+    servos = Servos(*(pose(number) for number in range(3)))
+    viewer = make(servos, on_select=selected.append)
+    with look(viewer) as onlooker:
+        x, y = -6.6, 7.4  # the middle of the first row: servo 1 of three columns
+        onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
+        eventually(lambda: bool(selected))
+        onlooker.send(click((50.0, 50.0, 9.0), (0.0, 0.0, -1.0)))
+        onlooker.send(click((0.0, 0.0, 9.0), (0.0, 0.0, -1.0)))
+        onlooker.read_for(0.3)
+    assert selected == [servos.now[1].uid]
+
+
+def test_nobody_is_asked_for_poses_while_nobody_looks(make: Make) -> None:
+    servos = Servos(pose())
+    viewer = make(servos)
+    asked = servos.asked
+    time.sleep(0.3)
+    assert servos.asked == asked
+    with look(viewer):
+        eventually(lambda: servos.asked > asked + 5)
+    eventually(lambda: not viewer.watched)
+    asked = servos.asked
+    time.sleep(0.3)
+    assert servos.asked == asked
+
+
+def test_theme_and_quality_change_the_scene_without_new_connections(make: Make) -> None:
+    viewer = make(Servos(pose(0), pose(1)))
+    with look(viewer) as onlooker:
+        viewer.theme(False)
+        got = onlooker.read_until(lambda m: m.get("name") == "/stage/floor")
+        assert any("cell_color" in m.get("updates", {}) for m in got)
+        viewer.quality("low")
+        onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-low")
+        onlooker.read_for(0.3)
+        environments = [m for m in onlooker.messages if m["type"] == "EnvironmentMapMessage"]
+        assert environments[-1]["hdri_data"] is None
+        assert visible(onlooker.messages)["/hero/bla21-high"] is False
+        assert visible(onlooker.messages)["/crowd/bla21-far-high"] is False
+
+
+def test_reset_view_moves_every_camera_back(make: Make) -> None:
+    viewer = make(Servos(pose()))
+    with look(viewer) as onlooker:
+        viewer.reset_view()
+        got = onlooker.read_until(lambda m: m["type"] == "SetCameraPositionMessage")
+    position = next(m for m in got if m["type"] == "SetCameraPositionMessage")["position"]
+    assert np.linalg.norm(position) < 10
+
+
+def test_the_public_tunnel_is_a_stub(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    import viser._viser
+
+    opened: list[str] = []
+
+    def tunnel(host: str, port: int) -> None:
+        opened.append(host)
+
+    monkeypatch.setattr(viser._viser, "ViserTunnel", tunnel)  # pyright: ignore[reportPrivateUsage]
+    with look(make(Servos(pose()))) as onlooker:
+        onlooker.send({"type": "ShareUrlRequest"})
+        got = onlooker.read_for(0.5)
+    assert opened == []
+    assert not any(message["type"] == "ShareUrlUpdated" for message in got)
+
+
+def test_a_source_that_fails_is_asked_again(
+    make: Make, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr("hornbill.view.viewer._PAUSE_AFTER_ERROR", 0.05)
+    servos = Servos(pose())
+    with look(make(servos)) as onlooker:
+        servos.broken = True
+        eventually(lambda: "no poses today" in caplog.text)
+        servos.broken = False
+        servos.now = (pose(angle_deg=-60.0),)
+        onlooker.read_until(moved("/hero/pivot"))
+
+
+def test_closing_ends_viser_and_its_connections(make: Make) -> None:
+    viewer = make(Servos(pose()))
+    with look(viewer) as onlooker:
+        viewer.close()
+        assert viewer.port is None
+        with pytest.raises(ConnectionClosed):
+            onlooker.read_for(5)
+    assert "hornbill-view" not in [thread.name for thread in threading.enumerate()]
+
+
+def test_a_viewer_closed_before_its_start_stays_closed() -> None:
+    viewer = Viewer(Servos())
+    viewer.close()
+    viewer.start()
+    assert viewer.port is None
+    with pytest.raises(RuntimeError, match="closed"):
+        viewer.ready.result(1)
+
+
+def test_no_servo_at_all_is_a_scene_too(make: Make) -> None:
+    servos = Servos()
+    with look(make(servos)) as onlooker:
+        assert "/hero/bla21-high" not in names(onlooker.messages)
+        servos.now = (pose(),)
+        onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-high")
+
+
+@pytest.mark.parametrize("rate", [0.5, 61.0])
+def test_a_rate_viser_cannot_send_is_refused(rate: float) -> None:
+    with pytest.raises(ValueError, match="Use 1 to 60 Hz"):
+        Viewer(Servos(), rate_hz=rate)
