@@ -1,0 +1,73 @@
+"""Owns Behaviour: a choice for every question the document leaves open, and why each default is what it is."""
+
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+
+TENTHS_PER_UNIT: Final[dict[PositionUnit, float]] = {
+    "hundred_degrees": 1000.0,
+    "radian": 1800.0 / 3.141592653589793,
+    "degree": 10.0,
+    "tenth_degree": 1.0,
+}
+"""Counts of 0.1° in one unit of ArrayCommand POSITION and of Status (tables 2-21 and 2-22)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """How a simulated servo decides what the document does not. Change one with `dataclasses.replace`."""
+
+    position_unit: PositionUnit = "hundred_degrees"
+    """What position 1.0 means on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°."""
+
+    out_of_range: Literal["refuse", "clamp"] = "refuse"
+    """A GetSet write outside the row's range. The document knows a request that passes and one that fails
+    (table 2-16) and nowhere says that a value is changed on its way into a register, so the plain reading is
+    that such a write fails. Clamping is what the public type allows a server to do. Values in ArrayCommand
+    are treated alike: not obeyed, or brought to the nearest end of the range."""
+
+    reserved: Literal["empty", "zero"] = "empty"
+    """What a reserved register answers. The list gives it the default 0 but no access right, so nothing may be
+    done with it. Either way a write changes nothing."""
+
+    write_only: Literal["empty", "zero"] = "empty"
+    """What reading 0x10 to 0x12 answers: their access is W, so a read fails."""
+
+    pwm_rows: Literal["empty", "zero"] = "empty"
+    """What 0x34 to 0x37 answer on a model without PWM input. Section 5 brings them "only for models that
+    support PWM input"; section 3.1 prints 0/0/0 for the others."""
+
+    lower_case_names: bool = False
+    """Whether `0x2a` is taken for `0x2A`. The document prints capitals and calls the name an ASCII string."""
+
+    answers_save: bool = True
+    """Whether SAVE and 0x12 are answered before the silence of the ROM write (4.11)."""
+
+    save_opcode_restarts: bool = True
+    """Whether the opcode SAVE ends in a restart. Section 4.11 promises it for 0x12; both write the same ROM."""
+
+    answers_restart: bool = True
+    """Whether 0x11 and RestartNode are answered before the restart. Table 2-10 has a flag for success."""
+
+    erase_rom: bool = False
+    """Whether ERASE resets what ROM holds, too. Table 2-12 says "at once" and not where; chapter 3 says ROM,
+    4.9 says of the same reset that 0x12 must follow."""
+
+    erase_keeps_identity: bool = False
+    """Whether ERASE and 0x10 spare 0x44 to 0x46. Nothing in the document says so."""
+
+    timeout_from: Literal["first_command", "power_on"] = "first_command"
+    """When the time of 0x27 begins to run. 4.19 speaks of a servo that is no longer commanded. Ran it from
+    power-on, the default of 1000 ms would cut short every soft start of more than a second, and a servo
+    that holds 0° with nobody talking to it would let go, which 4.14 does not describe."""
+
+    array_command_feeds_timeout: bool = True
+    """Whether ArrayCommand counts as a command for 0x27. 4.19 lists registers 0x00 to 0x02; it writes them."""
+
+    soft_start_shows: Literal["temporary", "stored"] = "temporary"
+    """What 0x25 and 0x3A to 0x3D read (and a ROM write keeps) during soft start. 4.14 says these parameters
+    are changed for a time and go back afterwards."""
+
+    cascade_without_switch: bool = False
+    """Whether a firmware without 0x25 (1.010) has speed and torque control always on. Not known."""

@@ -1,0 +1,264 @@
+"""Owns Commander: which command is in force, and whether the motor may follow it (4.1 to 4.3, 4.13, 4.14, 4.19)."""
+
+from typing import Final
+
+from hornbill.schema.parameter import DUMMY
+from hornbill.sim import address
+from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.memory import Memory
+from hornbill.sim.motion import Motion
+from hornbill.sim.orders import Frame, orders_for
+from hornbill.sim.plant import Plant
+from hornbill.units import Instant, Raw
+
+ON: Final = 0
+OFF: Final = 1
+BRAKE: Final = 2
+
+_NEVER: Final = float("inf")
+_ARRIVED: Final = 10  # tenths of a degree: soft start is over within about 1° (4.14)
+
+
+class Commander:
+    """Turns commands, torque mode, time-out, soft start and protection into orders for the motor.
+
+    The command registers 0x00 to 0x02 live in `memory`; `kind` is the address of the one in force. The caller
+    brings `motion` up to `now` before it calls a method that takes `now`, and keeps `supply` and `load` (shares
+    of nominal voltage and of stall torque) up to date with `surroundings`.
+    """
+
+    def __init__(self, memory: Memory, motion: Motion, plant: Plant, behaviour: Behaviour) -> None:
+        self.behaviour = behaviour
+        self.kind = address.COMMAND_ANGLE
+        self.timed_out = False
+        self.soft_starting = False
+        self.pulsed = False
+        """Whether the PWM input has a signal: then it takes over where CAN is silent (4.30)."""
+        self._memory = memory
+        self._motion = motion
+        self._plant = plant
+        self._frame = Frame()
+        self._fed_at: Instant | None = None
+        self._mode = OFF
+        self._halted = True
+        self._protecting = False
+        self._holding = True
+        self._supply = 1.0
+        self._load = 0.0
+
+    @property
+    def output(self) -> int:
+        """What the motor gets: ON, OFF or BRAKE. Protection comes before all else (4.13)."""
+        if self._halted or self._protecting:
+            return OFF
+        if self._mode != ON:
+            return self._mode
+        if self.timed_out and not self.pulsed:
+            return self._memory.get(address.TIMEOUT_ACTION)
+        return ON
+
+    @property
+    def due(self) -> Instant:
+        """When the communication time-out strikes; infinity while its time does not run (4.19)."""
+        if self._fed_at is None or self.timed_out:
+            return _NEVER
+        return self._fed_at + self._memory.get(address.TIMEOUT_TIME) / 1000.0
+
+    @property
+    def can_silent(self) -> bool:
+        """Whether no command came over CAN for so long that the PWM input counts (4.30)."""
+        return self._fed_at is None or self.timed_out
+
+    @property
+    def angle(self) -> Raw:
+        """What 0x08 reads: turns are counted for angle commands, else as 0x24 says (4.4)."""
+        tenths = self._frame.tenths(self._motion.angle)
+        if self.kind == address.COMMAND_ANGLE or self._memory.get(address.EXTENDED_ANGLE):
+            return tenths
+        return (tenths + 1800) % 3600 - 1800
+
+    @property
+    def speed(self) -> Raw:
+        """What 0x09 reads, in rpm."""
+        return min(max(round(self._frame.sign * self._motion.speed / 6.0), -300), 300)
+
+    @property
+    def torque(self) -> Raw:
+        """What 0x0A reads, in % of stall torque."""
+        return min(max(round(self._frame.sign * self._motion.torque * 100.0), -150), 150)
+
+    def start(self, now: Instant) -> None:
+        """Power-on: forget turns and commands, then soft start, hold the present angle, or stay without output."""
+        memory = self._memory
+        self.kind = address.COMMAND_ANGLE
+        self.timed_out = self._protecting = self._halted = False
+        self._fed_at = now if self.behaviour.timeout_from == "power_on" else None
+        self._mode = memory.get(address.TORQUE_MODE)
+        self._look_at_frame()
+        self._forget_turns()
+        memory.put(address.COMMAND_SPEED, 0)
+        memory.put(address.COMMAND_TORQUE, 0)
+        self.soft_starting = self._mode == ON and memory.get(address.SOFT_START) == 1
+        memory.soften(self.soft_starting)
+        self._holding = not self.soft_starting
+        memory.put(address.COMMAND_ANGLE, 0 if self.soft_starting else self.angle)
+        self.refresh()
+
+    def halt(self, halted: bool) -> None:
+        """Stop the motor for a ROM write or for good, or go on as before."""
+        self._halted = halted
+        self.refresh()
+
+    def command(self, kind: int, raw: Raw, now: Instant, *, counts: bool = True) -> bool:
+        """A new angle, speed or torque, within the range of its register. False: ignored, 0x25 is off (4.18).
+
+        `counts` is whether it feeds the time-out; what the PWM input asks for does not.
+        """
+        memory = self._memory
+        if kind != address.COMMAND_ANGLE and not self.cascade(without_soft_start=True):
+            return False
+        self._end_soft_start()
+        before, self.kind = self.kind, kind
+        if kind == address.COMMAND_ANGLE and before != kind and not memory.get(address.EXTENDED_ANGLE):
+            self._forget_turns()
+        for at in address.COMMANDS:
+            memory.put(at, raw if at == kind else DUMMY)
+        self._holding = False
+        if counts:
+            self._feed(now)
+        self.refresh()
+        return True
+
+    def torque_mode(self, now: Instant) -> None:
+        """0x20 was written. It counts as a command, and ON after OFF or BRAKE drops the last one (4.13)."""
+        if self.soft_starting:
+            self._end_soft_start()
+            self._drop_command()
+        self._feed(now)
+        self._look_at_mode()
+
+    def initialise(self) -> None:
+        """After 0x10 reset the registers: commands go back to 0, too, and an energised horn moves there (4.9)."""
+        self._mode = self._memory.get(address.TORQUE_MODE)
+        self._end_soft_start()
+        self.kind = address.COMMAND_ANGLE
+        self._holding = False
+        for at in address.COMMANDS:
+            self._memory.put(at, 0)
+        self.refresh()
+
+    def configured(self) -> None:
+        """Registers other than the commands were written, or reset at once."""
+        self._look_at_mode()
+
+    def expire(self) -> None:
+        """The time of 0x27 is over. The command is kept: the next one restores this state (4.19)."""
+        self.timed_out = True
+        if self.soft_starting and self._memory.get(address.TIMEOUT_ACTION) != ON:
+            self._end_soft_start()
+            self._drop_command()
+        self.refresh()
+
+    def protect(self, on: bool) -> None:
+        """A limit was exceeded, or is kept again. On return the last command is dropped (table in 4.7)."""
+        if on == self._protecting:
+            return
+        self._protecting = on
+        self._end_soft_start()
+        if not on and self._mode == ON:
+            self._drop_command()
+        self.refresh()
+
+    def surroundings(self, supply: float, load: float) -> None:
+        """Supply over nominal, and a torque on the horn as a share of stall, + clockwise."""
+        if (supply, load) != (self._supply, self._load):
+            self._supply, self._load = supply, load
+            self.refresh()
+
+    def watch_soft_start(self) -> None:
+        """End soft start where it has arrived (4.14)."""
+        if self.soft_starting and abs(self.angle) <= _ARRIVED:
+            self._end_soft_start()
+            self.refresh()
+
+    def cascade(self, *, without_soft_start: bool = False) -> bool:
+        """Whether speed and torque control is on (0x25), as soft start has it or as it is set."""
+        if self.soft_starting and not without_soft_start:
+            return True
+        default = int(self.behaviour.cascade_without_switch)
+        return self._memory.own(address.SPEED_TORQUE_CONTROL, default) == 1
+
+    def plant_angle(self, tenths: Raw) -> float:
+        """Where the horn stands, in the plant's degrees, when 0x08 reads `tenths`."""
+        return self._frame.degrees(tenths)
+
+    def limits_exceeded(self) -> list[str]:
+        """The notification bits, by key, that present position, speed, torque and command call for (4.31 to 4.33)."""
+        get = self._memory.get
+        asked = {at: self._asked(at) for at in address.COMMANDS}
+        watched = [("angle", address.COMMAND_ANGLE, self.angle, address.ANGLE_LIMIT_CW)]
+        if self.cascade() and not self.soft_starting:
+            watched.append(("speed", address.COMMAND_SPEED, self.speed, address.SPEED_LIMIT_CW))
+            watched.append(("torque", address.COMMAND_TORQUE, self.torque, address.TORQUE_LIMIT_CW))
+        sign = int(self._frame.sign)
+        held = {"speed": self._motion.limited_speed * sign, "torque": self._motion.limited_torque * sign}
+        found: list[str] = []
+        for name, at, present, limit_cw in watched:
+            high, low, wanted, side = get(limit_cw), get(limit_cw + 1), asked[at], held.get(name, 0)
+            if present > high or (wanted is not None and wanted > high) or (side > 0 and present >= high):
+                found.append(f"{name}_limit_cw_reached")
+            if present < low or (wanted is not None and wanted < low) or (side < 0 and present <= low):
+                found.append(f"{name}_limit_ccw_reached")
+        return found
+
+    def refresh(self) -> None:
+        """Give the motor its orders anew."""
+        self._look_at_frame()
+        target = self._memory.get(self.kind)
+        if self.kind == address.COMMAND_ANGLE and not self._holding:
+            low, high = self._memory.get(address.ANGLE_LIMIT_CCW), self._memory.get(address.ANGLE_LIMIT_CW)
+            target = min(max(target, low), high)
+        self._motion.obey(
+            orders_for(
+                self._memory,
+                self._plant,
+                self._frame,
+                self.kind,
+                target,
+                output=self.output,
+                cascade=self.cascade(),
+                supply=self._supply,
+                load=self._load,
+            )
+        )
+
+    def _asked(self, at: int) -> Raw | None:
+        """The command in register `at` while it is the one in force and the motor follows it."""
+        return self._memory.get(at) if at == self.kind and self.output == ON and not self._holding else None
+
+    def _feed(self, now: Instant) -> None:
+        self._fed_at = now
+        self.timed_out = False
+
+    def _look_at_mode(self) -> None:
+        before, self._mode = self._mode, self._memory.get(address.TORQUE_MODE)
+        if before != ON and self._mode == ON:
+            self._drop_command()
+        self.refresh()
+
+    def _look_at_frame(self) -> None:
+        self._frame.look(self._memory)
+
+    def _forget_turns(self) -> None:
+        self._frame.forget_turns(self._motion.angle)
+
+    def _end_soft_start(self) -> None:
+        self.soft_starting = False
+        self._memory.soften(False)
+
+    def _drop_command(self) -> None:
+        """What 4.7 and 4.13 say of a motor that gets its output back: hold the angle, or speed and torque 0."""
+        self._look_at_frame()
+        angle = self.kind == address.COMMAND_ANGLE
+        self._memory.put(self.kind, self.angle if angle else 0)
+        self._holding = angle

@@ -1,0 +1,175 @@
+"""Owns Device: the servo behind its bus connection: its stages from power to power, its supply, its horn."""
+
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from random import Random
+from typing import Final
+
+from hornbill.schema.fault import FaultBit
+from hornbill.schema.model import ServoModel
+from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.command import Commander
+from hornbill.sim.conditions import Conditions
+from hornbill.sim.faults import Faults
+from hornbill.sim.memory import Memory
+from hornbill.sim.motion import Motion
+from hornbill.sim.plant import plant_of
+from hornbill.sim.protection import DEAD_BELOW_V, Protection
+from hornbill.sim.pwm import read_pulse
+from hornbill.sim.registers import Registers, Request
+from hornbill.units import Instant, Raw
+
+BOOT_S: Final = 0.1
+"""From power, or the word to restart, to the first sign of life. No document gives it."""
+SAVE_S: Final = 0.05
+"""Silence while ROM is written (4.11)."""
+WATCH_S: Final = 0.05
+"""How often the servo looks at its supply, its temperature and its progress."""
+
+_NEVER: Final = float("inf")
+
+
+class Stage(Enum):
+    """Where a servo is in its life."""
+
+    OFF = "off"
+    STARTING = "starting"
+    RUNNING = "running"
+    SAVING = "saving"
+
+
+class Device:
+    """Power, start, ROM write, protection. `on_up` is called when it runs after a start, `on_dark` when it stops."""
+
+    def __init__(
+        self,
+        model: ServoModel,
+        firmware: int,
+        *,
+        faults: Sequence[FaultBit],
+        serial: int,
+        production: tuple[int, int, int, int, int],
+        rom: Mapping[str, Raw] | None,
+        random: Random,
+        angle_deg: float,
+        behaviour: Behaviour,
+        on_up: Callable[[Instant], None],
+        on_dark: Callable[[], None],
+    ) -> None:
+        plant = plant_of(model)
+        self.stage = Stage.OFF
+        self.powered = False
+        self.starts = 0
+        self.started_at: Instant = 0.0
+        self.memory = Memory(model, firmware, serial=serial, production=production, rom=rom)
+        self.conditions = Conditions(voltage_v=model.nominal_v)
+        self.faults = Faults(faults)
+        self.motion = Motion(plant, angle_deg)
+        self.commander = Commander(self.memory, self.motion, plant, behaviour)
+        self._protection = Protection(plant, Random(random.random()), self.conditions)
+        self.registers = Registers(self.memory, self.commander, self._protection, self.faults, self._judge)
+        self._on_up = on_up
+        self._on_dark = on_dark
+        self._until: Instant = _NEVER
+        self._watch_at: Instant = _NEVER
+        self._restarts_after_save = False
+
+    @property
+    def running(self) -> bool:
+        """Whether it can hear, answer and move."""
+        return self.stage is Stage.RUNNING
+
+    @property
+    def due(self) -> Instant:
+        """When `live` is needed next; infinity while its supply is off."""
+        return min(self._watch_at, self.commander.due) if self.stage is Stage.RUNNING else self._until
+
+    def live(self, now: Instant) -> None:
+        """Do what is due at `now`: the end of a stage, a look at supply and progress, the time-out."""
+        self.motion.advance(now)
+        if self.stage is not Stage.RUNNING:
+            if self._until <= now:
+                self._end_stage(now)
+            return
+        if self._watch_at <= now:
+            self._watch(now)
+        if self.commander.due <= now:
+            self.commander.expire()
+
+    def power_on(self, now: Instant) -> None:
+        """Switch the supply on. Nothing happens when it is."""
+        if not self.powered:
+            self.powered = True
+            self._restart(now)
+
+    def power_off(self, now: Instant) -> None:
+        """Switch the supply off. In the middle of a ROM write this spoils what ROM holds (4.11)."""
+        self.powered = False
+        self.motion.advance(now)
+        self._go_dark(Stage.OFF, _NEVER)
+
+    def carry_out(self, request: Request, now: Instant) -> None:
+        """Restart, or write ROM first."""
+        if request is Request.RESTART:
+            self._restart(now)
+            return
+        self.memory.save(self.commander.behaviour)
+        self.memory.rom_sound = False
+        self.stage, self._until = Stage.SAVING, now + SAVE_S
+        self._restarts_after_save = request is Request.SAVE_AND_RESTART
+        self.commander.halt(True)
+
+    def _restart(self, now: Instant) -> None:
+        self._go_dark(Stage.STARTING, now + BOOT_S + self.conditions.restart_delay_s)
+
+    def _go_dark(self, stage: Stage, until: Instant) -> None:
+        self.stage, self._until = stage, until
+        self.commander.halt(True)
+        self._on_dark()
+
+    def _end_stage(self, now: Instant) -> None:
+        if self.stage is Stage.SAVING:
+            self.memory.rom_sound = True
+            if self._restarts_after_save:
+                self._restart(now)
+            else:
+                self.stage, self._watch_at = Stage.RUNNING, now
+                self.commander.halt(False)
+        elif self.conditions.voltage_v > DEAD_BELOW_V:
+            self._start(now)
+        else:
+            self._until = now + WATCH_S
+
+    def _start(self, now: Instant) -> None:
+        self.stage = Stage.RUNNING
+        self.starts += 1
+        self.started_at = self._watch_at = now
+        lost = () if self.memory.load() else ("rom_lost",)
+        self.faults.start(*lost)
+        self.commander.start(now)
+        self._on_up(now)
+
+    def _watch(self, now: Instant) -> None:
+        """Measure, protect, and see whether soft start has arrived."""
+        conditions, motion, commander = self.conditions, self.motion, self.commander
+        self._watch_at = now + WATCH_S
+        if conditions.voltage_v <= DEAD_BELOW_V:
+            self._go_dark(Stage.STARTING, now + BOOT_S)
+            return
+        elapsed = WATCH_S if now > self.started_at else 0.0
+        self._protection.measure(conditions, elapsed, motion.heat(), motion.torque)
+        commander.surroundings(self._protection.supply, conditions.load_pct / 100.0)
+        commander.watch_soft_start()
+        pulse = read_pulse(self.memory, conditions.pwm_us)
+        commander.pulsed = pulse is not None and conditions.pwm_us is not None
+        if pulse is not None and commander.pulsed and commander.can_silent:
+            commander.command(pulse.kind, pulse.raw, now, counts=False)
+        self._judge()
+
+    def _judge(self) -> None:
+        """Bring the fault words up to date, and protection with them."""
+        pulse = read_pulse(self.memory, self.conditions.pwm_us)
+        bits = pulse.bits if pulse is not None else ()
+        tripped = self._protection.tripped(self.memory)
+        self.faults.show([*tripped, *bits, *self.commander.limits_exceeded()])
+        self.commander.protect(self.faults.output_off)

@@ -1,0 +1,76 @@
+"""Owns Faults: the words 0x18 to 0x1B, made from conditions, from injected bits and from what a start left (4.12)."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+from hornbill.schema.fault import FaultBit, Level, overview_of
+
+_LEVELS: Final[tuple[Level, ...]] = ("notification", "warning", "failure")
+
+
+class Faults:
+    """The detail bits one model can raise. `bits` are those of its table, without the PWM bits if it has none.
+
+    Conditions come and go with `show`; injected bits stay until they are taken back, and the latching ones
+    until the next start.
+    """
+
+    def __init__(self, bits: Sequence[FaultBit]) -> None:
+        self._bits: Mapping[str, FaultBit] = {bit.key: bit for bit in bits}
+        self._conditions: frozenset[str] = frozenset()
+        self._injected: set[str] = set()
+        self._latched: set[str] = set()
+        self.words: tuple[int, int, int] = (0, 0, 0)
+        """Notification, warning and failure word: 0x19, 0x1A, 0x1B."""
+        self.output_off = False
+        """Whether one of the bits goes with a motor without output."""
+
+    @property
+    def active(self) -> frozenset[str]:
+        """The keys of all bits that are set."""
+        return self._conditions | self._injected | self._latched
+
+    @property
+    def overview(self) -> int:
+        """0x18."""
+        return overview_of({f"fault_{level}": word for level, word in zip(_LEVELS, self.words, strict=True)})
+
+    def show(self, conditions: Iterable[str]) -> None:
+        """Set the bits of these present conditions; bits this model does not have are left out."""
+        present = frozenset(conditions)
+        if present != self._conditions:
+            self._conditions = present
+            self._compose()
+
+    def inject(self, key: str, on: bool) -> None:
+        """Set or clear a bit by hand; a latching one stays until the next start all the same.
+
+        Raises ValueError for a key the model does not have.
+        """
+        bit = self._bits.get(key)
+        if bit is None:
+            raise ValueError(f'"{key}" is no fault bit of this model. Give one of {", ".join(self._bits)}.')
+        if on:
+            self._injected.add(key)
+            if bit.latching:
+                self._latched.add(key)
+        else:
+            self._injected.discard(key)
+        self._compose()
+
+    def start(self, *found: str) -> None:
+        """A new start: what told of the time before is gone, but for what this start `found`."""
+        self._injected -= self._latched
+        self._latched = set(found)
+        self._conditions = frozenset()
+        self._compose()
+
+    def _compose(self) -> None:
+        words = dict.fromkeys(_LEVELS, 0)
+        self.output_off = False
+        for key in self.active:
+            bit = self._bits.get(key)
+            if bit is not None:
+                words[bit.level] |= bit.mask
+                self.output_off |= bit.output_off
+        self.words = (words["notification"], words["warning"], words["failure"])

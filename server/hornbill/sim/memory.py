@@ -1,0 +1,143 @@
+"""Owns Memory: what a servo keeps in RAM and in ROM, and which value it lets into which register (3.1, 4.11)."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from hornbill.schema.firmware import from_text
+from hornbill.schema.model import ServoModel
+from hornbill.schema.parameter import Parameter
+from hornbill.sim import address
+from hornbill.sim.behaviour import Behaviour
+from hornbill.units import Raw
+
+_IDENTITY: Final = (address.ORIGIN, address.SERVO_ID, address.NODE_ID)
+_SOFT_START: Final[Mapping[int, Raw]] = MappingProxyType(
+    {
+        address.SPEED_TORQUE_CONTROL: 1,
+        address.SPEED_LIMIT_CW: 30,
+        address.SPEED_LIMIT_CCW: -30,
+        address.TORQUE_LIMIT_CW: 30,
+        address.TORQUE_LIMIT_CCW: -30,
+    }
+)
+
+
+class Memory:
+    """The registers of one servo, by address; all values are raw.
+
+    `rows` are those its model and firmware have, 0x10 to 0x12 and 0x49 included. Current values and fault
+    words are not kept here: they are measured when they are asked for.
+    """
+
+    def __init__(
+        self,
+        model: ServoModel,
+        firmware: int,
+        *,
+        serial: int,
+        production: tuple[int, int, int, int, int],
+        rom: Mapping[str, Raw] | None = None,
+    ) -> None:
+        """`firmware` is the integer of 0x52, `rom` what ROM holds by key where it is not the default.
+
+        Raises ValueError for a key ROM does not keep and for a value out of range.
+        """
+        rows = {row.address: row for row in model.rows(firmware).values()}
+        rows |= {row.address: row for row in model.parameters.values() if row.action or row.forbidden}
+        self.rows: Mapping[int, Parameter] = MappingProxyType(rows)
+        self.rom_sound = True
+        """Whether ROM can be read. It cannot while it is written, nor after power failed meanwhile (4.11)."""
+        self._defaults = {at: row.default or 0 for at, row in rows.items() if not row.action}
+        self._fixed = {
+            address.MODEL_NUMBER: model.model_number,
+            address.PRODUCT_NUMBER: serial,
+            address.FIRMWARE_VERSION: firmware,
+            address.HARDWARE_VERSION: model.hardware_version,
+            **dict(zip(address.PRODUCTION_DATE, production, strict=True)),
+        }
+        self._known = frozenset(row.address for row in model.parameters.values())
+        without_pwm = not model.pwm
+        self._empty_pwm_rows = frozenset(
+            row.address
+            for row in model.parameters.values()
+            if row.pwm_only and without_pwm and from_text(row.since) <= firmware
+        )
+        self._rom = {at: self._defaults[at] for at, row in rows.items() if row.rom}
+        for key, raw in (rom or {}).items():
+            row = model.parameters.get(key)
+            if row is None or row.address not in self._rom or not _fits(row, raw):
+                raise ValueError(f"{key} = {raw} cannot be in the ROM of a {model.name} with firmware {firmware}.")
+            self._rom[row.address] = raw
+        self._temporary: Mapping[int, Raw] = {}
+        self._ram: dict[int, Raw] = {}
+        self.load()
+
+    def load(self) -> bool:
+        """Fill RAM as at power-on: ROM over defaults. False when ROM cannot be read, so that defaults are used."""
+        self._temporary = {}
+        self._ram = self._defaults | self._fixed
+        if self.rom_sound:
+            self._ram |= self._rom
+        return self.rom_sound
+
+    def save(self, behaviour: Behaviour) -> None:
+        """Copy the configuration of RAM into ROM (4.11)."""
+        self._rom = {at: self.shown(at, behaviour) for at in self._rom}
+
+    def reset(self, behaviour: Behaviour, *, rom: bool = False) -> None:
+        """Bring the configuration in RAM, and with `rom` in ROM, to the defaults of the model (4.9)."""
+        spared = _IDENTITY if behaviour.erase_keeps_identity else ()
+        factory = {at: self._defaults[at] for at in self._rom if at not in spared}
+        self._ram |= factory
+        if rom:
+            self._rom |= factory
+
+    def get(self, at: int, absent: Raw = 0) -> Raw:
+        """The value in force: of soft start while it lasts, `absent` where this firmware has no such row."""
+        found = self._temporary.get(at)
+        return self._ram.get(at, absent) if found is None else found
+
+    def own(self, at: int, absent: Raw = 0) -> Raw:
+        """The value as it was written or loaded, whatever soft start makes of it meanwhile."""
+        return self._ram.get(at, absent)
+
+    def put(self, at: int, raw: Raw) -> None:
+        """Set a register of RAM; soft start stays in force over it."""
+        self._ram[at] = raw
+
+    def soften(self, on: bool) -> None:
+        """Begin or end the temporary values of soft start (4.14)."""
+        self._temporary = _SOFT_START if on else {}
+
+    def shown(self, at: int, behaviour: Behaviour) -> Raw:
+        """The value a read answers."""
+        return self.get(at) if behaviour.soft_start_shows == "temporary" else self._ram[at]
+
+    def stored(self, at: int) -> Raw | None:
+        """What ROM holds, or None for a register it does not keep. For tests: no servo can be asked this."""
+        return self._rom.get(at)
+
+    def is_hollow(self, at: int, behaviour: Behaviour) -> bool:
+        """Whether the register answers 0 and takes nothing, by a switch of `behaviour`."""
+        row = self.rows.get(at)
+        if row is not None:
+            return row.action and behaviour.write_only == "zero"
+        if at in self._known:
+            return at in self._empty_pwm_rows and behaviour.pwm_rows == "zero"
+        return at <= address.LAST and behaviour.reserved == "zero"
+
+    def admit(self, at: int, raw: Raw, behaviour: Behaviour) -> Raw | None:
+        """The value a write of `raw` leads to, or None when it is refused: no such row, read only, out of range."""
+        row = self.rows.get(at)
+        if row is None or row.access == "r":
+            return None
+        if row.forbidden or _fits(row, raw):
+            return raw
+        if behaviour.out_of_range == "refuse" or row.minimum is None or row.maximum is None:
+            return None
+        return min(max(raw, row.minimum), row.maximum)
+
+
+def _fits(row: Parameter, raw: Raw) -> bool:
+    return row.minimum is None or row.maximum is None or row.minimum <= raw <= row.maximum

@@ -1,0 +1,108 @@
+"""Owns how registers become orders for the motor: units, direction, origin, and which limits hold when."""
+
+from typing import Final
+
+from hornbill.sim import address
+from hornbill.sim.memory import Memory
+from hornbill.sim.motion import Controller, Orders
+from hornbill.sim.plant import Plant
+from hornbill.units import Raw
+
+_FURTHEST: Final = 360_000_000
+_RPM: Final = 6.0  # °/s
+_DEAD_BAND_RPM: Final = 0.001
+"""One count of 0x32: the document gives no unit, and its default of 600 must not keep the angle loop from its goal."""
+_INTEGRAL_PER_S: Final = 0.015
+"""One count of 0x31: torque share a second per °/s of deviation."""
+_INTEGRAL_LIMIT: Final = 0.0001
+"""One count of 0x33: torque share, so that the default of BLA21 is 20 % and that of BLA15 no limit at all."""
+_LEFTOVER: Final = 1e-6
+
+
+class Frame:
+    """How the servo's angle relates to the plant's: reverse (4.16), origin (4.36), and turns it does not count."""
+
+    __slots__ = ("_origin", "_uncounted", "sign")
+
+    def __init__(self) -> None:
+        self.sign = 1.0
+        self._origin = 0.0
+        self._uncounted = 0.0
+
+    def look(self, memory: Memory) -> None:
+        """Follow 0x23 and 0x44. The origin is taken in the direction the servo counts in."""
+        sign = -1.0 if memory.get(address.REVERSE) else 1.0
+        self._uncounted *= sign * self.sign
+        self.sign = sign
+        self._origin = memory.get(address.ORIGIN) / 10.0
+
+    def forget_turns(self, plant_deg: float) -> None:
+        """Count from the absolute angle within -180.0° to +179.9° again (4.1)."""
+        self._uncounted = 0.0
+        self._uncounted = 360.0 * ((self.tenths(plant_deg) + 1800) // 3600)
+
+    def tenths(self, plant_deg: float) -> Raw:
+        """The servo's angle in 0.1°, turns counted."""
+        tenths = round((self.sign * plant_deg - self._origin - self._uncounted) * 10.0)
+        return min(max(tenths, -_FURTHEST), _FURTHEST)
+
+    def degrees(self, tenths: Raw) -> float:
+        """The plant's angle at which the servo reads `tenths`."""
+        return self.sign * (tenths / 10.0 + self._origin + self._uncounted)
+
+
+def orders_for(
+    memory: Memory,
+    plant: Plant,
+    frame: Frame,
+    kind: int,
+    target: Raw,
+    *,
+    output: int,
+    cascade: bool,
+    supply: float,
+    load: float,
+) -> Orders:
+    """Orders to reach `target` of command `kind`, a value of its register that is within the angle limits.
+
+    `output` is 0 on, 1 off, 2 brake.
+    """
+    get = memory.get
+    current = get(address.OVERCURRENT_LIMIT, 0) / 10.0 / plant.stall_a or 1.0
+    if output:
+        controller = Controller.OFF if output == 1 else Controller.BRAKE
+        return Orders(controller, current_limit=current, volts=supply, load=load)
+    sign = frame.sign
+    if kind == address.COMMAND_ANGLE:
+        controller = Controller.ANGLE_CASCADE if cascade else Controller.ANGLE_DIRECT
+        goal = frame.degrees(target)
+    elif not cascade:
+        # 0x25 went off under a speed or torque command, which is ignored from then on (4.18): brake.
+        return Orders(Controller.TORQUE, current_limit=current, volts=supply, load=load)
+    elif kind == address.COMMAND_SPEED:
+        controller, goal = Controller.SPEED, sign * target * _RPM
+    else:
+        controller, goal = Controller.TORQUE, sign * target / 100.0
+    # With the direction reversed the limit of one side is that of the other side of the plant.
+    speeds = sorted((sign * get(address.SPEED_LIMIT_CCW) * _RPM, sign * get(address.SPEED_LIMIT_CW) * _RPM))
+    torques = sorted((sign * get(address.TORQUE_LIMIT_CCW) / 100.0, sign * get(address.TORQUE_LIMIT_CW) / 100.0))
+    return Orders(
+        controller,
+        goal,
+        smooth=get(address.SMOOTHING) == 1,
+        angle_p=get(address.ANGLE_P_GAIN) * (plant.angle_p if cascade else plant.angle_p_direct),
+        angle_d=get(address.ANGLE_D_GAIN) * plant.angle_d,
+        dead_band=get(address.ANGLE_DEAD_BAND) / 10.0 + _LEFTOVER,
+        boost=get(address.ANGLE_BOOST, 0) / 1000.0,
+        speed_p=get(address.SPEED_P_GAIN) * plant.speed_p,
+        speed_i=get(address.SPEED_I_GAIN) * _INTEGRAL_PER_S,
+        speed_dead_band=get(address.SPEED_DEAD_BAND) * _DEAD_BAND_RPM * _RPM,
+        speed_i_limit=get(address.SPEED_I_LIMIT) * _INTEGRAL_LIMIT,
+        speed_low=speeds[0],
+        speed_high=speeds[1],
+        torque_low=torques[0],
+        torque_high=torques[1],
+        current_limit=current,
+        volts=supply,
+        load=load,
+    )

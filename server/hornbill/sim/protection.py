@@ -1,0 +1,63 @@
+"""Owns Protection: supply and board temperature as the servo measures them, and when they stop the motor (4.7, 4.8)."""
+
+from random import Random
+from typing import Final
+
+from hornbill.sim import address
+from hornbill.sim.conditions import Conditions
+from hornbill.sim.memory import Memory
+from hornbill.sim.plant import Plant
+from hornbill.units import Raw
+
+DEAD_BELOW_V: Final = 3.0
+"""At this supply and below the electronics stop (4.8)."""
+
+_DROOP: Final = 0.06  # of nominal voltage, at stall torque
+_NOISE_V: Final = 0.02
+_RISE_K: Final = 60.0  # above the surroundings, held at stall torque for ever
+_THERMAL_S: Final = 120.0
+_TEMPERATURE_ERROR_K: Final = 5.0
+_VOLTAGE_ERROR_V: Final = 0.5
+
+
+class Protection:
+    """Temperature and voltage of one servo. `temperature` is the raw value of 0x0B, `voltage` of 0x0C.
+
+    `supply` is the voltage at the motor over nominal, without the noise of its measurement.
+    """
+
+    __slots__ = ("_plant", "_random", "_rise", "supply", "temperature", "voltage")
+
+    def __init__(self, plant: Plant, random: Random, conditions: Conditions) -> None:
+        self._plant = plant
+        self._random = random
+        self._rise = 0.0
+        self.temperature: Raw = 0
+        self.voltage: Raw = 0
+        self.supply = 0.0
+        self.measure(conditions, 0.0, 0.0, 0.0)
+
+    def measure(self, conditions: Conditions, elapsed: float, heat: float, torque: float) -> None:
+        """Go on by `elapsed` seconds in which the motor made `heat` (s at stall); `torque` is its share now."""
+        self._rise += (_RISE_K * heat - self._rise * elapsed) / _THERMAL_S
+        error = conditions.sensor_error
+        board = conditions.temperature_c + self._rise + _TEMPERATURE_ERROR_K * error
+        nominal = self._plant.nominal_v
+        volts = max(conditions.voltage_v - _DROOP * nominal * abs(torque), 0.0)
+        self.supply = round(volts / nominal, 3)
+        seen = volts + _VOLTAGE_ERROR_V * error + self._random.gauss(0.0, _NOISE_V)
+        self.temperature = min(max(round(board), -40), 120)
+        self.voltage = min(max(round(seen * 10.0), 0), 500)
+
+    def tripped(self, memory: Memory) -> list[str]:
+        """The fault bits, by key, of limits that are exceeded: output is off while there is one."""
+        found: list[str] = []
+        if self.temperature > memory.get(address.TEMPERATURE_LIMIT_UPPER):
+            found.append("temperature_high")
+        elif self.temperature < memory.get(address.TEMPERATURE_LIMIT_LOWER):
+            found.append("temperature_low")
+        if self.voltage > memory.get(address.VOLTAGE_LIMIT_UPPER):
+            found.append("voltage_high")
+        elif self.voltage < memory.get(address.VOLTAGE_LIMIT_LOWER):
+            found.append("voltage_low")
+        return found

@@ -1,0 +1,101 @@
+"""Owns Registers: what a read of a register answers and what a write sets off (chapters 3 and 4)."""
+
+from collections.abc import Callable
+from enum import Enum
+from typing import Final
+
+from hornbill.sim import address
+from hornbill.sim.command import Commander
+from hornbill.sim.faults import Faults
+from hornbill.sim.memory import Memory
+from hornbill.sim.protection import Protection
+from hornbill.units import Instant, Raw
+
+
+class Request(Enum):
+    """What a register or a service asks of the servo as a whole."""
+
+    RESTART = "restart"
+    SAVE = "save"
+    SAVE_AND_RESTART = "save and restart"
+
+
+class Registers:
+    """The registers of one servo as GetSet sees them. `pending` is what a write asked for and the servo must do."""
+
+    def __init__(
+        self,
+        memory: Memory,
+        commander: Commander,
+        protection: Protection,
+        faults: Faults,
+        judge: Callable[[], None],
+    ) -> None:
+        """`judge` brings `faults` up to date."""
+        self.pending: Request | None = None
+        self.boot_loader_writes: list[tuple[Instant, Raw]] = []
+        """Instant and value of every write to 0x49. It never acts; nothing should ever arrive (4.39)."""
+        self._memory = memory
+        self._commander = commander
+        self._judge = judge
+        self._live: Final = {
+            address.CURRENT_ANGLE: lambda: commander.angle,
+            address.CURRENT_SPEED: lambda: commander.speed,
+            address.CURRENT_TORQUE: lambda: commander.torque,
+            address.CURRENT_TEMPERATURE: lambda: protection.temperature,
+            address.CURRENT_VOLTAGE: lambda: protection.voltage,
+            address.FAULT_OVERVIEW: lambda: faults.overview,
+            address.FAULT_NOTIFICATION: lambda: faults.words[0],
+            address.FAULT_WARNING: lambda: faults.words[1],
+            address.FAULT_FAILURE: lambda: faults.words[2],
+        }
+
+    def read(self, at: int) -> Raw | None:
+        """The value of a register, or None when a read of it fails (table 2-16)."""
+        live = self._live.get(at)
+        if live is not None:
+            if at >= address.FAULT_OVERVIEW:
+                self._judge()
+            return live()
+        row = self._memory.rows.get(at)
+        behaviour = self._commander.behaviour
+        if row is None or row.action:
+            return 0 if self._memory.is_hollow(at, behaviour) else None
+        return self._memory.shown(at, behaviour)
+
+    def write(self, at: int, raw: Raw, now: Instant) -> Raw | None:
+        """The value of a register after a write, or None when the write fails."""
+        memory, commander = self._memory, self._commander
+        if at == address.BOOT_LOADER:
+            self.boot_loader_writes.append((now, raw))
+            return memory.own(at)
+        admitted = memory.admit(at, raw, commander.behaviour)
+        if admitted is None:
+            hollow = at not in memory.rows and memory.is_hollow(at, commander.behaviour)
+            return 0 if hollow else None
+        if at in address.COMMANDS:
+            commander.command(at, admitted, now)
+        elif memory.rows[at].action:
+            if admitted == 1:
+                self._act(at)
+            return admitted
+        else:
+            memory.put(at, admitted)
+            if at == address.TORQUE_MODE:
+                commander.torque_mode(now)
+            else:
+                commander.configured()
+        return memory.shown(at, commander.behaviour)
+
+    def erase(self) -> None:
+        """The opcode ERASE: the configuration as it left the factory, at once (table 2-12)."""
+        behaviour = self._commander.behaviour
+        self._memory.reset(behaviour, rom=behaviour.erase_rom)
+        self._commander.configured()
+
+    def _act(self, at: int) -> None:
+        if at == address.INITIALIZE:
+            self._memory.reset(self._commander.behaviour)
+            self._commander.initialise()
+        else:
+            self.pending = Request.RESTART if at == address.REBOOT else Request.SAVE_AND_RESTART

@@ -1,0 +1,209 @@
+"""Host and simulated servos on one embedded bus, on a clock that jumps: what every behaviour test stands on."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, TypeVar
+
+import httpx
+import orjson
+from fastapi import FastAPI
+
+from hornbill.api.http import create_api
+from hornbill.bus import clock
+from hornbill.bus.memory import MemoryBus
+from hornbill.schema.catalog import Catalog
+from hornbill.servo.host import Host
+from hornbill.servo.hub import Change, Happened
+from hornbill.servo.servo import Servo, State
+from hornbill.sim.bench import Bench
+from hornbill.sim.recipe import Recipe
+from hornbill.sim.servo import SimServo
+from hornbill.store.store import Store
+from hornbill.units import Uid
+from hornbill.wire.datatype import Kind
+from hornbill.wire.messages import ArrayCommand
+from hornbill.wire.port import CanPort
+from hornbill.wire.reassembly import Reassembler
+from hornbill.wire.services import GetSetRequest, ValueKind
+from hornbill.wire.transfer import Transfer
+
+CATALOG = Catalog.load()
+T = TypeVar("T")
+Answer = httpx.Response
+
+PLAIN = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
+
+
+@dataclass
+class Rig:
+    """One bus with a host, an API client and a bench; `sent` is every transfer that was on the bus."""
+
+    bus: MemoryBus
+    bench: Bench
+    host: Host
+    app: FastAPI
+    http: httpx.AsyncClient
+    changes: list[Change] = field(default_factory=list[Change])
+
+    async def ready(self, count: int = 1, within_s: float = 30.0) -> list[Servo]:
+        """Wait until that many servos are ready."""
+        async with asyncio.timeout(within_s):
+            while True:
+                found = [one for one in self.host.fleet.all() if one.state is State.READY]
+                if len(found) >= count:
+                    return found
+                await asyncio.sleep(0.05)
+
+    def sim(self, servo: Servo) -> SimServo:
+        """The simulated servo behind a servo of the host."""
+        return self.bench.servo(Uid(servo.uid))
+
+    async def call(self, verb: str, path: str, body: object = None, *, lease: str | None = None, **headers: str) -> Answer:
+        """One REST call."""
+        if lease is not None:
+            headers["Lease"] = lease
+        return await self.http.request(verb, path, json=body, headers=headers)
+
+    async def lease(self, ttl_s: float = 60.0) -> str:
+        """A lease's id."""
+        answer = await self.call("POST", "/leases", {"holder": "test", "ttl_s": ttl_s})
+        assert answer.status_code == 201, answer.text
+        return str(answer.json()["id"])
+
+    def events(self, code: str) -> list[Happened]:
+        """Events of one code."""
+        return [change for change in self.changes if isinstance(change, Happened) and change.code == code]
+
+    def transfers(self, port: str | None = None) -> list[Transfer]:
+        """Every transfer that was on the bus, or those one port sent."""
+        reassembler = Reassembler()
+        frames = [frame for name, frame in self.bus.history if port is None or name == port]
+        return reassembler.feed(frames)
+
+    def writes(self) -> list[tuple[int, str, int]]:
+        """Every GetSet write on the bus: node, name, raw value."""
+        found: list[tuple[int, str, int]] = []
+        for transfer in self.transfers("host"):
+            if transfer.kind is Kind.REQUEST and transfer.type_id == GetSetRequest.TYPE.id:
+                request = GetSetRequest.decode(transfer.payload)
+                assert request is not None
+                if request.value.kind is not ValueKind.EMPTY:
+                    assert isinstance(request.value.value, int)
+                    found.append((transfer.destination, request.name, request.value.value))
+        return found
+
+    def array_commands(self) -> list[Transfer]:
+        """Every ArrayCommand on the bus."""
+        return [
+            one for one in self.transfers("host") if one.kind is Kind.MESSAGE and one.type_id == ArrayCommand.TYPE.id
+        ]
+
+
+@lru_cache
+def _api() -> FastAPI:
+    """One application for all tests: making its routes takes longer than most scenes."""
+    return create_api(CATALOG)
+
+
+class Socket:
+    """One WebSocket to the API, without a network: messages in, messages out."""
+
+    def __init__(self, app: FastAPI) -> None:
+        self._to_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self._from_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        scope: dict[str, Any] = {
+            "type": "websocket", "path": "/api/v1/ws", "raw_path": b"/api/v1/ws", "query_string": b"", "headers": [],
+            "subprotocols": [], "root_path": "", "scheme": "ws", "client": ("test", 1), "server": ("test", 80),
+        }  # fmt: skip
+        self._task = asyncio.create_task(app(scope, self._to_app.get, self._from_app.put))  # pyright: ignore[reportArgumentType]
+        self._to_app.put_nowait({"type": "websocket.connect"})
+
+    def say(self, **message: object) -> None:
+        """Send one message."""
+        self._to_app.put_nowait({"type": "websocket.receive", "text": orjson.dumps(message).decode()})
+
+    def say_raw(self, text: str) -> None:
+        """Send what may be no message."""
+        self._to_app.put_nowait({"type": "websocket.receive", "text": text})
+
+    async def hear(self, kind: str, within_s: float = 10.0) -> dict[str, Any]:
+        """The next message of this type; others are passed over."""
+        async with asyncio.timeout(within_s):
+            while True:
+                event = await self._from_app.get()
+                if event["type"] == "websocket.send":
+                    message: dict[str, Any] = orjson.loads(event["text"])
+                    if message["type"] == kind:
+                        return message
+
+    def heard(self) -> list[dict[str, Any]]:
+        """Everything that waits."""
+        found: list[dict[str, Any]] = []
+        while not self._from_app.empty():
+            event = self._from_app.get_nowait()
+            if event["type"] == "websocket.send":
+                found.append(orjson.loads(event["text"]))
+        return found
+
+    async def close(self) -> None:
+        """Go away, as a closed page does."""
+        self._to_app.put_nowait({"type": "websocket.disconnect", "code": 1001})
+        await self._task
+
+
+def play(
+    scene: Callable[[Rig], Awaitable[T]],
+    *recipes: Recipe,
+    store: str = "sqlite://",
+    connect: bool = True,
+    fast: bool = False,
+    seed: int = 1,
+) -> T:
+    """Run `scene` with the servos of `recipes` (one plain servo unless given) on a clock that jumps."""
+
+    async def run() -> T:
+        bus = MemoryBus(history=200_000, fast=fast)
+        kept = Store(store)
+
+        async def open_port(_address: str, _bitrate: int) -> CanPort:
+            return bus.port("host")
+
+        host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+        app = _api()
+        app.state.host = host
+        transport = httpx.ASGITransport(app, raise_app_exceptions=True)
+        bench = Bench(bus.port, CATALOG, seed)
+        for recipe in recipes or (PLAIN,):
+            bench.add(recipe)
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1", timeout=None) as client:
+            rig = Rig(bus, bench, host, app, client)
+            host.hub.listen(rig.changes.append)
+            try:
+                if connect:
+                    await host.connect("memory:test", 1_000_000)
+                await bench.start()
+                return await scene(rig)
+            finally:
+                await host.close()
+                await bench.close()
+                kept.close()
+
+    return clock.run(run())
+
+
+def json(answer: Answer, status: int = 200) -> Any:
+    """The body of an answer that must have this status."""
+    assert answer.status_code == status, f"{answer.status_code}: {answer.text}"
+    return answer.json()
+
+
+def problem(answer: Answer, code: str, status: int) -> dict[str, Any]:
+    """The problem of an answer that must be refused with this code."""
+    assert answer.headers["content-type"] == "application/problem+json", answer.text
+    found: dict[str, Any] = json(answer, status)
+    assert found["code"] == code, found
+    assert found["status"] == status
+    assert len(found["detail"]) > 20
+    return found

@@ -1,0 +1,303 @@
+"""RAM, ROM and what is known of each: write, read back, roll back, save, restart (sections 2.3, 4.10, 4.11)."""
+
+import asyncio
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from behaviour.rig import PLAIN, Rig, json, play, problem
+
+from hornbill.servo.servo import Servo, State
+from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.recipe import Recipe
+
+
+async def patch(rig: Rig, servo: Servo, values: dict[str, Any], **more: Any) -> Any:
+    return json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values, **more}))
+
+
+async def save(rig: Rig, servo: Servo) -> Any:
+    return json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+
+
+def test_a_patch_is_written_read_back_and_unsaved_until_it_is_in_rom() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        answer = await patch(rig, servo, {"angle_limit_cw": 60, "angle_limit_ccw": -60.5, "smoothing": False})
+        assert answer["outcome"] == "applied"
+        assert [change["verdict"] for change in answer["changes"]] == ["applied"] * 3
+        memory = rig.sim(servo).memory
+        assert (memory.get(0x38), memory.get(0x39), memory.get(0x22)) == (600, -605, 0)
+        assert memory.stored(0x38) == 1799
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}"))
+        assert set(shown["unsaved"]) == {"angle_limit_cw", "angle_limit_ccw", "smoothing"}
+        reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_limit_cw"))
+        assert (reading["value"], reading["rom"], reading["default"]) == (60.0, 179.9, 179.9)
+
+    play(scene)
+
+
+def test_one_illegal_value_and_nothing_is_sent() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        body = {"values": {"angle_limit_cw": 60, "torque_limit_cw": 120}}
+        refused = problem(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body), "out_of_range", 422)
+        assert (refused["key"], refused["maximum"], refused["unit"]) == ("torque_limit_cw", 100, "%")
+        assert "120 % is above the 100 % this model allows" in refused["detail"]
+        assert rig.writes() == []
+
+    play(scene)
+
+
+def test_a_dry_run_says_what_would_change_and_sends_nothing() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        answer = await patch(rig, servo, {"angle_limit_cw": 60}, dry_run=True)
+        assert answer["outcome"] == "planned"
+        planned = {"key": "angle_limit_cw", "before": 179.9, "requested": 60.0, "after": 179.9, "verdict": "planned"}
+        assert answer["changes"] == [planned]
+        assert rig.writes() == []
+
+    play(scene)
+
+
+EIGHT: dict[str, Any] = {
+    "soft_start": False, "smoothing": False, "timeout_action": "brake", "timeout_time": 500, "angle_p_gain": 50,
+    "angle_d_gain": 30, "angle_dead_band": 0.5, "temperature_limit_upper": 70,
+}  # fmt: skip
+
+
+def test_when_the_fifth_of_eight_writes_is_refused_all_eight_registers_are_as_before() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        before = {key: servo.raw(key) for key in EIGHT}
+        register = servo.registers["angle_p_gain"]
+        register.parameter = register.parameter.model_copy(update={"maximum": 200})  # the servo knows better: 100
+        answer = await patch(rig, servo, {**EIGHT, "angle_p_gain": 150})
+        assert answer["outcome"] == "rolled_back"
+        assert "refused to write angle_p_gain" in answer["failure"]
+        verdicts = [change["verdict"] for change in answer["changes"]]
+        assert verdicts == ["rolled_back"] * 4 + ["refused"]
+        memory = rig.sim(servo).memory
+        assert {key: memory.get(servo.registers[key].parameter.address) for key in EIGHT} == before
+        assert {key: servo.raw(key) for key in EIGHT} == before
+
+    play(scene)
+
+
+def test_when_the_servo_falls_silent_half_way_what_was_written_is_undone_once_it_hears_again() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        memory = rig.sim(servo).memory
+        before = {key: servo.raw(key) for key in EIGHT}
+        task = asyncio.create_task(rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": EIGHT}))
+        while sum(name != "0x20" for _, name, _ in rig.writes()) < 4:
+            await asyncio.sleep(0.0002)
+        rig.bus.loss(100)
+        await asyncio.sleep(1.25)
+        rig.bus.loss(0)
+        answer = json(await task)
+        assert answer["outcome"] == "rolled_back"
+        assert "did not answer" in answer["failure"]
+        assert {key: servo.raw(key) for key in EIGHT} == before
+        assert {key: memory.get(servo.registers[key].parameter.address) for key in EIGHT} == before
+
+    play(scene)
+
+
+def test_a_value_the_servo_clamps_is_reported_and_never_called_applied() -> None:
+    clamping = replace(PLAIN, behaviour=Behaviour(out_of_range="clamp"))
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        row = servo.registers["timeout_time"].parameter
+        wide = row.model_copy(update={"maximum": 90_000})
+        servo.registers["timeout_time"].parameter = wide  # our table is wrong, the servo knows better
+        answer = await patch(rig, servo, {"timeout_time": 80_000})
+        change = answer["changes"][0]
+        assert (change["verdict"], change["requested"], change["after"]) == ("clamped", 80_000, 60_000)
+
+    play(scene, clamping)
+
+
+def test_if_match_refuses_what_somebody_else_changed_meanwhile() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        path = f"/servos/{servo.uid}/parameters"
+        revision = json(await rig.call("GET", path))["revision"]
+        await patch(rig, servo, {"angle_p_gain": 41})
+        body = {"values": {"angle_p_gain": 42}}
+        stale = problem(await rig.call("PATCH", path, body, **{"If-Match": f'"{revision}"'}), "stale_revision", 412)
+        fresh = await rig.call("PATCH", path, body, **{"If-Match": stale["revision"]})
+        assert json(fresh)["outcome"] == "applied"
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    "behaviour",
+    [
+        Behaviour(),
+        Behaviour(answers_save=False),
+        Behaviour(save_opcode_restarts=False),
+        Behaviour(answers_restart=False, save_opcode_restarts=False),
+    ],
+    ids=["answers and restarts", "answer lost in the restart", "does not restart", "restart unanswered"],
+)
+@pytest.mark.parametrize("node_id", [11, 0], ids=["static id", "dynamic id"])
+def test_save_ends_only_when_every_row_was_read_back_after_a_restart(behaviour: Behaviour, node_id: int) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await patch(rig, servo, {"angle_limit_cw": 60, "speed_limit_cw": 200})
+        job = await save(rig, servo)
+        assert job["state"] == "succeeded", job
+        assert [step["name"] for step in job["steps"]][-1] == "read_back"
+        assert all(step["state"] in ("done", "skipped") for step in job["steps"])
+        assert rig.sim(servo).memory.stored(0x38) == 600
+        assert rig.sim(servo).starts == 2
+        assert servo.unsaved() == []
+        assert servo.registers["angle_limit_cw"].rom == 600
+        assert servo.state is State.READY
+
+    play(scene, replace(PLAIN, node_id=node_id, behaviour=behaviour))
+
+
+@pytest.mark.parametrize("delay", [0.05, 1.0, 3.0])
+def test_save_waits_for_slow_restarts(delay: float) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await asyncio.sleep(3)
+        rig.sim(servo).conditions.restart_delay_s = delay
+        await patch(rig, servo, {"angle_p_gain": 55})
+        assert (await save(rig, servo))["state"] == "succeeded"
+
+    play(scene)
+
+
+def test_save_works_under_heavy_loss() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await patch(rig, servo, {"angle_p_gain": 55})
+        rig.bus.loss(10, seed=3)
+        job = await save(rig, servo)
+        assert job["state"] == "succeeded", job["error"]
+
+    play(scene)
+
+
+def test_a_save_after_which_the_servo_never_returns_fails_and_claims_nothing() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await patch(rig, servo, {"angle_p_gain": 55})
+        rig.sim(servo).conditions.restart_delay_s = 1000
+        job = await save(rig, servo)
+        assert job["state"] == "failed"
+        assert job["error"]["code"] == "no_answer"
+        assert servo.registers["angle_p_gain"].rom == 40
+        assert servo.state is State.OFFLINE
+
+    play(scene)
+
+
+def test_saving_twice_at_once_is_one_save() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        first = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+        second = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+        assert first["id"] == second["id"]
+        busy = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 1}})
+        problem(busy, "busy", 409)
+        lease = await rig.lease()
+        moving = await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 1}, lease=lease)
+        problem(moving, "busy", 409)
+        async with asyncio.timeout(20):
+            while json(await rig.call("GET", f"/jobs/{first['id']}"))["state"] in ("queued", "running"):
+                await asyncio.sleep(0.1)
+        assert rig.sim(servo).starts == 2
+
+    play(scene)
+
+
+def test_a_servo_under_command_is_not_saved_because_that_would_drop_its_torque() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 9}, lease=lease))
+        problem(await rig.call("POST", f"/servos/{servo.uid}/save", lease=lease), "busy", 409)
+        problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "lease_held", 409)
+        assert rig.sim(servo).starts == 1
+
+    play(scene)
+
+
+def test_a_restart_brings_back_what_rom_holds() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await patch(rig, servo, {"angle_p_gain": 55})
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
+        assert job["state"] == "succeeded"
+        assert servo.raw("angle_p_gain") == 40
+        assert servo.unsaved() == []
+
+    play(scene)
+
+
+def test_an_unexpected_restart_is_noticed_and_everything_is_read_again() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await patch(rig, servo, {"angle_p_gain": 55})
+        await asyncio.sleep(5)
+        rig.bench.power(servo.uid, False)
+        await asyncio.sleep(0.3)
+        rig.bench.power(servo.uid, True)
+        await asyncio.sleep(4)
+        assert rig.events("restarted")
+        assert servo.raw("angle_p_gain") == 40
+        assert servo.state is State.READY
+
+    play(scene)
+
+
+def test_rows_are_those_of_model_and_firmware_and_the_rest_is_named() -> None:
+    old = Recipe("BLA21-06U-A0", "1.010", servo_id=1, node_id=11)
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+        assert not {"speed_torque_control", "overcurrent_limit", "angle_boost", "pwm_neutral"} & set(shown)
+        path = f"/servos/{servo.uid}/parameters/angle_boost"
+        refused = problem(await rig.call("PUT", path, {"value": 1.0}), "not_in_this_model", 409)
+        assert "It came with 1.200" in refused["detail"]
+        problem(await rig.call("GET", path), "not_in_this_model", 409)
+        assert rig.writes() == []
+
+    play(scene, old)
+
+
+def test_what_would_turn_the_zero_under_a_held_position_needs_torque_off() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        for values in ({"reverse": True}, {"origin": 10.0}):
+            refused = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values})
+            problem(refused, "torque_on", 409)
+        assert rig.writes() == []
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+        await patch(rig, servo, {"reverse": True, "origin": 10.0})
+
+    play(scene)
+
+
+def test_effects_follow_their_cause_at_once() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        path = f"/servos/{servo.uid}/parameters/speed_limit_cw"
+        off = json(await rig.call("GET", path))
+        assert off["in_effect"] is False
+        assert "0x25" in off["why_not"]
+        rig.changes.clear()
+        await patch(rig, servo, {"speed_torque_control": True})
+        told = {change.key for change in rig.changes if hasattr(change, "key")}  # pyright: ignore[reportAttributeAccessIssue]
+        assert "speed_limit_cw" in told
+        assert json(await rig.call("GET", path))["in_effect"] is True
+
+    play(scene)

@@ -1,0 +1,157 @@
+"""Who is on the bus: by unique id, through node-id changes, restarts, silence and strangers (sections 2.1 to 2.3)."""
+
+import asyncio
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from behaviour.rig import CATALOG, PLAIN, Rig, json, play
+
+from hornbill.servo.servo import State
+from hornbill.sim.bench import demo_fleet
+from hornbill.sim.recipe import Recipe
+from hornbill.units import Uid
+
+DYNAMIC = [Recipe("BLA21-06U-A0", "1.300", uid=bytes([n] * 16)) for n in range(1, 5)]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_six_servos_of_the_demo_are_identified_and_readable_within_12_s(seed: int) -> None:
+    async def scene(rig: Rig) -> None:
+        began = asyncio.get_running_loop().time()
+        servos = await rig.ready(6, within_s=12)
+        for servo in servos:
+            shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+            assert servo.model is not None
+            assert set(shown) == set(servo.model.rows(servo.firmware))
+            assert all(reading["raw"] is not None for reading in shown.values())
+        assert asyncio.get_running_loop().time() - began < 12
+        assert len({servo.model.name for servo in servos if servo.model}) >= 4
+        assert len({servo.firmware for servo in servos}) >= 3
+        dynamic = json(await rig.call("GET", "/allocations"))["allocations"]
+        assert 0 < len(dynamic) < 6
+
+    play(scene, *demo_fleet(CATALOG, 6, seed), seed=seed)
+
+
+@pytest.mark.parametrize("model", sorted(CATALOG.models))
+@pytest.mark.parametrize("firmware", CATALOG.firmware_steps)
+def test_every_model_and_firmware_is_recognised_with_exactly_its_rows(model: str, firmware: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        assert servo.model is not None
+        assert (servo.model.name, servo.firmware_text) == (model, firmware)
+        assert all(register.raw is not None for register in servo.registers.values())
+
+    play(scene, Recipe(model, firmware, node_id=20), fast=True)
+
+
+def test_the_same_servo_gets_the_same_node_id_after_restarts_of_either_side(tmp_path: Path) -> None:
+    where = str(tmp_path / "data")
+
+    async def ids(rig: Rig) -> dict[Uid, int | None]:
+        servos = await rig.ready(4)
+        for servo in servos:
+            rig.bench.power(servo.uid, False)
+        await asyncio.sleep(4)
+        before = {servo.uid: servo.node_id for servo in servos}
+        for servo in reversed(servos):
+            rig.bench.power(servo.uid, True)
+        await asyncio.sleep(10)
+        assert {servo.uid: servo.node_id for servo in await rig.ready(4)} == before
+        return {servo.uid: servo.node_id for servo in servos}
+
+    first = play(ids, *DYNAMIC, store=where)
+    second = play(ids, *reversed(DYNAMIC), store=where, seed=9)
+    assert first == second
+
+
+def test_a_servo_that_comes_back_on_another_node_id_is_the_same_servo() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "Elevator L"}))
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"node_id": 42}}))
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+        assert job["state"] == "succeeded"
+        assert job["result"]["node_id"] == 42
+        shown = json(await rig.call("GET", "/servos"))
+        assert [(one["uid"], one["node_id"], one["label"]) for one in shown] == [(servo.uid, 42, "Elevator L")]
+
+    play(scene)
+
+
+def test_labels_outlive_the_server(tmp_path: Path) -> None:
+    where = str(tmp_path / "data")
+    recipe = replace(PLAIN, uid=bytes(range(16)))
+
+    async def name(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "Elevator L"}))
+
+    async def named(rig: Rig) -> list[str]:
+        await rig.ready()
+        return [one["label"] for one in json(await rig.call("GET", "/servos?label=Elevator L"))]
+
+    play(name, recipe, store=where)
+    assert play(named, recipe, store=where) == ["Elevator L"]
+
+
+def test_three_missed_status_messages_make_it_offline_and_its_values_stale() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await asyncio.sleep(2)
+        rig.sim(servo).conditions.mute = True
+        await asyncio.sleep(2.5)
+        assert servo.online
+        await asyncio.sleep(1.5)
+        assert servo.state is State.OFFLINE
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+        assert all(reading["stale"] for reading in shown.values())
+        assert rig.events("offline")
+        rig.sim(servo).conditions.mute = False
+        await rig.ready()
+        assert not json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]["stale"]
+
+    play(scene)
+
+
+def test_two_servos_that_swap_their_node_ids_are_told_apart() -> None:
+    async def scene(rig: Rig) -> None:
+        one, other = await rig.ready(2)
+        ids = {one.uid: one.node_id, other.uid: other.node_id}
+        for servo, new in ((one, other.node_id), (other, one.node_id)):
+            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"node_id": new}}))
+        await asyncio.sleep(2)
+        for servo in (one, other):  # both change at once: power off, then on again
+            rig.sim(servo).memory.save(rig.sim(servo).behaviour)
+            rig.bench.power(servo.uid, False)
+        await asyncio.sleep(1)
+        for servo in (one, other):
+            rig.bench.power(servo.uid, True)
+        await asyncio.sleep(5)
+        assert {one.uid: other.node_id, other.uid: one.node_id} == ids
+        assert rig.sim(one).node_id == one.node_id
+        assert (one.state, other.state) == (State.READY, State.READY)
+
+    play(scene, PLAIN, replace(PLAIN, node_id=12, servo_id=2))
+
+
+def test_rom_is_unknown_when_the_servo_ran_before_hornbill_came() -> None:
+    async def scene(rig: Rig) -> None:
+        await asyncio.sleep(30)
+        await rig.host.connect("memory:test", 1_000_000)
+        servo = (await rig.ready())[0]
+        reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_p_gain"))
+        assert (reading["value"], reading["rom"]) == (40, None)
+        assert servo.unsaved() == []
+
+    play(scene, connect=False)
+
+
+def test_twenty_percent_of_frames_lost_and_everything_is_still_read() -> None:
+    async def scene(rig: Rig) -> None:
+        rig.bus.loss(20, seed=7)
+        for servo in await rig.ready(3, within_s=120):
+            assert all(register.raw is not None for register in servo.registers.values())
+
+    play(scene, *(replace(PLAIN, node_id=20 + n, servo_id=n) for n in range(3)))

@@ -1,0 +1,123 @@
+"""Register 0x49 (section 4.39): every road to it is closed, and no frame leaves."""
+
+import asyncio
+
+import pytest
+from behaviour.rig import Rig, json, play, problem
+
+from hornbill.errors import ForbiddenParameter
+from hornbill.schema.parameter import Parameter
+from hornbill.servo.asking import COMMAND, ONCE, READ, STOP, TORQUE, WRITE
+from hornbill.wire.datatype import Kind
+from hornbill.wire.services import EMPTY, GetSetRequest, integer
+from hornbill.wire.transfer import Transfer, split
+
+SPELLINGS = [
+    "0x49", "0X49", "0x049", " 0x49", "0x49 ", "73", "49h", "boot_loader", "boot-loader", "bootloader", "Boot_Loader",
+    "0x0049", "073", "%30x49",
+]  # fmt: skip
+
+
+async def nothing_left(rig: Rig) -> None:
+    """No GetSet request on the bus names the register, and the servo saw no write to it."""
+    await asyncio.sleep(1.0)
+    for transfer in rig.transfers():
+        if transfer.kind is Kind.REQUEST and transfer.type_id == GetSetRequest.TYPE.id:
+            request = GetSetRequest.decode(transfer.payload)
+            assert request is not None
+            assert request.name.strip().casefold() not in ("0x49", "73", "0x049")
+            assert request.index != 0x49
+    for sim in rig.bench.servos.values():
+        assert sim.boot_loader_writes == []
+
+
+def test_no_route_reads_or_writes_it_under_any_spelling() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        for key in SPELLINGS:
+            path = f"/servos/{servo.uid}/parameters/{key}"
+            for answer in (await rig.call("GET", path), await rig.call("PUT", path, {"value": 1})):
+                found = answer.json()
+                assert answer.status_code in (403, 404), (key, found)
+                assert found["code"] in ("forbidden_parameter", "unknown_parameter"), (key, found)
+            body = {"values": {key: 1, "angle_limit_cw": 10}}
+            refused = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body)
+            assert refused.status_code in (403, 404), (key, refused.text)
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+        assert all(reading["address"] != 0x49 for reading in shown.values())
+        assert servo.raw("angle_limit_cw") == 1799
+        await nothing_left(rig)
+        assert rig.writes() == []
+
+    play(scene)
+
+
+@pytest.mark.parametrize("key", ["0x49", "0X49", "73", "boot_loader", "0x28", "0x13"])
+def test_it_is_called_forbidden_and_so_are_reserved_registers(key: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        path = f"/servos/{servo.uid}/parameters/{key}"
+        problem(await rig.call("PUT", path, {"value": 1}), "forbidden_parameter", 403)
+        await nothing_left(rig)
+
+    play(scene)
+
+
+def test_the_servo_layer_cannot_send_it() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        row = rig.host.catalog.parameters["boot_loader"]
+        for patience in (READ, WRITE, COMMAND, TORQUE, STOP, ONCE):
+            with pytest.raises(ForbiddenParameter):
+                await rig.host.asker.write(servo, row, 1, patience)
+            with pytest.raises(ForbiddenParameter):
+                await rig.host.asker.read(servo, row, patience)
+        await nothing_left(rig)
+
+    play(scene)
+
+
+@pytest.mark.parametrize("index", [0, 73, 8191])
+@pytest.mark.parametrize("name", ["0x49", "0X49", "0x49\0", " 0x49", "73", "0x4９", ""])
+@pytest.mark.parametrize("writing", [False, True])
+def test_no_raw_call_of_the_participant_or_the_port_gets_through(name: str, index: int, writing: bool) -> None:
+    if not name and index == 0:
+        pytest.skip("index 0 without a name is register 0x00")
+    if not name and index == 8191 and not writing:
+        pytest.skip("an index far beyond every register, read only: not 0x49")
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        assert rig.host.connection is not None
+        participant = rig.host.connection.participant
+        assert servo.node_id is not None
+        try:
+            request = GetSetRequest(index, integer(1) if writing else EMPTY, name)
+            payload = request.encode()
+        except ValueError:
+            return  # a name that cannot even be put into bytes
+        with pytest.raises(ForbiddenParameter):
+            await participant.request(servo.node_id, request, urgent=True)
+        transfer = Transfer(Kind.REQUEST, GetSetRequest.TYPE.id, 127, servo.node_id, 16, 3, payload)
+        frames = split(transfer, GetSetRequest.TYPE)
+        with pytest.raises(ForbiddenParameter):
+            participant.port.send(frames)
+        if len(frames) > 1:
+            with pytest.raises(ForbiddenParameter):
+                for frame in frames:  # one by one: the frame that would complete it must not leave
+                    participant.port.send([frame])
+        await nothing_left(rig)
+
+    play(scene, fast=True)
+
+
+def test_no_table_row_makes_it_a_key() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        rows: dict[str, Parameter] = {key: one.parameter for key, one in servo.registers.items()}
+        assert all(row.address != 0x49 and not row.forbidden for row in rows.values())
+        schema = json(await rig.call("GET", "/schema"))
+        assert all(row["address"] != 0x49 for row in schema["parameters"])
+        assert all("boot_loader" not in path for path in rig.app.openapi()["paths"])
+
+    play(scene)

@@ -1,0 +1,246 @@
+"""Motion only under a live lease, refused with a reason, kept alive while the lease lives (sections 4.1 to 4.3, 4.19)."""
+
+import asyncio
+
+import pytest
+from behaviour.rig import PLAIN, Rig, json, play, problem
+
+from hornbill.servo.hub import Happened
+from hornbill.servo.servo import State
+from hornbill.sim.recipe import Recipe
+
+MODE_ON = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1})
+
+
+def command(value: float, kind: str = "angle", **more: object) -> dict[str, object]:
+    return {"type": kind, "value": value, **more}
+
+
+def test_nothing_moves_because_hornbill_connects_reads_or_watches() -> None:
+    async def scene(rig: Rig) -> None:
+        servos = await rig.ready(3)
+        for servo in servos:
+            json(await rig.call("GET", f"/servos/{servo.uid}/parameters?refresh=true"))
+            wish = {"channels": ["current_angle", "current_speed"], "rate_hz": 20}
+            json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wish))
+        await rig.lease(ttl_s=5)
+        await asyncio.sleep(20)
+        assert rig.writes() == []
+        assert rig.array_commands() == []
+
+    play(scene, *(Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n in (1, 2, 3)))
+
+
+def test_a_command_needs_a_lease_and_says_how_to_get_one() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        path = f"/servos/{servo.uid}/command"
+        assert "POST /api/v1/leases" in problem(await rig.call("POST", path, command(10)), "lease_required", 428)["detail"]
+        lease = await rig.lease(ttl_s=20)
+        refused = problem(await rig.call("POST", path, command(10)), "lease_held", 409)
+        assert refused["holder"] == "test"
+        assert 0 < refused["expires_in_s"] <= 20
+        problem(await rig.call("POST", path, command(10), lease="f" * 32), "lease_held", 409)
+        put = await rig.call("PUT", f"/servos/{servo.uid}/parameters/command_angle", {"value": 10})
+        problem(put, "lease_held", 409)
+        assert rig.writes() == []
+        json(await rig.call("POST", path, command(10), lease=lease))
+
+    play(scene)
+
+
+def test_wait_settled_answers_with_the_evidence() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        body = command(30, wait="settled", band_deg=0.5, dwell_s=0.2)
+        answer = json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
+        assert answer["settled"] is True
+        assert abs(answer["angle_deg"] - 30) <= 0.5
+        assert 0.02 < answer["settle_time_s"] < 2
+        assert abs(rig.sim(servo).angle_deg - 30) < 1
+
+    play(scene)
+
+
+def test_wait_settled_says_so_when_it_does_not_settle() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        body = command(170, wait="settled", timeout_s=0.1)
+        answer = json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
+        assert (answer["settled"], answer["settle_time_s"]) == (False, None)
+
+    play(scene)
+
+
+@pytest.mark.parametrize("ttl", [0.5, 2.0])
+def test_torque_goes_off_within_100_ms_of_a_lapse(ttl: float) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        loop = asyncio.get_running_loop()
+        lease = await rig.lease(ttl_s=ttl)
+        lapses = loop.time() + ttl
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(20), lease=lease))
+        await asyncio.sleep(lapses - 0.01 - loop.time())
+        assert rig.sim(servo).output == 0
+        await asyncio.sleep(0.11)
+        assert rig.sim(servo).output == 1
+        assert servo.raw("torque_mode") == 1
+        assert any("Torque goes off" in change.text for change in rig.changes if isinstance(change, Happened))
+        refused = await rig.call("POST", f"/servos/{servo.uid}/command", command(0), lease=lease)
+        problem(refused, "lease_required", 428)
+
+    play(scene)
+
+
+def test_a_lapse_is_written_until_the_servo_answers() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease(ttl_s=1)
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(20), lease=lease))
+        rig.bus.loss(100)
+        await asyncio.sleep(2)
+        rig.bus.loss(0)
+        await asyncio.sleep(0.5)
+        assert servo.raw("torque_mode") == 1
+
+    play(scene)
+
+
+def test_giving_the_lease_back_takes_torque_away_only_from_what_it_commanded() -> None:
+    async def scene(rig: Rig) -> None:
+        one, other = await rig.ready(2)
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{one.uid}/command", command(20), lease=lease))
+        json(await rig.call("DELETE", f"/leases/{lease}"))
+        assert rig.sim(one).output == 1
+        assert other.raw("torque_mode") == 0
+        assert json(await rig.call("GET", "/leases")) == []
+
+    play(scene, PLAIN, MODE_ON)
+
+
+def test_the_servos_own_time_out_does_not_drop_it_while_the_lease_is_renewed() -> None:
+    """Default of 0x26 and 0x27: output off after 1,000 ms without a command."""
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease(ttl_s=2)
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(20), lease=lease))
+        for _ in range(8):
+            await asyncio.sleep(1)
+            json(await rig.call("PUT", f"/leases/{lease}"))
+            assert rig.sim(servo).output == 0
+        assert abs(rig.sim(servo).angle_deg - 20) < 1
+
+    play(scene)
+
+
+def test_speed_and_torque_are_refused_while_0x25_is_off() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        for kind in ("speed", "torque"):
+            answer = await rig.call("POST", f"/servos/{servo.uid}/command", command(20, kind), lease=lease)
+            assert "0x25" in problem(answer, "mode_off", 409)["detail"]
+        assert not [write for write in rig.writes() if write[1] in ("0x01", "0x02")]
+
+    play(scene)
+
+
+def test_speed_turns_the_horn_and_the_other_commands_become_inactive() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(60, "speed"), lease=lease))
+        await asyncio.sleep(1.5)
+        assert 50 < rig.sim(servo).speed_rpm < 70
+        reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/command_angle"))
+        assert (reading["value"], reading["raw"]) == (None, 555_555_555)
+        assert json(await rig.call("GET", f"/servos/{servo.uid}"))["command_deg"] is None
+
+    play(scene, MODE_ON)
+
+
+def test_an_angle_outside_the_servos_limits_is_refused_before_it_is_sent_unless_clamping_is_asked_for() -> None:
+    limited = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom={"angle_limit_cw": 450})
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path = f"/servos/{servo.uid}/command"
+        refused = problem(await rig.call("POST", path, command(60), lease=lease), "out_of_range", 422)
+        assert (refused["maximum"], refused["unit"], refused["requested"]) == (45.0, "°", 60)
+        assert rig.writes() == []
+        answer = json(await rig.call("POST", path, command(60, clamp=True), lease=lease))
+        assert (answer["clamped"], answer["value"]) == (True, 45.0)
+        problem(await rig.call("POST", path, command(10.05), lease=lease), "invalid_value", 422)
+
+    play(scene, limited)
+
+
+def test_a_servo_in_soft_start_or_protection_is_not_commanded() -> None:
+    far = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, angle_deg=170)
+
+    async def scene(rig: Rig) -> None:
+        lease = await rig.lease()
+        async with asyncio.timeout(5):
+            while not any(one.state is State.SOFT_START for one in rig.host.fleet.all()):
+                await asyncio.sleep(0.01)
+        servo = rig.host.fleet.all()[0]
+        path = f"/servos/{servo.uid}/command"
+        assert problem(await rig.call("POST", path, command(1), lease=lease), "busy", 409)["state"] == "soft_start"
+        await rig.ready()
+        rig.sim(servo).conditions.temperature_c = 95
+        async with asyncio.timeout(10):
+            while servo.state is not State.PROTECTED:
+                await asyncio.sleep(0.05)
+        assert problem(await rig.call("POST", path, command(1), lease=lease), "busy", 409)["state"] == "protected"
+
+    play(scene, far)
+
+
+def test_torque_on_holds_where_the_horn_stands() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path = f"/servos/{servo.uid}/torque"
+        problem(await rig.call("POST", path, {"mode": "on"}), "lease_held", 409)
+        json(await rig.call("POST", path, {"mode": "off"}))
+        assert rig.bench.turn_by_hand(rig.sim(servo).uid.hex(), 40.0)  # pyright: ignore[reportArgumentType]
+        assert json(await rig.call("POST", path, {"mode": "on"}, lease=lease))["value"] == "on"
+        await asyncio.sleep(3)
+        assert rig.sim(servo).output == 0, "kept alive while the lease lives"
+        assert abs(rig.sim(servo).angle_deg - 40) < 1
+
+    play(scene)
+
+
+def test_torque_mode_is_never_a_boolean() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        for wrong in (True, False, 0, 1, "ON", None):
+            answer = await rig.call("PUT", f"/servos/{servo.uid}/parameters/torque_mode", {"value": wrong}, lease=lease)
+            problem(answer, "invalid_value", 422)
+            problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": wrong}), "invalid_value", 422)
+        assert rig.writes() == []
+        json(await rig.call("PUT", f"/servos/{servo.uid}/parameters/torque_mode", {"value": "off"}, lease=lease))
+        assert [write[2] for write in rig.writes() if write[1] == "0x20"] == [1]
+
+    play(scene)
+
+
+def test_turning_torque_on_by_a_parameter_write_needs_a_lease_too() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+        body = {"values": {"angle_dead_band": 1.0, "torque_mode": "on"}}
+        problem(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body), "lease_required", 428)
+        assert [write[1] for write in rig.writes()] == ["0x20"]
+        lease = await rig.lease()
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
+        assert servo.raw("torque_mode") == 0
+
+    play(scene)

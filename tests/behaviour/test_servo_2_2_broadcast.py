@@ -1,0 +1,91 @@
+"""Section 2.2 and tables 2-17 to 2-22: what a servo says unasked, how often, at which priority, in which unit."""
+
+from itertools import pairwise
+from math import radians
+
+import pytest
+
+from hornbill.sim.behaviour import Behaviour, PositionUnit
+from hornbill.wire.messages import Health, Mode
+from hornbill.wire.transfer import Transfer
+from unit.sim.desk import NODE, Desk
+
+NODE_STATUS, STATUS = 341, 1011
+
+
+def of_type(transfers: list[Transfer], type_id: int) -> list[Transfer]:
+    return [transfer for transfer in transfers if transfer.type_id == type_id]
+
+
+def test_node_status_every_second_and_status_every_100_ms() -> None:
+    desk = Desk()
+    heard = desk.wait(10.0)
+    for type_id, period, count in ((NODE_STATUS, 1.0, 10), (STATUS, 0.1, 100)):
+        sent = of_type(heard, type_id)
+        assert abs(len(sent) - count) <= 1
+        assert all(later.at - earlier.at == pytest.approx(period) for earlier, later in pairwise(sent))
+        assert [each.transfer_id for each in sent[:4]] == [(sent[0].transfer_id + n) & 31 for n in range(4)]
+
+
+def test_both_have_priority_16_and_come_from_the_node_id() -> None:
+    desk = Desk()
+    heard = desk.wait(2.0)
+    assert {(each.type_id, each.priority, each.source) for each in heard} == {
+        (NODE_STATUS, 16, NODE),
+        (STATUS, 16, NODE),
+    }
+
+
+def test_nothing_is_broadcast_without_a_node_id() -> None:
+    desk = Desk(node_id=0)
+    heard = desk.wait(5.0)
+    assert heard
+    assert {each.type_id for each in heard} == {1}
+
+
+def test_uptime_counts_whole_seconds_from_the_start() -> None:
+    desk = Desk()
+    desk.wait(5.0)
+    assert [status.uptime_sec for status in desk.node_statuses(desk.heard)] == [0, 1, 2, 3, 4, 5]
+
+
+def test_health_follows_warnings_and_failures_but_not_notifications() -> None:
+    desk = Desk()
+
+    def health() -> Health:
+        return desk.node_statuses(desk.wait(1.1))[-1].health
+
+    desk.write("0x38", 100)
+    desk.write("0x00", 900)
+    assert desk.read("0x19") != 0
+    assert health() is Health.OK
+    desk.servo.faults.inject("sensor_weak", True)
+    assert health() is Health.WARNING
+    desk.servo.faults.inject("motor_signal", True)
+    assert health() is Health.ERROR
+
+
+def test_mode_is_operational_once_there_is_a_node_id() -> None:
+    assert {status.mode for status in Desk().node_statuses(Desk().wait(3.0))} == {Mode.OPERATIONAL}
+
+
+def test_status_carries_the_servo_id() -> None:
+    assert {status.actuator_id for status in Desk(servo_id=9).statuses(Desk(servo_id=9).wait(1.0))} == {9}
+
+
+@pytest.mark.parametrize(
+    ("unit", "position"), [("hundred_degrees", 0.9), ("radian", radians(90)), ("degree", 90.0), ("tenth_degree", 900.0)]
+)
+def test_the_position_is_current_angle_in_the_unit_the_servo_speaks(unit: PositionUnit, position: float) -> None:
+    desk = Desk(behaviour=Behaviour(position_unit=unit), rom={"soft_start": 0, "torque_mode": 1}, angle_deg=90.0)
+    assert desk.read("0x08") == 900
+    assert desk.statuses(desk.wait(0.3))[-1].position == pytest.approx(position, rel=1e-3)
+
+
+def test_a_muted_servo_sends_nothing_but_still_acts() -> None:
+    desk = Desk()
+    desk.servo.conditions.mute = True
+    assert desk.send_write("0x00", 300) == []
+    assert desk.wait(1.0) == []
+    desk.servo.conditions.mute = False
+    assert desk.read("0x00") == 300

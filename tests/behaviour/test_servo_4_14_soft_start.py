@@ -1,0 +1,142 @@
+"""Section 4.14: the slow way to 0° after power-on, what it changes for a time, and what ends it."""
+
+import pytest
+
+from hornbill.sim.behaviour import Behaviour
+from unit.sim.desk import Desk
+
+STORED = {"speed_torque_control": 0, "timeout_time": 60_000}
+TEMPORARY = {"0x25": 1, "0x3A": 30, "0x3B": -30, "0x3C": 30, "0x3D": -30}
+PERMANENT = {"0x25": 0, "0x3A": 300, "0x3B": -300, "0x3C": 100, "0x3D": -100}
+
+
+def read(desk: Desk) -> dict[str, int | None]:
+    return {name: desk.read(name) for name in TEMPORARY}
+
+
+def starting(angle_deg: float = 150.0, behaviour: Behaviour | None = None) -> Desk:
+    desk = Desk(rom=STORED, angle_deg=angle_deg, behaviour=behaviour)
+    assert desk.servo.soft_starting
+    return desk
+
+
+@pytest.mark.parametrize("angle_deg", [150.0, -150.0])
+def test_it_goes_to_0_at_no_more_than_30_rpm(angle_deg: float) -> None:
+    desk = starting(angle_deg)
+    fastest = 0
+    while desk.servo.soft_starting:
+        desk.wait(0.02)
+        fastest = max(fastest, abs(desk.read("0x09") or 0))
+    assert 20 <= fastest <= 31
+    assert abs(desk.read("0x08") or 0) <= 10
+    desk.settle()
+    assert desk.read("0x08") == pytest.approx(0, abs=3)
+
+
+def test_0_is_where_the_origin_puts_it() -> None:
+    desk = Desk(rom=STORED | {"origin": -300}, angle_deg=45.0)
+    desk.settle()
+    assert desk.servo.angle_deg == pytest.approx(-30.0, abs=0.4)
+
+
+def test_five_parameters_change_for_a_time() -> None:
+    desk = starting()
+    assert read(desk) == TEMPORARY
+    desk.settle()
+    assert read(desk) == PERMANENT
+
+
+def test_a_switch_keeps_the_readings_as_stored() -> None:
+    desk = starting(behaviour=Behaviour(soft_start_shows="stored"))
+    assert read(desk) == PERMANENT
+    desk.wait(0.3)
+    assert abs(desk.read("0x09") or 0) <= 31
+
+
+def test_a_save_in_this_time_saves_what_the_parameters_hold() -> None:
+    desk = starting()
+    desk.opcode(0)
+    desk.wait(3.0)
+    assert not desk.servo.soft_starting
+    assert read(desk) == TEMPORARY
+
+
+def test_torque_is_limited_too() -> None:
+    desk = starting()
+    desk.servo.conditions.load_pct = 40.0
+    desk.wait(0.5)
+    assert abs(desk.read("0x0A") or 0) <= 31
+    assert desk.servo.angle_deg > 150
+
+
+def test_within_1_degree_there_is_nothing_to_do() -> None:
+    desk = Desk(rom=STORED, angle_deg=0.6)
+    assert not desk.servo.soft_starting
+
+
+def test_off_holds_where_it_is() -> None:
+    desk = Desk(rom=STORED | {"soft_start": 0}, angle_deg=90.0)
+    desk.wait(2.0)
+    assert desk.read("0x08") == 900
+
+
+def test_an_angle_command_ends_it_and_is_obeyed_at_full_speed() -> None:
+    desk = starting()
+    desk.write("0x00", -900)
+    assert not desk.servo.soft_starting
+    assert read(desk) == PERMANENT
+    desk.wait(0.2)
+    assert abs(desk.read("0x09") or 0) > 60
+
+
+@pytest.mark.parametrize("name", ["0x01", "0x02"])
+def test_speed_and_torque_end_it_where_they_are_commands_at_all(name: str) -> None:
+    desk = Desk(rom=STORED | {"speed_torque_control": 1}, angle_deg=150.0)
+    desk.write(name, 20)
+    assert not desk.servo.soft_starting
+    ignoring = starting()
+    ignoring.write(name, 20)
+    assert ignoring.servo.soft_starting
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2])
+def test_torque_mode_ends_it_and_the_horn_stays(mode: int) -> None:
+    desk = starting()
+    desk.wait(0.2)
+    desk.write("0x20", mode)
+    assert not desk.servo.soft_starting
+    there = desk.servo.angle_deg
+    desk.wait(1.0)
+    assert desk.servo.angle_deg == pytest.approx(there, abs=6 if mode == 0 else 15)
+
+
+def test_protection_ends_it() -> None:
+    desk = starting()
+    desk.servo.conditions.voltage_v = 11.0
+    desk.wait(0.1)
+    assert not desk.servo.soft_starting
+    there = desk.servo.angle_deg
+    desk.servo.conditions.voltage_v = 7.4
+    desk.wait(1.0)
+    assert desk.servo.angle_deg == pytest.approx(there, abs=6)
+
+
+def test_reading_and_configuring_do_not_end_it() -> None:
+    desk = starting()
+    for at in range(0x60):
+        desk.read(f"0x{at:02X}")
+    desk.write("0x3E", 70)
+    desk.node_info()
+    assert desk.servo.soft_starting
+
+
+def test_it_survives_the_default_time_out_unless_that_runs_from_power_on() -> None:
+    quick = {"timeout_time": 300}
+    desk = Desk(rom=quick, angle_deg=170.0)
+    desk.settle()
+    assert desk.read("0x08") == pytest.approx(0, abs=3)
+    cut = Desk(rom=quick, angle_deg=170.0, behaviour=Behaviour(timeout_from="power_on"))
+    cut.wait(3.0)
+    assert cut.servo.output == 1
+    assert not cut.servo.soft_starting
+    assert cut.servo.angle_deg > 60

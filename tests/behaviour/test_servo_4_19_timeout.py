@@ -1,0 +1,113 @@
+"""Section 4.19: what happens when commands stop coming, and when they come again."""
+
+import pytest
+
+from hornbill.sim.behaviour import Behaviour
+from hornbill.wire.messages import CommandType
+from unit.sim.desk import Desk
+
+BASE = {"speed_torque_control": 1, "soft_start": 0}
+HOLD, OFF, BRAKE = 0, 1, 2
+
+
+def desk_with(**rom: int) -> Desk:
+    return Desk(rom=BASE | rom)
+
+
+@pytest.mark.parametrize(("action", "output"), [(HOLD, 0), (OFF, 1), (BRAKE, 2)])
+def test_after_0x27_without_a_command_0x26_decides_the_output(action: int, output: int) -> None:
+    desk = desk_with(timeout_action=action)
+    desk.write("0x00", 100)
+    desk.wait(0.999)
+    assert desk.servo.output == 0
+    desk.wait(0.002)
+    assert desk.servo.output == output
+
+
+def test_hold_keeps_a_speed_turning() -> None:
+    desk = desk_with(timeout_action=HOLD)
+    desk.write("0x01", 40)
+    desk.wait(10.0)
+    assert desk.read("0x09") == pytest.approx(40, abs=1)
+
+
+@pytest.mark.parametrize("ms", [1, 250, 60_000])
+def test_0x27_is_the_time(ms: int) -> None:
+    desk = desk_with(timeout_time=ms)
+    desk.write("0x00", 100)
+    desk.wait(ms / 1000 - 0.0005)
+    assert desk.servo.output == 0
+    desk.wait(0.001)
+    assert desk.servo.output == 1
+
+
+@pytest.mark.parametrize(("name", "raw"), [("0x00", 100), ("0x01", 20), ("0x02", 10), ("0x20", 0)])
+def test_these_four_count_as_commands(name: str, raw: int) -> None:
+    desk = desk_with()
+    for _ in range(5):
+        desk.write(name, raw)
+        desk.wait(0.9)
+        assert desk.servo.output == 0
+
+
+def test_reading_and_configuring_do_not() -> None:
+    desk = desk_with()
+    desk.write("0x00", 100)
+    for _ in range(12):
+        desk.read("0x00")
+        desk.write("0x3E", 70)
+        desk.node_info()
+        desk.wait(0.1)
+    assert desk.servo.output == 1
+
+
+def test_array_command_does_unless_a_switch_says_otherwise() -> None:
+    for counts, output in ((True, 0), (False, 1)):
+        desk = Desk(rom=BASE, behaviour=Behaviour(array_command_feeds_timeout=counts))
+        desk.write("0x00", 100)
+        for _ in range(3):
+            desk.wait(0.5)
+            desk.array(7, CommandType.POSITION, 0.125)
+        assert desk.servo.output == output
+
+
+def test_an_array_command_for_others_does_not() -> None:
+    desk = desk_with()
+    desk.write("0x00", 100)
+    for _ in range(3):
+        desk.wait(0.5)
+        desk.array(8, CommandType.POSITION, 0.125)
+    assert desk.servo.output == 1
+
+
+def test_the_next_command_restores_output_and_state() -> None:
+    desk = desk_with()
+    desk.write("0x00", 450)
+    desk.settle()
+    desk.wait(1.5)
+    assert desk.servo.output == 1
+    assert desk.servo.turn_by_hand(0.0, desk.now)
+    assert desk.read("0x00") == 450
+    desk.write("0x20", 0)
+    assert desk.servo.output == 0
+    desk.wait(0.9)
+    assert desk.read("0x08") == pytest.approx(450, abs=3)
+
+
+def test_time_does_not_run_before_the_first_command() -> None:
+    desk = desk_with()
+    desk.wait(30.0)
+    assert desk.servo.output == 0
+
+
+def test_from_power_on_by_a_switch() -> None:
+    desk = Desk(rom=BASE, behaviour=Behaviour(timeout_from="power_on"))
+    desk.wait(1.0)
+    assert desk.servo.output == 1
+
+
+def test_torque_off_stays_off_whatever_the_action() -> None:
+    desk = desk_with(timeout_action=BRAKE)
+    desk.write("0x20", OFF)
+    desk.wait(2.0)
+    assert desk.servo.output == OFF

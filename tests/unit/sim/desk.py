@@ -1,0 +1,211 @@
+"""Owns Desk: one simulated servo and a tester that speaks DroneCAN to it, frame by frame, on a clock of its own."""
+
+from collections.abc import Iterable
+from functools import cache
+from random import Random
+from typing import TypeVar
+
+from hornbill.schema.catalog import Catalog
+from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.link import Link
+from hornbill.sim.recipe import Recipe
+from hornbill.sim.servo import SimServo
+from hornbill.units import NodeId, Raw
+from hornbill.wire.datatype import Kind
+from hornbill.wire.frame import Frame
+from hornbill.wire.messages import (
+    ActuatorStatus,
+    Allocation,
+    ArrayCommand,
+    Command,
+    CommandType,
+    NodeStatus,
+)
+from hornbill.wire.reassembly import Reassembler
+from hornbill.wire.services import (
+    EMPTY,
+    MAGIC,
+    ExecuteOpcodeRequest,
+    ExecuteOpcodeResponse,
+    GetNodeInfoRequest,
+    GetNodeInfoResponse,
+    GetSetRequest,
+    GetSetResponse,
+    RestartNodeRequest,
+    RestartNodeResponse,
+    Value,
+    integer,
+)
+from hornbill.wire.transfer import Transfer, split
+from hornbill.wire.types import AnyStructure, decode
+
+__all__ = ["FIRMWARE", "MODELS", "NODE", "START", "TESTER", "Desk", "catalog", "integer"]
+
+TESTER = 126
+NODE = 42
+START = 1000.0
+FIRMWARE = ("1.010", "1.100", "1.200", "1.300")
+MODELS = (
+    "BLA21-06U-A0", "BLA21-06U-AB", "BLA21-12U-A0", "BLA21-12U-AB",
+    "BLA21-28U-A0", "BLA21-28U-AB", "BLA15-06U-A0", "BLA15-12U-A0",
+)  # fmt: skip
+
+T = TypeVar("T", bound=AnyStructure)
+
+
+@cache
+def catalog() -> Catalog:
+    """The tables, read once."""
+    return Catalog.load()
+
+
+class Desk:
+    """A servo and its tester. `now` moves only with `wait`; `heard` is every transfer the servo ever sent."""
+
+    def __init__(
+        self,
+        model: str = "BLA21-06U-A0",
+        firmware: str = "1.300",
+        *,
+        node_id: int = NODE,
+        servo_id: int = 7,
+        rom: dict[str, Raw] | None = None,
+        angle_deg: float = 0.0,
+        seed: int = 1,
+        behaviour: Behaviour | None = None,
+        up: bool = True,
+    ) -> None:
+        """With `up` the servo has power and has come up; it has a node id only where `node_id` is not 0."""
+        recipe = Recipe(
+            model, firmware, servo_id=servo_id, node_id=node_id, rom=rom or {}, angle_deg=angle_deg, behaviour=behaviour
+        )
+        self.servo: SimServo = recipe.build(catalog(), seed)
+        self.now = START
+        self.heard: list[Transfer] = []
+        self._ears = Reassembler()
+        self._transfer_id = 0
+        if up:
+            self.servo.power_on(self.now)
+            self.wait(0.2)
+
+    # Time.
+
+    def wait(self, seconds: float) -> list[Transfer]:
+        """Let time pass; what the servo sent meanwhile, with the instant it was sent."""
+        end, before = self.now + seconds, len(self.heard)
+        while (due := self.servo.next_due()) <= end:
+            self.now = max(self.now, due)
+            self.servo.advance(self.now)
+            self.collect()
+        self.now = end
+        self.servo.advance(end)
+        self.collect()
+        return self.heard[before:]
+
+    def settle(self, longest: float = 5.0) -> None:
+        """Wait until the horn rests."""
+        for _ in range(int(longest / 0.05)):
+            self.wait(0.05)
+            if self.servo.asleep:
+                return
+        raise AssertionError(f"the horn still moves after {longest} s")
+
+    def collect(self) -> list[Transfer]:
+        """What the servo has put into its outbox."""
+        transfers = self._ears.feed([frame._replace(at=self.now) for frame in self.servo.take_outbox()])
+        self.heard += transfers
+        return transfers
+
+    # Bytes.
+
+    def frames_of(self, structure: AnyStructure, *, source: int = TESTER, priority: int = 20) -> list[Frame]:
+        """The frames of a message, or of a request to the servo."""
+        self._transfer_id = (self._transfer_id + 1) & 31
+        kind = structure.KIND
+        destination = 0 if kind is Kind.MESSAGE else int(self.servo.node_id) or NODE
+        transfer = Transfer(
+            kind, structure.TYPE.id, source, destination, priority, self._transfer_id, structure.encode()
+        )  # fmt: skip
+        return split(transfer, structure.TYPE)
+
+    def send(self, structure: AnyStructure, *, source: int = TESTER, priority: int = 20) -> list[Transfer]:
+        """Send a message or a request to the servo now; what it sends at once."""
+        return self.raw_frames(self.frames_of(structure, source=source, priority=priority))
+
+    def raw_frames(self, frames: Iterable[Frame]) -> list[Transfer]:
+        """Put any frames before the servo."""
+        self.servo.on_frames(list(frames), self.now)
+        return self.collect()
+
+    def request(self, structure: AnyStructure, answer: type[T]) -> T | None:
+        """The answer to a request, or None when none comes at once."""
+        for transfer in self.send(structure):
+            decoded = decode(transfer)
+            if isinstance(decoded, answer) and transfer.transfer_id == self._transfer_id:
+                return decoded
+        return None
+
+    def servo_link(self) -> Link:
+        """A link like the servo's own, to look at its filter."""
+        link = Link(self.servo.uid, Random(1), self.servo.conditions)
+        link.join(NodeId(self.servo.node_id), self.now)
+        return link
+
+    # Services.
+
+    def get_set(self, name: str, value: Value = EMPTY, *, index: int = 0) -> GetSetResponse | None:
+        """One GetSet as it stands."""
+        return self.request(GetSetRequest(index, value, name), GetSetResponse)
+
+    def read(self, name: str) -> Raw | None:
+        """A register's integer, None when the servo refuses; fails when it does not answer."""
+        return self._integer(self.get_set(name), name)
+
+    def write(self, name: str, raw: Raw) -> Raw | None:
+        """What the servo says the register is after the write, None when it refuses."""
+        return self._integer(self.get_set(name, integer(raw)), name)
+
+    def send_write(self, name: str, raw: Raw) -> list[Transfer]:
+        """A write, and everything the servo sends at once."""
+        return self.send(GetSetRequest(0, integer(raw), name))
+
+    def _integer(self, answer: GetSetResponse | None, name: str) -> Raw | None:
+        assert answer is not None, f"no answer for {name}"
+        if answer.value == EMPTY:
+            assert answer == GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
+            return None
+        assert answer.name == name
+        assert isinstance(answer.value.value, int)
+        return answer.value.value
+
+    def node_info(self) -> GetNodeInfoResponse | None:
+        """GetNodeInfo."""
+        return self.request(GetNodeInfoRequest(), GetNodeInfoResponse)
+
+    def restart(self, magic: int = MAGIC) -> bool | None:
+        """RestartNode's flag."""
+        answer = self.request(RestartNodeRequest(magic), RestartNodeResponse)
+        return None if answer is None else answer.ok
+
+    def opcode(self, opcode: int, argument: int = 0) -> bool | None:
+        """ExecuteOpcode's flag."""
+        answer = self.request(ExecuteOpcodeRequest(opcode, argument), ExecuteOpcodeResponse)
+        return None if answer is None else answer.ok
+
+    # Messages.
+
+    def array(self, actuator_id: int, kind: CommandType | int, value: float) -> None:
+        """An ArrayCommand of one entry."""
+        self.send(ArrayCommand((Command(actuator_id, kind, value),)))
+
+    def allocation(self, node_id: int, unique_id: bytes, *, source: int = TESTER) -> None:
+        """An allocator's answer; source 0 with at most six bytes is another node that asks."""
+        self.send(Allocation(node_id, False, unique_id), source=source)
+
+    def statuses(self, transfers: list[Transfer]) -> list[ActuatorStatus]:
+        """The Status messages among these."""
+        return [each for each in map(decode, transfers) if isinstance(each, ActuatorStatus)]
+
+    def node_statuses(self, transfers: list[Transfer]) -> list[NodeStatus]:
+        """The NodeStatus messages among these."""
+        return [each for each in map(decode, transfers) if isinstance(each, NodeStatus)]

@@ -1,0 +1,62 @@
+"""Memory: RAM and ROM apart, and what a reset spares."""
+
+import pytest
+
+from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.memory import Memory
+from unit.sim.desk import FIRMWARE, MODELS, catalog
+
+DATE = (2024, 6, 22, 15, 30)
+PLAIN = Behaviour()
+
+
+def memory(model: str = "BLA21-06U-A0", firmware: int = 1300, rom: dict[str, int] | None = None) -> Memory:
+    return Memory(catalog().models[model], firmware, serial=4711, production=DATE, rom=rom)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("firmware", FIRMWARE)
+def test_rom_holds_the_configuration_and_nothing_else(model: str, firmware: str) -> None:
+    kept = memory(model, round(float(firmware) * 1000))
+    for at in range(0x60):
+        assert (kept.stored(at) is not None) == (at in kept.rows and 0x20 <= at <= 0x46)
+
+
+def test_ram_changes_reach_rom_by_save_alone() -> None:
+    kept = memory(rom={"angle_p_gain": 50})
+    kept.put(0x2C, 60)
+    assert (kept.get(0x2C), kept.stored(0x2C)) == (60, 50)
+    kept.load()
+    assert kept.get(0x2C) == 50
+    kept.put(0x2C, 60)
+    kept.save(PLAIN)
+    kept.load()
+    assert kept.get(0x2C) == 60
+
+
+def test_an_unreadable_rom_loads_defaults() -> None:
+    kept = memory(rom={"angle_p_gain": 50, "node_id": 9})
+    kept.rom_sound = False
+    assert kept.load() is False
+    assert (kept.get(0x2C), kept.get(0x46)) == (40, 0)
+
+
+def test_product_rows_survive_everything() -> None:
+    kept = memory()
+    kept.reset(PLAIN, rom=True)
+    kept.load()
+    assert [kept.get(at) for at in (0x51, 0x52, 0x58, 0x59, 0x5A, 0x5B, 0x5C)] == [4711, 1300, *DATE]
+
+
+def test_soft_start_values_lie_over_what_is_written() -> None:
+    kept = memory()
+    kept.soften(True)
+    kept.put(0x3A, 100)
+    assert (kept.get(0x3A), kept.own(0x3A), kept.shown(0x3A, PLAIN)) == (30, 100, 30)
+    kept.soften(False)
+    assert kept.get(0x3A) == 100
+
+
+def test_a_firmware_newer_than_all_has_the_newest_rows() -> None:
+    assert set(memory(firmware=1400).rows) == set(memory(firmware=1300).rows)
+    assert memory(firmware=1400).get(0x52) == 1400

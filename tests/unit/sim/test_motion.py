@@ -1,0 +1,119 @@
+"""The horn as physics: friction, load, brake, sleep, and independence of how often it is looked at."""
+
+import pytest
+
+from hornbill.sim.motion import Controller, Motion, Orders
+from hornbill.sim.plant import BREAKAWAY, STEP_S, plant_of
+from unit.sim.desk import MODELS, catalog
+
+HOLD = Orders(
+    Controller.ANGLE_DIRECT, 0.0, angle_p=1 / 6, dead_band=0.3, torque_low=-1.0, torque_high=1.0,
+    speed_low=-1e4, speed_high=1e4,
+)  # fmt: skip
+
+
+def motion(orders: Orders | None = None, model: str = "BLA21-06U-A0", angle: float = 0.0) -> Motion:
+    made = Motion(plant_of(catalog().models[model]), angle)
+    if orders is not None:
+        made.obey(orders)
+    return made
+
+
+def test_steps_are_at_least_200_a_second() -> None:
+    assert STEP_S <= 0.005
+
+
+def test_a_free_horn_stays_where_it_is_and_sleeps() -> None:
+    horn = motion(angle=12.5)
+    horn.advance(0.1)
+    assert horn.asleep
+    assert (horn.angle, horn.speed, horn.torque) == (12.5, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("load", "moves"), [(BREAKAWAY * 0.99, False), (-BREAKAWAY * 1.01, True)])
+def test_friction_holds_a_small_load(load: float, moves: bool) -> None:
+    horn = motion(Orders(load=load))
+    horn.advance(1.0)
+    assert (horn.angle != 0.0) is moves
+    assert horn.asleep is not moves
+
+
+def test_it_wakes_for_other_orders_and_for_a_hand_only() -> None:
+    horn = motion(HOLD)
+    horn.advance(0.1)
+    assert horn.asleep
+    horn.obey(HOLD)
+    assert horn.asleep
+    horn.turn(20.0)
+    assert not horn.asleep
+    horn.advance(2.0)
+    assert abs(horn.angle) <= 0.31
+    assert horn.asleep
+    horn.obey(HOLD._replace(target=30.0))
+    assert not horn.asleep
+
+
+def test_a_day_of_sleep_costs_nothing_and_moves_nothing() -> None:
+    horn = motion(HOLD._replace(target=30.0))
+    horn.advance(2.0)
+    rest = horn.angle
+    horn.advance(86_400.0)
+    assert horn.angle == rest
+
+
+def test_sleeping_under_load_still_warms() -> None:
+    horn = motion(HOLD._replace(load=0.5, dead_band=0.0))
+    horn.advance(3.0)
+    assert horn.asleep
+    assert horn.torque == pytest.approx(-0.5, abs=BREAKAWAY)
+    horn.heat()
+    horn.advance(13.0)
+    assert horn.heat() == pytest.approx(horn.torque**2 * 10, rel=0.01)
+
+
+def test_small_and_large_advances_lead_to_the_same_place() -> None:
+    whole, bits = motion(HOLD._replace(target=90.0)), motion(HOLD._replace(target=90.0))
+    whole.advance(0.1 + 1e-9)
+    for n in range(1, 1001):
+        bits.advance(n * 0.0001 + 1e-9)
+    assert (bits.angle, bits.speed) == (whole.angle, whole.speed)
+
+
+def test_time_that_goes_back_is_ignored() -> None:
+    horn = motion(HOLD._replace(target=90.0))
+    horn.advance(0.1)
+    before = horn.angle
+    horn.advance(0.05)
+    assert horn.angle == before
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_no_load_speed_is_that_of_the_model_and_goes_with_the_voltage(model: str) -> None:
+    full = Orders(Controller.TORQUE, 1.0, torque_low=-1.0, torque_high=1.0)
+    top = plant_of(catalog().models[model]).top_rpm * 6
+    speeds: list[float] = []
+    for volts in (1.0, 0.5):
+        horn = motion(full._replace(volts=volts), model)
+        horn.advance(3.0)
+        speeds.append(horn.speed)
+    assert speeds[0] == pytest.approx(top, rel=0.01)
+    assert speeds[1] == pytest.approx(top / 2, rel=0.03)
+
+
+def test_a_controller_that_takes_over_starts_where_the_horn_is() -> None:
+    horn = motion(angle=100.0)
+    horn.obey(HOLD._replace(target=100.0, smooth=True))
+    horn.advance(1.0)
+    assert horn.angle == 100.0
+
+
+def test_limits_that_hold_back_are_told() -> None:
+    orders = HOLD._replace(
+        controller=Controller.SPEED, target=500.0, speed_p=0.01, speed_high=100.0, torque_high=0.05
+    )  # fmt: skip
+    horn = motion(orders)
+    horn.advance(0.01)
+    assert (horn.limited_speed, horn.limited_torque) == (1, 1)
+    horn.obey(orders._replace(target=-500.0, speed_low=-1e4))
+    horn.advance(0.02)
+    assert (horn.limited_speed, horn.limited_torque) == (0, -1)
