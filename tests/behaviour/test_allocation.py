@@ -14,6 +14,9 @@ from hornbill.node.allocation import serve_allocation
 from hornbill.node.allocator import Allocator, AllocatorState
 from hornbill.node.directory import Directory
 from hornbill.node.participant import Participant
+from hornbill.schema.catalog import Catalog
+from hornbill.sim.bench import Bench
+from hornbill.sim.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
 from hornbill.wire.datatype import Kind
@@ -24,6 +27,8 @@ from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
 from unit.node.allocatee import Allocatee
 from unit.node.peer import Peer, participant
+
+CATALOG = Catalog.load()
 
 
 @dataclass
@@ -238,6 +243,31 @@ def test_with_a_fifth_of_all_frames_lost_everybody_gets_an_id_of_their_own(tmp_p
         await until(lambda: all_have_ids(servos), limit=120)
         assert len(set(ids(servos))) == 8
         assert host.store.allocations.entries() == {servo.unique_id.hex(): servo.node_id for servo in servos}
+        await host.kill()
+
+    run(play())
+
+
+def test_simulated_servos_of_every_kind_get_ids_and_keep_them_through_a_power_cut(tmp_path: Path) -> None:
+    async def play() -> None:
+        bus = MemoryBus()
+        host = Host.start(bus.port("host"), tmp_path)
+        bench = Bench(bus.port, CATALOG, seed=4)
+        new = [bench.add(Recipe(model, "1.300")) for model in CATALOG.models]
+        static = bench.add(Recipe("BLA21-06U-A0", "1.300", node_id=124))
+        await bench.start()
+        await until(lambda: all(servo.node_id for servo in new), limit=20)
+        before = [servo.node_id for servo in new]
+        assert len({*before, static.node_id}) == len(new) + 1
+        assert static.node_id == 124
+        for on in (False, True):
+            for uid in bench.servos:
+                bench.power(uid, on)
+            await asyncio.sleep(0.01)
+        assert not any(servo.node_id for servo in new)
+        await until(lambda: all(servo.node_id for servo in new), limit=20)
+        assert [servo.node_id for servo in new] == before
+        await bench.close()
         await host.kill()
 
     run(play())

@@ -1,0 +1,1 @@
+"""A DroneCAN participant on one CanPort: requests, own status, node-id allocation."""

@@ -1,0 +1,75 @@
+"""Owns Lanes: whose turn it is, when many things wait for many nodes and each node takes one at a time."""
+
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(slots=True)
+class _Lane(Generic[T]):
+    """What waits for one node, by priority and order of arrival; `token` is its place among the nodes."""
+
+    waiting: list[tuple[int, int, T]] = field(default_factory=list[tuple[int, int, T]])
+    busy: bool = False
+    token: tuple[int, int] | None = None
+
+
+class Lanes(Generic[T]):
+    """A queue for every node, and a round among the nodes that are free.
+
+    The lowest priority number goes first. Among equals, nodes take turns: one that was served waits behind
+    those that were not, whatever their numbers.
+    """
+
+    def __init__(self) -> None:
+        self._lanes: dict[int, _Lane[T]] = {}
+        self._ready: list[tuple[int, int, int]] = []
+        self._turn = 0
+
+    def put(self, node_id: int, priority: int, item: T) -> None:
+        """Let `item` wait for a node."""
+        lane = self._lanes.get(node_id)
+        if lane is None:
+            lane = self._lanes[node_id] = _Lane[T]()
+        self._turn += 1
+        heappush(lane.waiting, (priority, self._turn, item))
+        if not lane.busy and (lane.token is None or priority < lane.token[0]):
+            self._queue(node_id, lane)
+
+    def take(self) -> T | None:
+        """The item whose turn it is, if any; its node is busy until it is freed."""
+        while self._ready:
+            priority, turn, node_id = heappop(self._ready)
+            lane = self._lanes[node_id]
+            if lane.token == (priority, turn):
+                lane.token = None
+                lane.busy = True
+                return heappop(lane.waiting)[2]
+        return None
+
+    def free(self, node_id: int) -> None:
+        """The node can take its next item."""
+        lane = self._lanes[node_id]
+        lane.busy = False
+        if lane.waiting and lane.token is None:
+            self._turn += 1
+            self._queue(node_id, lane)
+
+    def clear(self) -> None:
+        """Drop everything that waits; a busy node stays busy until it is freed."""
+        for lane in self._lanes.values():
+            lane.waiting.clear()
+            lane.token = None
+        self._ready.clear()
+
+    def __bool__(self) -> bool:
+        """Whether an item can be taken now."""
+        while self._ready and self._lanes[self._ready[0][2]].token != self._ready[0][:2]:
+            heappop(self._ready)  # superseded by a place further ahead
+        return bool(self._ready)
+
+    def _queue(self, node_id: int, lane: _Lane[T]) -> None:
+        lane.token = (lane.waiting[0][0], self._turn)
+        heappush(self._ready, (*lane.token, node_id))

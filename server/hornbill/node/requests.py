@@ -1,0 +1,291 @@
+"""Owns the requests under way: one per node, in order of priority, repeated and given up on time."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from hornbill.errors import Busy, NoAnswer
+from hornbill.node.hooks import Hooks
+from hornbill.node.lanes import Lanes
+from hornbill.units import Instant
+from hornbill.wire.datatype import DataType, Kind, Structure
+from hornbill.wire.transfer import Transfer
+
+_QUARANTINE_S: Final = 2.0
+"""How long the transfer id of an unanswered try rests, so that a late answer finds no stranger."""
+
+_TRANSFER_IDS: Final = 32
+
+_AT_A_TIME: Final = 4
+"""Requests given to the port in one go: enough that the bus never waits for us."""
+
+_PUMP_PERIOD_S: Final = 0.001
+"""How often to look whether the port is ready, when nothing is heard from the bus."""
+
+_Key = tuple[int, int, int]
+"""Node asked, service type id, transfer id: what an answer is recognised by."""
+
+
+@dataclass(slots=True)
+class RequestCounters:
+    """Since the participant was made. `late` answers are those nobody waits for any more."""
+
+    requests: int = 0
+    answers: int = 0
+    repeats: int = 0
+    unanswered: int = 0
+    late: int = 0
+    malformed: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class _Exchange:
+    """One request, from the call to its answer. `sent` holds the transfer id and instant of every try."""
+
+    destination: int
+    data_type: DataType
+    answer_type: type[Structure]
+    payload: bytes
+    priority: int
+    patience_s: float
+    tries: int
+    done: "asyncio.Future[Any]"
+    holds_lane: bool = False
+    sent: dict[int, Instant] = field(default_factory=dict[int, Instant])
+    timer: asyncio.TimerHandle | None = None
+
+
+class Requests:
+    """Sends requests through `transmit` and pairs the answers with them.
+
+    Each node has its own queue, of which one request is on its way. Of many nodes a few at a time are asked,
+    the next ones when those requests are out: a controller sends the lowest identifier first, so the lowest
+    node id would otherwise always go before all others. An answer counts whichever try it belongs to; every
+    try has a transfer id of its own.
+    """
+
+    def __init__(
+        self,
+        node_id: int,
+        transmit: Callable[[Transfer, DataType], None],
+        clock: Callable[[], Instant],
+        is_port_idle: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """`transmit` sends one transfer or raises; `clock` is the event loop's.
+
+        `is_port_idle` says whether everything handed to the port is out.
+        """
+        self.counters = RequestCounters()
+        self.on_round_trip: Hooks[int, float] = Hooks()
+        """Called with the node and the seconds from sending to answer of every try that was answered."""
+        self._node_id = node_id
+        self._transmit = transmit
+        self._clock = clock
+        self._is_port_idle = is_port_idle
+        self._lanes = Lanes[_Exchange]()
+        self._pump_timer: asyncio.TimerHandle | None = None
+        self._open: dict[_Key, _Exchange] = {}
+        self._unanswered: dict[_Key, Instant] = {}
+        self._next_ids: dict[tuple[int, int], int] = {}
+        self._alive: set[_Exchange] = set()
+
+    @property
+    def waiting(self) -> int:
+        """How many requests have no answer yet, sent or not."""
+        return len(self._alive)
+
+    async def ask(
+        self,
+        destination: int,
+        request: Structure,
+        answer_type: type[Structure],
+        *,
+        priority: int,
+        patience_s: float,
+        tries: int,
+        urgent: bool,
+    ) -> Any:
+        """The decoded answer. Raises NoAnswer `patience_s` after the last try, and what `transmit` raises.
+
+        Cancelling it frees the node for the next request at once.
+        """
+        done: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        exchange = _Exchange(
+            destination,
+            request.TYPE,
+            answer_type,
+            request.encode(),
+            priority,
+            patience_s,
+            tries,
+            done,
+        )
+        self.counters.requests += 1
+        self._alive.add(exchange)
+        try:
+            if urgent:
+                self._send(exchange)
+            else:
+                self._lanes.put(destination, priority, exchange)
+                self.pump()
+            return await done
+        finally:
+            self._finish(exchange)
+
+    def answered(self, transfer: Transfer) -> None:
+        """Take a response from the bus: it ends the request it belongs to, or is counted and dropped."""
+        key = (transfer.source, transfer.type_id, transfer.transfer_id)
+        exchange = self._open.get(key)
+        if exchange is None or exchange.done.done():
+            self.counters.late += 1
+            self._unanswered.pop(key, None)
+            return
+        answer = exchange.answer_type.decode(transfer.payload)
+        if answer is None:
+            self.counters.malformed += 1
+            return
+        self.counters.answers += 1
+        sent = exchange.sent.pop(transfer.transfer_id)
+        del self._open[key]
+        exchange.done.set_result(answer)
+        # The node is free now; its next request need not wait until the caller runs.
+        self._release(exchange)
+        elapsed = self._clock() - sent
+        self.on_round_trip.tell(transfer.source, elapsed)
+
+    def fail_all(self, error: Callable[[], Exception]) -> None:
+        """End every request, sent or queued, each with an error of its own."""
+        self._lanes.clear()
+        for exchange in tuple(self._alive):
+            if not exchange.done.done():
+                exchange.done.set_exception(error())
+            self._release(exchange)
+
+    def pump(self) -> None:
+        """Send the next few requests, if the port is ready for them. Call it whenever the bus has moved."""
+        if not self._lanes:
+            return
+        if self._is_port_idle():
+            for _ in range(_AT_A_TIME):
+                self._send_next()
+        if self._lanes and self._pump_timer is None:
+            self._pump_timer = asyncio.get_running_loop().call_later(_PUMP_PERIOD_S, self._pump_again)
+
+    def _pump_again(self) -> None:
+        self._pump_timer = None
+        self.pump()
+
+    def _send_next(self) -> None:
+        exchange = self._lanes.take()
+        if exchange is None:
+            return
+        exchange.holds_lane = True
+        if exchange.done.done():
+            self._release(exchange)
+            return
+        try:
+            self._send(exchange)
+        except Exception as error:
+            # The caller of the request gets it, not whoever happened to be here.
+            self._release(exchange)
+            if not exchange.done.done():
+                exchange.done.set_exception(error)
+
+    def _send(self, exchange: _Exchange) -> None:
+        """One try, under a transfer id of its own."""
+        now = self._clock()
+        transfer_id = self._next_transfer_id(exchange.destination, exchange.data_type.id, now)
+        self._transmit(
+            Transfer(
+                Kind.REQUEST,
+                exchange.data_type.id,
+                self._node_id,
+                exchange.destination,
+                exchange.priority,
+                transfer_id,
+                exchange.payload,
+            ),
+            exchange.data_type,
+        )
+        exchange.tries -= 1
+        exchange.sent[transfer_id] = now
+        self._open[exchange.destination, exchange.data_type.id, transfer_id] = exchange
+        loop = exchange.done.get_loop()
+        exchange.timer = loop.call_later(exchange.patience_s, self._timed_out, exchange)
+
+    def _timed_out(self, exchange: _Exchange) -> None:
+        exchange.timer = None
+        if exchange.done.done():
+            return
+        if exchange.tries > 0:
+            self.counters.repeats += 1
+            try:
+                self._send(exchange)
+            except Exception as error:
+                if not exchange.done.done():
+                    exchange.done.set_exception(error)
+            return
+        self.counters.unanswered += 1
+        tried = len(exchange.sent)
+        service = exchange.data_type.name.rpartition(".")[2]
+        exchange.done.set_exception(
+            NoAnswer(
+                f"Node {exchange.destination} did not answer {service} in {tried} "
+                f"{'try' if tried == 1 else 'tries'} of {exchange.patience_s * 1000:.0f} ms. "
+                "Check its power, its cable and the bus.",
+                node_id=exchange.destination,
+                service=service,
+                tries=tried,
+                timeout_s=exchange.patience_s,
+            )
+        )
+        self._release(exchange)
+
+    def _finish(self, exchange: _Exchange) -> None:
+        self._alive.discard(exchange)
+        exchange.done.cancel()  # a request whose caller was cancelled is not sent any more
+        self._release(exchange)
+
+    def _release(self, exchange: _Exchange) -> None:
+        """Forget the tries of an ended request and let the next one for its node go. Twice is harmless."""
+        if exchange.timer is not None:
+            exchange.timer.cancel()
+            exchange.timer = None
+        now = self._clock()
+        for transfer_id in exchange.sent:
+            key = (exchange.destination, exchange.data_type.id, transfer_id)
+            self._open.pop(key, None)
+            self._unanswered[key] = now + _QUARANTINE_S
+        exchange.sent.clear()
+        if exchange.holds_lane:
+            exchange.holds_lane = False
+            self._lanes.free(exchange.destination)
+            self.pump()
+
+    def _next_transfer_id(self, destination: int, type_id: int, now: Instant) -> int:
+        """The next of the 32 that no open request has and no late answer may still bring. Raises Busy."""
+        # A participant made anew right after another (the bus was opened again) must not begin with the same
+        # number: a node that remembers it would take the request for a repetition and stay silent.
+        start = self._next_ids.get((destination, type_id), int(now * 1000))
+        spare: int | None = None
+        for step in range(_TRANSFER_IDS):
+            candidate = (start + step) % _TRANSFER_IDS
+            key = (destination, type_id, candidate)
+            if key in self._open:
+                continue
+            if self._unanswered.get(key, now) <= now:
+                self._unanswered.pop(key, None)
+                break
+            spare = candidate if spare is None else spare
+        else:
+            if spare is None:
+                raise Busy(
+                    f"{_TRANSFER_IDS} requests to node {destination} wait for an answer, and no more can. "
+                    "Ask again when one has been answered.",
+                    node_id=destination,
+                )
+            candidate = spare
+            self._unanswered.pop((destination, type_id, candidate), None)
+        self._next_ids[destination, type_id] = (candidate + 1) % _TRANSFER_IDS
+        return candidate

@@ -1,0 +1,1 @@
+"""State that must last: allocation table, inventory, labels, in one database."""

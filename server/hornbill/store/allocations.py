@@ -1,0 +1,112 @@
+"""Owns Allocations: which node id belongs to which unique id, for good."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from sqlalchemy import Select, select
+
+from hornbill.errors import InvalidValue, OutOfRange, Unknown
+from hornbill.store.database import Database
+from hornbill.store.tables import AllocationRow
+from hornbill.units import NodeId, Uid
+
+LOWEST, HIGHEST = 1, 125
+
+
+@dataclass(frozen=True, slots=True)
+class AllocationEntry:
+    """One row; instants in seconds since 1970 (UTC), None for a pinned id its node has not asked for yet."""
+
+    uid: Uid
+    node_id: NodeId
+    pinned: bool
+    first_seen: float | None
+    last_seen: float | None
+
+
+class Allocations:
+    """The allocation table. Every method has been committed when it returns."""
+
+    def __init__(self, database: Database, wall: Callable[[], float]) -> None:
+        """`wall` gives seconds since 1970 (UTC)."""
+        self._database = database
+        self._wall = wall
+
+    def rows(self) -> list[AllocationEntry]:
+        """The whole table, by node id."""
+        with self._database.transaction() as session:
+            found = session.scalars(select(AllocationRow).order_by(AllocationRow.node_id))
+            return [
+                AllocationEntry(Uid(row.uid), NodeId(row.node_id), row.pinned, row.first_seen, row.last_seen)
+                for row in found
+            ]
+
+    def entries(self) -> dict[Uid, NodeId]:
+        """Node ids by unique id."""
+        with self._database.transaction() as session:
+            found = session.execute(select(AllocationRow.uid, AllocationRow.node_id))
+            return {Uid(uid): NodeId(node_id) for uid, node_id in found}
+
+    def pinned(self, uid: Uid) -> bool:
+        """Whether a person chose this node's id."""
+        with self._database.transaction() as session:
+            return bool(session.scalar(select(AllocationRow.pinned).where(AllocationRow.uid == uid)))
+
+    def record(self, uid: Uid, node_id: NodeId) -> None:
+        """Keep that a node was given an id now; a pin of the same id stays, one of another id ends.
+
+        Raises InvalidValue when the id belongs to another node.
+        """
+        now = self._wall()
+        with self._database.transaction() as session:
+            self._demand_free(session.scalar(_owner(node_id)), uid, node_id)
+            row = session.get(AllocationRow, uid)
+            if row is None:
+                session.add(AllocationRow(uid=uid, node_id=node_id, pinned=False, first_seen=now, last_seen=now))
+                return
+            row.pinned = row.pinned and row.node_id == node_id
+            row.node_id = node_id
+            row.first_seen = row.first_seen or now
+            row.last_seen = now
+
+    def pin(self, uid: Uid, node_id: NodeId) -> None:
+        """Choose a node's id, 1..125; it takes effect when the node asks the next time.
+
+        Raises OutOfRange, and InvalidValue when the id belongs to another node.
+        """
+        if not LOWEST <= node_id <= HIGHEST:
+            raise OutOfRange(
+                f"Node id {node_id} is outside what can be given. Enter {LOWEST} to {HIGHEST}.",
+                minimum=LOWEST,
+                maximum=HIGHEST,
+                unit="",
+                requested=node_id,
+            )
+        with self._database.transaction() as session:
+            self._demand_free(session.scalar(_owner(node_id)), uid, node_id)
+            row = session.get(AllocationRow, uid)
+            if row is None:
+                session.add(AllocationRow(uid=uid, node_id=node_id, pinned=True, first_seen=None, last_seen=None))
+            else:
+                row.node_id, row.pinned = node_id, True
+
+    def forget(self, uid: Uid) -> None:
+        """Free a node's id; should it ask again, it is new. Raises Unknown (unknown_uid)."""
+        with self._database.transaction() as session:
+            row = session.get(AllocationRow, uid)
+            if row is None:
+                raise Unknown("unknown_uid", f"No node id is kept for {uid}. See the list of allocations.", uid=uid)
+            session.delete(row)
+
+    @staticmethod
+    def _demand_free(owner: str | None, uid: Uid, node_id: NodeId) -> None:
+        if owner not in (None, uid):
+            raise InvalidValue(
+                f"Node id {node_id} belongs to {owner}. Choose another, or forget that allocation first.",
+                node_id=node_id,
+                owner=owner,
+            )
+
+
+def _owner(node_id: NodeId) -> Select[str]:
+    return select(AllocationRow.uid).where(AllocationRow.node_id == node_id)

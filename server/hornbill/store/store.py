@@ -1,0 +1,40 @@
+"""Owns Store: the one database of an installation, and what is kept in it."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from hornbill.store.allocations import Allocations
+from hornbill.store.database import Database
+from hornbill.store.servos import Servos
+from hornbill.store.settings import Settings
+
+
+class Store:
+    """What must last. Its methods are plain calls for the event loop: on SQLite each takes well under a millisecond."""
+
+    def __init__(self, place: str | Path, *, wall: Callable[[], float] = time.time) -> None:
+        """Open or create. `place` is a folder or a database URL; `wall` gives seconds since 1970 (UTC).
+
+        Raises StoreFailed when it cannot be opened, is damaged, or was written by a newer hornbill.
+        """
+        self._database = Database(place)
+        self.address = self._database.address
+        """The database, for people to see: without its password."""
+        self.allocations = Allocations(self._database, wall)
+        self.servos = Servos(self._database, wall)
+        self.settings = Settings(self._database)
+
+    def close(self) -> None:
+        """Give the database back; every later call raises RuntimeError. Twice is harmless."""
+        self._database.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

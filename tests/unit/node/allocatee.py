@@ -1,0 +1,99 @@
+"""Owns Allocatee: a node without an id, that asks for one by the rules of the public Allocation type."""
+
+import asyncio
+from random import Random
+
+from hornbill.wire.datatype import Kind
+from hornbill.wire.frame import Frame
+from hornbill.wire.messages import Allocation, Health, Mode, NodeStatus
+from hornbill.wire.port import CanPort
+from hornbill.wire.reassembly import Reassembler
+from hornbill.wire.transfer import Transfer, split
+
+
+class Allocatee:
+    """Boots at once. `node_id` is 0 until it is given one; then it says NodeStatus every second."""
+
+    def __init__(self, port: CanPort, unique_id: bytes, *, seed: int, preferred: int = 0) -> None:
+        self.port = port
+        self.unique_id = unique_id
+        self.preferred = preferred
+        self.node_id = 0
+        self.given_at = 0.0
+        self.answer_delays: list[float] = []
+        """Seconds from each request that was answered to its answer."""
+        self._random = Random(seed)
+        self._loop = asyncio.get_running_loop()
+        self._reassembler = Reassembler()
+        self._request_timer: asyncio.TimerHandle | None = None
+        self._follow_up: asyncio.TimerHandle | None = None
+        self._asked_at: float | None = None
+        self._born = self._loop.time()
+        port.listen(self._receive)
+        self.restart()
+
+    def restart(self) -> None:
+        """As after a power cut: the id is gone."""
+        self.stop()
+        self.node_id = 0
+        self._born = self._loop.time()
+        self._arm()
+
+    def stop(self) -> None:
+        """Say and ask nothing any more."""
+        for timer in (self._request_timer, self._follow_up):
+            if timer is not None:
+                timer.cancel()
+        self._request_timer = self._follow_up = None
+
+    def _arm(self) -> None:
+        if self._request_timer is not None:
+            self._request_timer.cancel()
+        self._request_timer = self._loop.call_later(self._random.uniform(0.6, 1.0), self._ask_first)
+
+    def _ask_first(self) -> None:
+        self._arm()
+        self._ask(0)
+
+    def _ask(self, offset: int) -> None:
+        part = self.unique_id[offset : offset + 6]
+        message = Allocation(self.preferred, offset == 0, part)
+        transfer = Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, message.encode())
+        self._asked_at = self._loop.time()
+        self.port.send(split(transfer, Allocation.TYPE, discriminator=self._random.randrange(1 << 14)))
+
+    def _receive(self, frames: list[Frame]) -> None:
+        for transfer in self._reassembler.feed(frames, self._loop.time()):
+            if self.node_id or transfer.kind != Kind.MESSAGE or transfer.type_id != 1:
+                continue
+            message = Allocation.decode(transfer.payload)
+            if message is not None:
+                self._hear(message, anonymous=transfer.source == 0)
+
+    def _hear(self, message: Allocation, *, anonymous: bool) -> None:
+        self._arm()  # rule C
+        if self._follow_up is not None:
+            self._follow_up.cancel()
+            self._follow_up = None
+        told = len(message.unique_id)
+        if anonymous:
+            self._asked_at = None  # somebody else's request came between
+        if anonymous or self.unique_id[:told] != message.unique_id:
+            return
+        if self._asked_at is not None:
+            self.answer_delays.append(self._loop.time() - self._asked_at)
+            self._asked_at = None
+        if told < 16:  # rule D
+            delay = self._random.uniform(0.0, 0.4)
+            self._follow_up = self._loop.call_later(delay, self._ask, told)
+        elif message.node_id:  # rule E
+            self.stop()
+            self.node_id = message.node_id
+            self.given_at = self._loop.time()
+            self._say_status()
+
+    def _say_status(self) -> None:
+        status = NodeStatus(int(self._loop.time() - self._born), Health.OK, Mode.OPERATIONAL)
+        transfer = Transfer(Kind.MESSAGE, 341, self.node_id, 0, 16, status.uptime_sec & 31, status.encode())
+        self.port.send(split(transfer, NodeStatus.TYPE))
+        self._request_timer = self._loop.call_later(1.0, self._say_status)

@@ -1,0 +1,52 @@
+"""Owns RecordingPort: a CanPort that keeps what it was asked to send and receives what a test says, guarded or not."""
+
+from collections.abc import Sequence
+
+from hornbill.errors import BusDisconnected
+from hornbill.node.guard import GuardedPort
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import FrameSink, PortState, PortStatistics
+
+
+class RecordingPort:
+    """`sent` grows by every frame; `deliver` hands frames to whoever listens."""
+
+    def __init__(self) -> None:
+        self.address = "recording:0"
+        self.bitrate = 1_000_000
+        self.statistics = PortStatistics()
+        self.state = PortState.ACTIVE
+        self.sent: list[Frame] = []
+        self.calls: list[list[Frame]] = []
+        self.closed = False
+        self._sink: FrameSink | None = None
+
+    def listen(self, sink: FrameSink) -> None:
+        """Keep the sink."""
+        self._sink = sink
+
+    def send(self, frames: Sequence[Frame]) -> None:
+        """Keep the frames. Raises BusDisconnected unless the state is active."""
+        if self.state is not PortState.ACTIVE:
+            raise BusDisconnected(f"{self.address} is {self.state}. Connect it.")
+        self.calls.append(list(frames))
+        self.sent.extend(frames)
+
+    async def close(self) -> None:
+        """Remember it."""
+        self.closed = True
+        self.state = PortState.DISCONNECTED
+
+    def deliver(self, frames: Sequence[Frame]) -> None:
+        """Frames arrive in one batch."""
+        assert self._sink is not None
+        self._sink(list(frames))
+
+
+WRITABLE = frozenset({"0x20", "0x2A", "0x38", "0x12"})
+
+
+def port(*, allow_broadcast: bool = False, writable: frozenset[str] = WRITABLE) -> tuple[GuardedPort, RecordingPort]:
+    """A guarded port, and the one behind it."""
+    inner = RecordingPort()
+    return GuardedPort(inner, writable=writable, allow_broadcast=allow_broadcast), inner

@@ -1,0 +1,79 @@
+"""Owns MemoryTable and Bench: what an allocator needs around it, without a database and without a bus."""
+
+from dataclasses import dataclass, field
+
+from hornbill.node.allocator import Allocator
+from hornbill.units import NodeId, Uid
+from hornbill.wire.datatype import Kind
+from hornbill.wire.messages import Allocation
+from hornbill.wire.transfer import Transfer
+
+
+class MemoryTable:
+    """An AllocationTable that forgets with the process."""
+
+    def __init__(self, entries: dict[str, int] | None = None, pins: frozenset[str] = frozenset()) -> None:
+        self.kept = dict(entries or {})
+        self.pins = pins
+        self.recorded: list[tuple[str, int]] = []
+
+    def entries(self) -> dict[Uid, NodeId]:
+        """All of them."""
+        return {Uid(uid): NodeId(node_id) for uid, node_id in self.kept.items()}
+
+    def pinned(self, uid: Uid) -> bool:
+        """Whether it is among the pins."""
+        return uid in self.pins
+
+    def record(self, uid: Uid, node_id: NodeId) -> None:
+        """Keep it."""
+        self.recorded.append((uid, node_id))
+        self.kept[uid] = node_id
+
+
+@dataclass
+class Neighbours:
+    """Residents of a bus, as a test says."""
+
+    heard: dict[int, float] = field(default_factory=dict[int, float])
+    uids: dict[int, bytes] = field(default_factory=dict[int, bytes])
+
+    def known(self) -> set[int]:
+        """Everybody."""
+        return set(self.heard)
+
+    def occupied(self, now: float) -> set[int]:
+        """Who was heard within three seconds."""
+        return {node_id for node_id, at in self.heard.items() if now - at < 3}
+
+    def resident(self, node_id: int) -> bytes | None:
+        """Their unique id, where it is known."""
+        return self.uids.get(node_id)
+
+    def last_heard(self, node_id: int) -> float | None:
+        """When."""
+        return self.heard.get(node_id)
+
+
+def ask(allocator: Allocator, part: bytes, now: float, *, first: bool = False, preferred: int = 0) -> Allocation | None:
+    """One anonymous request, and what it is answered with."""
+    message = Allocation(preferred, first, part)
+    return allocator.handle(message, Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, message.encode(), now), now)
+
+
+def answer_of(allocator: Allocator, source: int, message: Allocation, now: float) -> Allocation | None:
+    """An answer of another allocator is heard."""
+    return allocator.handle(message, Transfer(Kind.MESSAGE, 1, source, 0, 24, 0, message.encode(), now), now)
+
+
+def exchange(allocator: Allocator, unique_id: bytes, now: float, *, preferred: int = 0) -> int | None:
+    """All three stages, 0.1 s apart from `now` on; the node id given."""
+    first = ask(allocator, unique_id[:6], now, first=True, preferred=preferred)
+    assert first == Allocation(0, False, unique_id[:6])
+    second = ask(allocator, unique_id[6:12], now + 0.1, preferred=preferred)
+    assert second == Allocation(0, False, unique_id[:12])
+    last = ask(allocator, unique_id[12:], now + 0.2, preferred=preferred)
+    if last is None:
+        return None
+    assert (last.unique_id, last.first_part_of_unique_id) == (unique_id, False)
+    return last.node_id

@@ -1,0 +1,342 @@
+"""Who gets which node id: the rules of uavcan.protocol.dynamic_node_id.Allocation, and what may go wrong on a bus."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.node.allocator import Allocator, AllocatorState, Pending, Rival
+from hornbill.node.node_ids import find_free
+from hornbill.wire.datatype import Kind
+from hornbill.wire.messages import Allocation
+from hornbill.wire.transfer import Transfer
+from unit.node.table import MemoryTable, Neighbours, answer_of, ask, exchange
+
+A = bytes(range(0xA0, 0xB0))
+B = bytes(range(0xB0, 0xC0))
+C = bytes(range(0xC0, 0xD0))
+
+
+def allocator(
+    table: MemoryTable | None = None, neighbours: Neighbours | None = None, own: frozenset[int] = frozenset({127})
+) -> Allocator:
+    return Allocator(table or MemoryTable(), own_ids=own, residents=neighbours or Neighbours())
+
+
+def number(n: int) -> bytes:
+    return n.to_bytes(16, "big")
+
+
+# The free id.
+
+
+def test_without_a_preference_the_highest_free_id_is_given() -> None:
+    it = allocator()
+    assert [exchange(it, each, 10.0 * n) for n, each in enumerate((A, B, C))] == [125, 124, 123]
+
+
+SEARCHES: list[tuple[int, set[int], int | None]] = [
+    (0, set(), 125),
+    (0, {125, 124, 122}, 123),
+    (20, set(), 20),
+    (20, {20}, 21),
+    (20, {20, 21, 23}, 22),
+    (20, set(range(20, 126)), 19),
+    (124, {124, 125}, 123),
+    (1, {1}, 2),
+    (125, {125}, 124),
+    (126, set(), 125),
+    (127, {125}, 124),
+    (0, set(range(2, 126)), 1),
+    (60, set(range(1, 126)), None),
+]
+
+
+@pytest.mark.parametrize(("preferred", "taken", "expected"), SEARCHES)
+def test_the_search_goes_up_from_the_preference_and_then_down(
+    preferred: int, taken: set[int], expected: int | None
+) -> None:
+    assert find_free(preferred, taken) == expected
+
+
+@given(preferred=st.integers(0, 127), taken=st.sets(st.integers(0, 127)))
+def test_an_id_is_found_exactly_when_one_is_free(preferred: int, taken: set[int]) -> None:
+    found = find_free(preferred, taken)
+    free = set(range(1, 126)) - taken
+    assert found in free if free else found is None
+    if preferred in free:
+        assert found == preferred
+
+
+def test_a_preference_is_honoured() -> None:
+    it = allocator(MemoryTable({"00" * 16: 20}))
+    assert exchange(it, A, 0.0, preferred=20) == 21
+    assert exchange(it, B, 10.0, preferred=20) == 22
+
+
+def test_ids_in_use_and_our_own_are_never_given() -> None:
+    neighbours = Neighbours({125: 0.0, 123: 0.0})
+    it = allocator(neighbours=neighbours, own=frozenset({124, 122}))
+    assert exchange(it, A, 1.0) == 121
+    assert exchange(it, B, 2.0, preferred=122) == 120
+
+
+def test_the_id_of_a_node_that_is_only_switched_off_is_given_last() -> None:
+    neighbours = Neighbours({125: 0.0, **dict.fromkeys(range(1, 124), 1000.0)})
+    it = allocator(neighbours=neighbours)
+    assert exchange(it, A, 1000.0) == 124
+    assert exchange(it, B, 1000.5) == 125
+
+
+# The same node again.
+
+
+def test_the_same_unique_id_gets_the_same_id_again_whatever_it_prefers() -> None:
+    table = MemoryTable()
+    it = allocator(table)
+    assert exchange(it, A, 0.0) == 125
+    assert exchange(it, B, 10.0) == 124
+    assert exchange(it, B, 20.0, preferred=50) == 124
+    assert exchange(it, A, 30.0) == 125
+    assert exchange(allocator(table), B, 0.0) == 124  # the server was restarted
+
+
+def test_the_id_is_kept_before_it_is_told() -> None:
+    table = MemoryTable()
+    exchange(allocator(table), A, 0.0)
+    assert table.recorded == [(A.hex(), 125)]
+
+
+def test_a_node_that_restarts_keeps_its_id_although_it_was_just_heard() -> None:
+    neighbours = Neighbours()
+    it = allocator(neighbours=neighbours)
+    assert exchange(it, A, 0.0) == 125
+    neighbours.heard[125] = 10.0
+    assert exchange(it, A, 10.7) == 125  # it asks 0.6 s after its start at the earliest
+    neighbours.heard[125], neighbours.uids[125] = 20.4, A
+    assert exchange(it, A, 20.5) == 125
+
+
+def test_a_node_whose_id_another_one_uses_gets_a_new_one() -> None:
+    neighbours = Neighbours({125: 9.5}, {125: B})
+    table = MemoryTable({A.hex(): 125})
+    assert exchange(allocator(table, neighbours), A, 10.0) == 124
+    assert table.kept == {A.hex(): 124}
+
+
+def test_whoever_talks_while_its_owner_is_silent_is_another_node() -> None:
+    neighbours = Neighbours({125: 9.8})
+    table = MemoryTable({A.hex(): 125})
+    assert exchange(allocator(table, neighbours), A, 10.0) == 124
+
+
+def test_an_entry_with_an_id_that_became_ours_is_replaced() -> None:
+    table = MemoryTable({A.hex(): 125, B.hex(): 126})
+    it = allocator(table, own=frozenset({125}))
+    assert exchange(it, A, 0.0) == 124
+    assert exchange(it, B, 10.0) == 123
+
+
+def test_a_pinned_id_is_given_and_never_replaced_by_another() -> None:
+    neighbours = Neighbours()
+    table = MemoryTable({A.hex(): 10}, frozenset({A.hex()}))
+    it = allocator(table, neighbours)
+    refusals: list[Pending] = []
+    it.on_refused.append(refusals.append)
+    assert exchange(it, A, 0.0) == 10
+    neighbours.heard[10], neighbours.uids[10] = 99.0, B
+    assert exchange(it, A, 100.0) is None
+    assert exchange(it, A, 101.0) is None
+    assert [each.refusal for each in refusals] == ["Node id 10 is pinned to it, but another node uses that id."]
+    assert table.kept == {A.hex(): 10}
+
+
+# A full table.
+
+
+def test_when_every_id_is_taken_it_says_so_and_names_the_node(caplog: pytest.LogCaptureFixture) -> None:
+    table = MemoryTable({number(n).hex(): n for n in range(1, 126)})
+    it = allocator(table)
+    refusals: list[Pending] = []
+    it.on_refused.append(refusals.append)
+    assert exchange(it, A, 0.0) is None
+    assert exchange(it, A, 1.0) is None
+    (refusal,) = refusals
+    assert refusal.partial == A.hex()
+    assert refusal.refusal == "All 125 node ids are taken. Forget allocations of nodes that are gone."
+    assert A.hex() in caplog.text
+    (waiting,) = it.pending(1.2)
+    assert (waiting.refusal, waiting.attempts) == (refusal.refusal, 2)
+    del table.kept[number(7).hex()]
+    assert exchange(it, A, 2.0) == 7
+    assert it.pending(2.2) == []
+
+
+# Stages.
+
+
+def test_a_follow_up_after_half_a_second_is_too_late() -> None:
+    it = allocator()
+    ask(it, A[:6], 0.0, first=True)
+    assert ask(it, A[6:12], 0.51) is None
+    ask(it, A[:6], 1.0, first=True)
+    assert ask(it, A[6:12], 1.5) == Allocation(0, False, A[:12])
+    assert ask(it, A[12:], 2.01) is None
+    assert exchange(it, A, 3.0) == 125
+
+
+def test_a_first_part_begins_anew_at_any_stage() -> None:
+    it = allocator()
+    ask(it, A[:6], 0.0, first=True)
+    ask(it, A[6:12], 0.1)
+    assert exchange(it, B, 0.2) == 125
+    assert ask(it, A[12:], 0.5) is None
+    assert exchange(it, A, 1.0) == 124
+
+
+def test_parts_that_fit_nothing_are_ignored_and_disturb_nothing() -> None:
+    it = allocator()
+    assert ask(it, A[6:12], 0.0) is None
+    assert ask(it, A[12:], 0.0) is None
+    ask(it, A[:6], 1.0, first=True)
+    assert ask(it, A[12:], 1.1) is None  # the third part before the second
+    for wrong in (b"", A[:5], A[:7], A):
+        assert ask(it, wrong, 1.1) is None
+        assert ask(it, wrong, 1.1, first=True) is None
+    assert ask(it, A[6:12], 1.2) == Allocation(0, False, A[:12])
+    assert ask(it, A[12:], 1.3) == Allocation(125, False, A)
+
+
+def test_an_answer_that_got_lost_is_given_again_from_the_first_part() -> None:
+    table = MemoryTable()
+    it = allocator(table)
+    assert exchange(it, A, 0.0) == 125
+    assert exchange(it, A, 1.0) == 125
+    assert table.kept == {A.hex(): 125}
+
+
+def test_nodes_with_the_same_beginning_are_told_apart_by_the_end() -> None:
+    it = allocator()
+    one, other = A[:12] + b"1111", A[:12] + b"2222"
+    assert exchange(it, one, 0.0) == 125
+    assert exchange(it, other, 1.0) == 124
+    assert exchange(it, one, 2.0) == 125
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0, 0.6), st.booleans(), st.integers(0, 127), st.binary(max_size=16), st.sampled_from([0, 0, 0, 9])
+        ),
+        max_size=60,
+    )
+)
+def test_no_message_makes_it_raise_or_break_a_rule(
+    messages: list[tuple[float, bool, int, bytes, int]],
+) -> None:
+    table = MemoryTable()
+    it = allocator(table, Neighbours({100: 0.0}))
+    now = 0.0
+    for pause, first, node_id, part, source in messages:
+        now += pause
+        message = Allocation(node_id, first, part)
+        reply = it.handle(message, Transfer(Kind.MESSAGE, 1, source, 0, 24, 0, message.encode(), now), now)
+        if reply is not None:
+            assert source == 0
+            assert not reply.first_part_of_unique_id
+            assert (reply.node_id != 0) == (len(reply.unique_id) == 16)
+            assert reply.node_id <= 125
+            assert reply.node_id != 100
+            assert reply.unique_id.endswith(part)
+    assert len(set(table.kept.values())) == len(table.kept)
+
+
+# Who waits.
+
+
+def test_a_waiting_node_is_shown_with_what_is_known_of_it() -> None:
+    it = allocator()
+    ask(it, A[:6], 0.0, first=True)
+    assert it.pending(0.0) == [Pending(A[:6].hex(), 1, 0.0, 0.0, 1)]
+    ask(it, A[6:12], 0.2)
+    assert it.pending(0.2) == [Pending(A[:12].hex(), 2, 0.0, 0.2, 1)]
+    ask(it, B[:6], 0.3, first=True)
+    ask(it, A[:6], 1.3, first=True)
+    # It keeps what was known of it, although it had to begin again.
+    assert it.pending(1.3) == [Pending(A[:12].hex(), 2, 0.0, 1.3, 2), Pending(B[:6].hex(), 1, 0.3, 0.3, 1)]
+    assert exchange(it, A, 2.0) == 125
+    assert [each.partial for each in it.pending(2.2)] == [B[:6].hex()]
+    assert it.pending(61.0) == []
+
+
+def test_strangers_without_number_do_not_fill_the_memory() -> None:
+    it = allocator()
+    for n in range(1000):
+        ask(it, number(n)[-6:], n * 0.01, first=True)
+    assert len(it.pending(10.0)) == 256
+    assert it.pending(10.0)[-1].partial == number(999)[-6:].hex()
+
+
+def test_switched_off_it_shows_who_waits_and_answers_nobody() -> None:
+    it = allocator()
+    it.enabled = False
+    assert it.state is AllocatorState.OFF
+    assert ask(it, A[:6], 0.0, first=True) is None
+    assert [each.partial for each in it.pending(0.0)] == [A[:6].hex()]
+    it.enabled = True
+    assert exchange(it, A, 1.0) == 125
+
+
+# Before we know the bus.
+
+
+def test_a_new_id_is_not_given_before_the_bus_was_listened_to() -> None:
+    table = MemoryTable({A.hex(): 99})
+    it = Allocator(table, own_ids=frozenset(), residents=Neighbours(), listening_since=100.0)
+    assert exchange(it, B, 100.1) is None
+    assert exchange(it, A, 100.2) == 99  # who was here before need not wait
+    assert exchange(it, B, 100.9) == 125
+
+
+# Another allocator.
+
+
+def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCaptureFixture) -> None:
+    table = MemoryTable()
+    it = allocator(table)
+    ask(it, A[:6], 0.0, first=True)
+    assert answer_of(it, 9, Allocation(0, False, A[:6]), 0.01) is None
+    assert it.state is AllocatorState.STANDING_DOWN
+    assert it.rival == Rival(9, 0.01, 1)
+    assert ask(it, A[6:12], 0.1) is None
+    answer_of(it, 9, Allocation(0, False, A[:12]), 0.11)
+    assert [(each.partial, each.stage) for each in it.pending(0.2)] == [(A[:12].hex(), 2)]
+    assert ask(it, A[12:], 0.3) is None
+    answer_of(it, 9, Allocation(77, False, A), 0.31)
+    assert it.pending(0.4) == []
+    assert table.recorded == []
+    assert it.rival == Rival(9, 0.31, 3)
+    assert caplog.text.count("standing down") == 1
+
+
+def test_it_comes_back_when_the_other_one_leaves_three_requests_unanswered() -> None:
+    it = allocator()
+    answer_of(it, 9, Allocation(0, False, A[:6]), 0.0)
+    for n in range(3):
+        assert ask(it, A[:6], 1.0 + n, first=True) is None
+    assert exchange(it, A, 4.0) == 125
+    assert it.state is AllocatorState.ON
+
+
+def test_the_other_one_keeps_it_down_for_as_long_as_it_answers() -> None:
+    it = allocator()
+    for n in range(20):
+        ask(it, A[:6], n, first=True)
+        answer_of(it, 9, Allocation(0, False, A[:6]), n + 0.001)
+    assert it.state is AllocatorState.STANDING_DOWN
+
+
+def test_a_person_can_let_it_answer_again() -> None:
+    it = allocator()
+    answer_of(it, 9, Allocation(0, False, A[:6]), 0.0)
+    it.resume()
+    assert exchange(it, A, 1.0) == 125

@@ -1,0 +1,154 @@
+"""Who is on the bus: appearing, falling silent, starting anew."""
+
+import asyncio
+
+import pytest
+
+from hornbill.bus.clock import run
+from hornbill.bus.memory import MemoryBus
+from hornbill.node.directory import Directory, NodeRecord
+from hornbill.wire.datatype import Kind
+from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
+from unit.node.peer import Peer, participant
+
+
+def status(uptime: int, health: Health = Health.OK) -> NodeStatus:
+    return NodeStatus(uptime, health, Mode.OPERATIONAL)
+
+
+class Told:
+    """What the directory's hooks said, as (what, node id)."""
+
+    def __init__(self, directory: Directory) -> None:
+        self.events: list[tuple[str, int]] = []
+        directory.on_appeared.append(lambda record: self.events.append(("appeared", record.node_id)))
+        directory.on_restarted.append(lambda record: self.events.append(("restarted", record.node_id)))
+
+
+def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
+    directory = Directory()
+    directory.hear(42, status(5), 100.0)
+    directory.hear(42, status(6, Health.WARNING), 101.0)
+    record = directory.records[42]
+    assert record == NodeRecord(42, status(6, Health.WARNING), 101.0, 100.0)
+    assert record.online(103.9)
+    assert not record.online(104.0)
+    assert directory.online(103.9) == [record]
+    assert directory.online(104.0) == []
+
+
+def test_online_nodes_come_by_node_id() -> None:
+    directory = Directory()
+    for node_id in (9, 3, 77):
+        directory.hear(node_id, status(1), 0.0)
+    assert [record.node_id for record in directory.online(1.0)] == [3, 9, 77]
+
+
+def test_it_tells_of_nodes_that_appear_and_that_come_back() -> None:
+    directory = Directory()
+    told = Told(directory)
+    directory.hear(42, status(5), 100.0)
+    directory.hear(42, status(6), 101.0)
+    assert told.events == [("appeared", 42)]
+    directory.hear(42, status(16), 111.0)  # a cable was pulled
+    assert told.events == [("appeared", 42), ("appeared", 42)]
+    assert directory.records[42].restarts == 0
+
+
+def test_an_uptime_that_goes_back_is_a_restart() -> None:
+    directory = Directory()
+    told = Told(directory)
+    directory.hear(42, status(500), 100.0)
+    directory.identify(42, bytes(16))
+    directory.hear(42, status(0), 101.0)
+    assert told.events == [("appeared", 42), ("restarted", 42)]
+    record = directory.records[42]
+    assert (record.restarts, record.leaps, record.unique_id) == (1, 0, None)
+
+
+def test_a_restart_right_after_a_restart_is_one_more() -> None:
+    directory = Directory()
+    directory.hear(42, status(1), 100.0)
+    directory.hear(42, status(0), 100.7)
+    assert directory.records[42].restarts == 1
+
+
+def test_a_restart_out_of_sight_is_seen_by_an_uptime_that_lags_behind() -> None:
+    directory = Directory()
+    told = Told(directory)
+    directory.hear(42, status(5), 100.0)
+    directory.hear(42, status(20), 160.0)  # it should have been 65
+    assert told.events == [("appeared", 42), ("restarted", 42), ("appeared", 42)]
+
+
+@pytest.mark.parametrize("delay", [-0.9, 0.0, 0.9, 1.5])
+def test_late_and_early_statuses_are_no_restart(delay: float) -> None:
+    directory = Directory()
+    told = Told(directory)
+    for second in range(10):
+        directory.hear(42, status(second), 100.0 + second + (delay if second % 2 else 0.0))
+    assert told.events == [("appeared", 42)]
+    assert directory.records[42].leaps == 0
+
+
+def test_two_nodes_with_one_id_restart_and_leap_in_turn() -> None:
+    directory = Directory()
+    for second in range(5):
+        directory.hear(42, status(1000 + second), 100.0 + second)
+        directory.hear(42, status(second), 100.5 + second)
+    record = directory.records[42]
+    assert (record.restarts, record.leaps) == (5, 4)
+
+
+def test_it_keeps_the_unique_id_of_a_node_it_has_met() -> None:
+    directory = Directory()
+    directory.identify(42, bytes(16))
+    assert directory.resident(42) is None
+    directory.hear(42, status(1), 0.0)
+    directory.identify(42, bytes(range(16)))
+    directory.hear(42, status(2), 1.0)
+    assert directory.resident(42) == bytes(range(16))
+
+
+def test_a_hook_that_fails_keeps_no_other_from_being_called(caplog: pytest.LogCaptureFixture) -> None:
+    directory = Directory()
+
+    def fail(_record: NodeRecord) -> None:
+        raise RuntimeError("a bug")
+
+    directory.on_appeared.append(fail)
+    told = Told(directory)
+    directory.hear(42, status(1), 0.0)
+    assert told.events == [("appeared", 42)]
+    assert "a bug" in caplog.text
+
+
+def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
+    async def play() -> None:
+        bus = MemoryBus()
+        host = participant(bus.port("host"))
+        host.start()
+        directory = Directory()
+        leave = directory.follow(host)
+        talker, mute = Peer(bus.port("talker"), 42), Peer(bus.port("mute"), 43)
+        talker.say_status(1)
+        mute.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
+        await asyncio.sleep(1)
+        now = host.clock()
+        assert list(directory.records) == [42]
+        assert directory.occupied(now) == directory.known() == {42, 43}
+        assert directory.last_heard(43) == pytest.approx(now - 1, abs=0.01)
+        assert directory.last_heard(44) is None
+        await asyncio.sleep(3)
+        assert directory.occupied(host.clock()) == set()
+        assert directory.known() == {42, 43}
+        directory.forget(42)
+        directory.forget(43)
+        assert directory.known() == set()
+        leave()
+        talker.say_status(5)
+        await asyncio.sleep(0.01)
+        assert directory.records == {}
+        await host.close()
+
+    run(play())

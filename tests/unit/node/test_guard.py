@@ -1,0 +1,343 @@
+"""0x49 and unlisted writes cannot pass the guard, in any spelling and however the frames are handed over."""
+
+import re
+import struct
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from hornbill.bus.clock import run
+from hornbill.errors import BusDisconnected, ForbiddenParameter
+from hornbill.wire.datatype import Kind
+from hornbill.wire.frame import Frame
+from hornbill.wire.messages import NodeStatus
+from hornbill.wire.port import CanPort, PortState
+from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest, GetSetResponse, Value, ValueKind, integer
+from hornbill.wire.transfer import Transfer, split
+from unit.node.recording import WRITABLE, port
+
+SPELLINGS = (
+    "0x49", "0X49", "0x049", "0x0049", "0x00000000000000000049", " 0x49", "0x49 ", "0x49\0", "0x49\0\0\0", "\0000x49",
+    "\t0x49\n", "0x 49", "0 x49", "x49", "X49", "49", "49h", "49H", "$49", "#49", "h49", "+0x49", "-0x49", "0x+49",
+    "73", "073", " 73", "73 ", "73\0", "73.0", "7.3e1", "0o111", "0111", "111", "0b1001001", "01001001b", "0x4_9",
+    "0x4９", "０x49", "0x٤٩", "٧٣", "0х49", "0×49", "0x49;0x38", "0x49 0x38", "0x38\0000x49", "0x38,0x49", "0x149",
+    "0xFF49", "329", "0x49abc", "0x49.0", "&H49", "\\x49", "I", "'I'", "boot_loader", "Boot Loader", "0x3873", "7_3",
+    "\u200b0x49", "\ufeff0x49", "0x4\u00ad9", "0x49\u0301", "\u00a00x49", "0x49\u2028",
+)  # fmt: skip
+
+
+def raw_request(payload: bytes, *, priority: int = 24, transfer_id: int = 3, destination: int = 42) -> list[Frame]:
+    transfer = Transfer(Kind.REQUEST, 11, 127, destination, priority, transfer_id, payload)
+    return split(transfer, GetSetRequest.TYPE)
+
+
+def payload(name: bytes, value: bytes = b"\0", index: int = 0) -> bytes:
+    """A GetSet request as bytes; `value` begins with the tag."""
+    return bytes((index & 0xFF, index >> 8 << 3 | value[0])) + value[1:] + name
+
+
+WRITE_5 = b"\1" + struct.pack("<q", 5)
+
+
+def read(name: str, *, index: int = 0) -> list[Frame]:
+    return raw_request(payload(name.encode(), index=index))
+
+
+def write(name: str, number: int = 5) -> list[Frame]:
+    return raw_request(GetSetRequest(0, integer(number), name).encode())
+
+
+@pytest.mark.parametrize("name", SPELLINGS)
+@pytest.mark.parametrize("value", [b"\0", WRITE_5], ids=["read", "write"])
+def test_no_spelling_of_the_boot_loader_register_leaves(name: str, value: bytes) -> None:
+    guarded, inner = port()
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(raw_request(payload(name.encode(), value)))
+    assert inner.sent == []
+
+
+@pytest.mark.parametrize("name", ["0x38", "", "0x00", "0x2A"])
+@pytest.mark.parametrize("value", [b"\0", WRITE_5, b"\2\0\0\0\0", b"\3\1", b"\4\0011"], ids=list("eirbs"))
+def test_index_73_is_refused_whatever_the_name(name: str, value: bytes) -> None:
+    guarded, inner = port()
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(raw_request(payload(name.encode(), value, index=73)))
+    assert inner.sent == []
+
+
+def test_an_index_whose_low_byte_is_73_is_refused_too() -> None:
+    guarded, inner = port()
+    for high in range(32):
+        with pytest.raises(ForbiddenParameter):
+            guarded.send(read("", index=high << 8 | 73))
+    assert inner.sent == []
+
+
+def reads_as_73(name: bytes) -> bool:
+    """A firmware that goes to any length to understand a name: does it end up at register 73?"""
+    text = name.decode("utf-8", "ignore").replace("\0", " ").strip().lower()
+    text = "".join(str(int(each)) if each.isdecimal() else each for each in text)
+    for base in (0, 10, 16, 8, 2):
+        for candidate in (text, text.split(" ")[0], text[:4], text.lstrip("0x"), text.removesuffix("h")):
+            try:
+                if int(candidate, base) & 0xFF == 73:
+                    return True
+            except ValueError:
+                continue
+    return False
+
+
+names = st.one_of(
+    st.binary(max_size=92),
+    st.text(max_size=20).map(str.encode),
+    st.sampled_from(SPELLINGS).map(str.encode),
+    st.from_regex(r"\A[\s\x00]*[+-]?(0[xX])?0*(49|73|111)[\s\x00hH]*\Z").map(lambda s: s.encode()[:92]),
+    st.integers(0, 255).map(lambda n: f"0x{n:02X}".encode()),
+    st.integers(0, 255).map(lambda n: f"0x{n:02x}".encode()),
+)
+values = st.one_of(
+    st.just(b"\0"),
+    st.integers(-(2**63), 2**63 - 1).map(lambda n: b"\1" + struct.pack("<q", n)),
+    st.binary(min_size=4, max_size=4).map(lambda b: b"\2" + b),
+    st.binary(min_size=1, max_size=1).map(lambda b: b"\3" + b),
+    st.binary(max_size=20).map(lambda b: b"\4" + bytes((len(b),)) + b),
+)
+
+
+@given(name=names, value=values, index=st.integers(0, 8191))
+@example(name=b"0x49", value=b"\0", index=0)
+@example(name=b"73", value=WRITE_5, index=0)
+def test_what_passes_is_plainly_another_register(name: bytes, value: bytes, index: int) -> None:
+    guarded, inner = port()
+    frames = raw_request(payload(name, value, index))
+    try:
+        guarded.send(frames)
+    except ForbiddenParameter:
+        assert inner.sent == []
+        return
+    assert inner.sent == frames
+    assert index != 73
+    assert not reads_as_73(name)
+    assert name == b"" or re.fullmatch(rb"0x[0-9a-fA-F]{2}", name)
+    if value != b"\0":
+        assert name.decode() in WRITABLE
+
+
+@given(data=st.binary(max_size=300))
+def test_bytes_that_are_no_request_never_pass_as_one(data: bytes) -> None:
+    guarded, inner = port()
+    try:
+        guarded.send(raw_request(data))
+    except ForbiddenParameter:
+        assert inner.sent == []
+        return
+    request = GetSetRequest.decode(data)
+    assert request is not None
+    assert request.index != 73
+    assert request.name == "" or request.name in WRITABLE or request.value == EMPTY
+
+
+@pytest.mark.parametrize("register", range(256))
+def test_every_other_register_can_be_read_by_its_name(register: int) -> None:
+    if register == 0x49:
+        return
+    guarded, inner = port()
+    for name in (f"0x{register:02X}", f"0x{register:02x}"):
+        guarded.send(read(name))
+    assert len(inner.sent) == 2
+
+
+@pytest.mark.parametrize("name", ["0x21", "0x03", "0x28", "0x4A", "0x2a", "0X20", "", "torque_mode", "gain", "0x200"])
+def test_a_write_to_a_name_outside_the_list_is_refused(name: str) -> None:
+    guarded, inner = port()
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(write(name))
+    assert inner.sent == []
+
+
+def test_a_write_to_a_listed_name_passes_unchanged() -> None:
+    guarded, inner = port()
+    frames = write("0x2A")
+    guarded.send(frames)
+    assert inner.sent == frames
+    assert len(frames) == 3
+
+
+@pytest.mark.parametrize(
+    "value", [Value(ValueKind.REAL, 1.0), Value(ValueKind.BOOLEAN, 1), Value(ValueKind.STRING, "1"), integer(0)]
+)
+def test_every_kind_of_value_is_a_write(value: Value) -> None:
+    guarded, inner = port()
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(raw_request(GetSetRequest(0, value, "0x21").encode()))
+    assert inner.sent == []
+
+
+def test_the_boot_loader_cannot_be_made_writable() -> None:
+    for name in ("0x49", "0x049", "73", "gain"):
+        with pytest.raises(ValueError, match="cannot be made writable"):
+            port(writable=frozenset({"0x20", name}))
+
+
+def test_one_forbidden_transfer_keeps_the_whole_call_from_leaving() -> None:
+    guarded, inner = port()
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([*read("0x38"), *write("0x49"), *read("0x39")])
+    assert inner.sent == []
+    guarded.send(read("0x38"))
+    assert len(inner.sent) == 1
+
+
+def test_the_frame_that_would_complete_a_forbidden_transfer_is_refused() -> None:
+    guarded, inner = port()
+    first, second, last = write("0x49")
+    guarded.send([first])
+    guarded.send([second])
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([last])
+    assert inner.sent == [first, second]
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([last])  # nor a second time
+    assert inner.sent == [first, second]
+
+
+def test_a_transfer_handed_over_frame_by_frame_passes_when_it_is_allowed() -> None:
+    guarded, inner = port()
+    frames = write("0x38")
+    for frame in frames:
+        guarded.send([frame])
+    assert inner.sent == frames
+
+
+def test_transfers_to_several_nodes_may_be_interleaved() -> None:
+    guarded, inner = port()
+    one = write("0x38")
+    other = raw_request(GetSetRequest(0, integer(1), "0x20").encode(), destination=43)
+    for pair in zip(one, other, strict=True):
+        guarded.send(pair)
+    assert len(inner.sent) == 6
+
+
+def test_no_mixture_of_two_transfers_completes_a_third() -> None:
+    """A receiver that tells sessions apart by priority, and one that does not, must both see only what was checked."""
+    allowed = raw_request(GetSetRequest(0, integer(1), "0x38").encode(), priority=16)
+    forbidden = raw_request(GetSetRequest(0, integer(1), "0x49").encode(), priority=24)
+    guarded, inner = port()
+    guarded.send(forbidden[:2])
+    guarded.send(allowed[:2])
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(forbidden[2:])
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(allowed[2:])  # cut off as well: whole transfers go in one call
+    assert inner.sent == forbidden[:2] + allowed[:2]
+
+
+def test_a_transfer_is_only_continued_at_its_own_priority() -> None:
+    """The first frames hold the index, the last one the name: a receiver may put together what we did not see."""
+    forbidden = raw_request(payload(b"0x38", WRITE_5, index=73), priority=24)
+    allowed = raw_request(payload(b"0x38", WRITE_5), priority=16)
+    guarded, inner = port()
+    guarded.send(forbidden[:2])
+    guarded.send(allowed[:2])
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(forbidden[2:])
+    assert forbidden[2] not in inner.sent
+
+
+def test_a_transfer_that_begins_with_the_wrong_toggle_is_refused() -> None:
+    guarded, inner = port()
+    (frame,) = read("0x38")
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([frame._replace(data=frame.data[:-1] + bytes((frame.data[-1] | 0x20,)))])
+    assert inner.sent == []
+
+
+def turned(frame: Frame, number: int) -> Frame:
+    """A second frame as the `number`th of its transfer."""
+    return frame._replace(data=frame.data[:-1] + bytes((frame.data[-1] & ~0x20 | (0x20 if number & 1 else 0),)))
+
+
+def test_a_transfer_that_never_ends_is_cut_off() -> None:
+    guarded, inner = port()
+    first, second, _ = write("0x38")
+    for number in range(35):
+        guarded.send([first if number == 0 else turned(second, number)])
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([turned(second, number) for number in range(35, 40)])
+    assert len(inner.sent) == 35
+
+
+@given(order=st.permutations(range(3)), repeat=st.integers(0, 2))
+def test_frames_out_of_order_never_complete_a_forbidden_transfer(order: list[int], repeat: int) -> None:
+    guarded, inner = port()
+    frames = write("0x49")
+    for position in [*order, repeat, 0, 1, 2]:
+        try:
+            guarded.send([frames[position]])
+        except ForbiddenParameter:
+            continue
+    assert frames[2] not in inner.sent
+
+
+@pytest.mark.parametrize("kept", [0, 1, 2, 5])
+def test_a_request_that_is_cut_short_is_refused(kept: int) -> None:
+    guarded, inner = port()
+    whole = payload(b"", b"\1" + struct.pack("<q", 1))
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(raw_request(whole[:kept]))
+    assert inner.sent == []
+
+
+def test_an_endless_request_is_refused() -> None:
+    guarded, inner = port()
+    with pytest.raises(ForbiddenParameter):
+        guarded.send(raw_request(payload(b"0x38" * 100)))
+    assert inner.sent == []
+
+
+def test_a_frame_without_a_tail_byte_is_refused() -> None:
+    guarded, inner = port()
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([read("0x38")[0]._replace(data=b"")])
+    assert inner.sent == []
+
+
+def test_after_the_port_failed_the_rest_of_the_transfer_is_refused() -> None:
+    guarded, inner = port()
+    first, second, last = write("0x38")
+    inner.state = PortState.LOST
+    with pytest.raises(BusDisconnected):
+        guarded.send([first])
+    inner.state = PortState.ACTIVE
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([second, last])
+    assert inner.sent == []
+
+
+def test_everything_that_is_no_request_passes() -> None:
+    guarded, inner = port()
+    answer = GetSetResponse(integer(5), EMPTY, EMPTY, EMPTY, "0x49")
+    frames = [
+        *split(Transfer(Kind.RESPONSE, 11, 42, 127, 24, 1, answer.encode()), GetSetResponse.TYPE),
+        *split(Transfer(Kind.REQUEST, 1, 127, 42, 24, 1, b""), GetNodeInfoRequest.TYPE),
+        *split(Transfer(Kind.MESSAGE, 341, 127, 0, 24, 1, bytes((73,) * 7)), NodeStatus.TYPE),
+        Frame(0x00A6ED00, bytes.fromhex("011a6fe9f660cec0")),
+        Frame(0x1803F37F, b"\xff\xff\xff\xff\xc0"),
+    ]
+    guarded.send(frames)
+    assert inner.sent == frames
+
+
+def test_it_is_the_port_behind_in_everything_else() -> None:
+    guarded, inner = port()
+    as_port: CanPort = guarded
+    received: list[list[Frame]] = []
+    as_port.listen(received.append)
+    inner.deliver(write("0x49"))
+    assert received == [write("0x49")]
+    assert (as_port.address, as_port.bitrate, as_port.statistics) == (inner.address, inner.bitrate, inner.statistics)
+    inner.state = PortState.PASSIVE
+    assert as_port.state is PortState.PASSIVE
+    run(as_port.close())
+    assert inner.closed

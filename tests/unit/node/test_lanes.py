@@ -1,0 +1,104 @@
+"""Whose turn it is: priority, then nodes in turn, then order of arrival."""
+
+from random import Random
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.node.backlog import Backlog
+from hornbill.node.lanes import Lanes
+from hornbill.wire.port import PortStatistics
+
+
+def drain(lanes: Lanes[str]) -> list[str]:
+    """Take everything, each node being done at once."""
+    taken: list[str] = []
+    while (item := lanes.take()) is not None:
+        taken.append(item)
+        lanes.free(int(item[0]))
+    return taken
+
+
+def test_nodes_take_turns_and_each_keeps_its_order() -> None:
+    lanes = Lanes[str]()
+    for item in ("1a", "1b", "1c", "2a", "2b", "3a"):
+        lanes.put(int(item[0]), 24, item)
+    assert drain(lanes) == ["1a", "2a", "3a", "1b", "2b", "1c"]
+
+
+def test_a_busy_node_gets_nothing_until_it_is_free() -> None:
+    lanes = Lanes[str]()
+    lanes.put(1, 24, "1a")
+    lanes.put(1, 24, "1b")
+    assert lanes.take() == "1a"
+    assert not lanes
+    assert lanes.take() is None
+    lanes.free(1)
+    assert lanes
+    assert lanes.take() == "1b"
+
+
+def test_what_is_more_urgent_goes_first_within_a_node_and_among_nodes() -> None:
+    lanes = Lanes[str]()
+    for item, priority in (("1a", 24), ("2a", 24), ("3a", 20), ("1b", 17), ("2b", 24)):
+        lanes.put(int(item[0]), priority, item)
+    assert drain(lanes) == ["1b", "3a", "2a", "1a", "2b"]
+
+
+def test_clearing_drops_what_waits_and_a_busy_node_can_still_be_freed() -> None:
+    lanes = Lanes[str]()
+    lanes.put(1, 24, "1a")
+    lanes.put(1, 24, "1b")
+    lanes.put(2, 24, "2a")
+    assert lanes.take() == "1a"
+    lanes.clear()
+    assert not lanes
+    lanes.free(1)
+    assert not lanes
+    lanes.put(1, 24, "1c")
+    assert lanes.take() == "1c"
+
+
+@given(st.lists(st.tuples(st.integers(1, 4), st.integers(16, 19)), max_size=40), st.randoms())
+def test_everything_comes_out_once_and_never_two_for_one_node(puts: list[tuple[int, int]], random: Random) -> None:
+    lanes = Lanes[tuple[int, int, int]]()
+    under_way: dict[int, tuple[int, int, int]] = {}
+    taken: list[tuple[int, int, int]] = []
+    pending = [(node, priority, number) for number, (node, priority) in enumerate(puts)]
+    while pending or lanes or under_way:
+        if pending and random.random() < 0.5:
+            item = pending.pop(0)
+            lanes.put(item[0], item[1], item)
+        elif (item := lanes.take()) is not None:
+            assert item[0] not in under_way
+            under_way[item[0]] = item
+            taken.append(item)
+        elif under_way:
+            node, _ = under_way.popitem()
+            lanes.free(node)
+    assert sorted(taken) == sorted((node, priority, number) for number, (node, priority) in enumerate(puts))
+
+
+def test_a_backlog_is_empty_when_the_port_sent_everything() -> None:
+    statistics = PortStatistics(tx_frames=100)
+    backlog = Backlog(statistics)
+    assert backlog.is_empty(0.0)
+    backlog.handing(3, 1.0)
+    backlog.handing(1, 1.001)
+    statistics.tx_frames = 103
+    assert not backlog.is_empty(1.002)
+    statistics.tx_frames = 104
+    assert backlog.is_empty(1.002)
+
+
+def test_frames_that_were_dropped_do_not_stop_us_for_good() -> None:
+    statistics = PortStatistics()
+    backlog = Backlog(statistics)
+    backlog.handing(3, 1.0)
+    assert not backlog.is_empty(1.004)
+    assert backlog.is_empty(1.006)
+    statistics.tx_frames = 10  # somebody else counts on the same port
+    backlog.handing(1, 2.0)
+    assert not backlog.is_empty(2.0)
+    statistics.tx_frames = 11
+    assert backlog.is_empty(2.0)

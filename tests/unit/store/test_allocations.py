@@ -1,0 +1,93 @@
+"""Which node id belongs to whom, for good."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hornbill.errors import InvalidValue, OutOfRange, Unknown
+from hornbill.node.allocator import AllocationTable
+from hornbill.store.allocations import AllocationEntry
+from hornbill.store.store import Store
+from hornbill.units import NodeId, Uid
+from unit.store.clock import Wall
+
+A = Uid("a0" * 16)
+B = Uid("b0" * 16)
+
+
+@pytest.fixture
+def wall() -> Wall:
+    return Wall(1000.0)
+
+
+@pytest.fixture
+def store(tmp_path: Path, wall: Wall) -> Iterator[Store]:
+    with Store(tmp_path, wall=wall) as opened:
+        yield opened
+
+
+def test_it_is_what_the_allocator_asks_for(store: Store) -> None:
+    table: AllocationTable = store.allocations
+    table.record(A, NodeId(125))
+    assert table.entries() == {A: 125}
+    assert not table.pinned(A)
+    assert not table.pinned(B)
+
+
+def test_a_row_says_since_when_and_until_when(store: Store, wall: Wall) -> None:
+    store.allocations.record(A, NodeId(125))
+    wall.now = 1234.5
+    store.allocations.record(A, NodeId(125))
+    store.allocations.record(B, NodeId(3))
+    assert store.allocations.rows() == [
+        AllocationEntry(B, NodeId(3), False, 1234.5, 1234.5),
+        AllocationEntry(A, NodeId(125), False, 1000.0, 1234.5),
+    ]
+
+
+def test_a_pin_lasts_and_is_given(store: Store, wall: Wall) -> None:
+    store.allocations.pin(A, NodeId(10))
+    assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, None, None)]
+    assert store.allocations.pinned(A)
+    wall.now = 2000.0
+    store.allocations.record(A, NodeId(10))
+    assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, 2000.0, 2000.0)]
+
+
+def test_pinning_moves_a_node_and_keeps_its_history(store: Store) -> None:
+    store.allocations.record(A, NodeId(125))
+    store.allocations.pin(A, NodeId(10))
+    assert store.allocations.rows() == [AllocationEntry(A, NodeId(10), True, 1000.0, 1000.0)]
+
+
+def test_another_id_than_the_pinned_one_ends_the_pin(store: Store) -> None:
+    store.allocations.pin(A, NodeId(10))
+    store.allocations.record(A, NodeId(11))
+    assert not store.allocations.pinned(A)
+    assert store.allocations.entries() == {A: 11}
+
+
+def test_an_id_belongs_to_one_node(store: Store) -> None:
+    store.allocations.record(A, NodeId(125))
+    for method in (store.allocations.record, store.allocations.pin):
+        with pytest.raises(InvalidValue, match=f"Node id 125 belongs to {A}") as caught:
+            method(B, NodeId(125))
+        assert caught.value.facts == {"node_id": 125, "owner": A}
+    store.allocations.forget(A)
+    store.allocations.pin(B, NodeId(125))
+    assert store.allocations.entries() == {B: 125}
+
+
+@pytest.mark.parametrize("node_id", [0, 126, 127, -1])
+def test_ids_nobody_may_be_given_cannot_be_pinned(store: Store, node_id: int) -> None:
+    with pytest.raises(OutOfRange, match="Enter 1 to 125") as caught:
+        store.allocations.pin(A, NodeId(node_id))
+    assert caught.value.facts == {"minimum": 1, "maximum": 125, "unit": "", "requested": node_id}
+    assert store.allocations.entries() == {}
+
+
+def test_what_is_not_there_cannot_be_forgotten(store: Store) -> None:
+    with pytest.raises(Unknown) as caught:
+        store.allocations.forget(A)
+    assert caught.value.code == "unknown_uid"

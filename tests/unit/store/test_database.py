@@ -1,0 +1,250 @@
+"""Opening, migrating, sharing and losing a database."""
+
+import gc
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.config import Config
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import create_engine
+
+import hornbill
+from hornbill.store import migrate
+from hornbill.store.database import FILE_NAME, StoreFailed
+from hornbill.store.store import Store
+from hornbill.store.tables import Table
+from hornbill.units import NodeId, Uid
+
+A = Uid("a0" * 16)
+B = Uid("b0" * 16)
+SERVER = Path(hornbill.__file__).parent.parent
+
+
+def rows(folder: Path, query: str) -> list[Any]:
+    connection = sqlite3.connect(folder / FILE_NAME)
+    try:
+        return connection.execute(query).fetchall()
+    finally:
+        connection.close()
+
+
+def change(folder: Path, statement: str) -> None:
+    connection = sqlite3.connect(folder / FILE_NAME)
+    try:
+        connection.execute(statement)
+        connection.commit()
+    finally:
+        connection.close()
+
+
+def child(program: str, *arguments: str) -> "subprocess.Popen[str]":
+    """Another Python process that knows hornbill."""
+    return subprocess.Popen(
+        [sys.executable, "-c", program, *arguments],
+        env={"PYTHONPATH": os.pathsep.join((str(SERVER), *sys.path)), "PATH": ""},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_a_new_folder_is_made_and_its_tables_too(tmp_path: Path) -> None:
+    folder = tmp_path / "some" / "where new?#%41"
+    with Store(folder) as store:
+        assert store.allocations.entries() == {}
+    assert (folder / FILE_NAME).is_file()
+    assert rows(folder, "SELECT version_num FROM alembic_version") == [(migrate.NEWEST,)]
+
+
+def test_what_was_kept_is_there_after_opening_again(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        store.allocations.record(A, NodeId(125))
+        store.settings.put("stop", {"latched": True})
+    with Store(str(tmp_path)) as store:
+        assert store.allocations.entries() == {A: 125}
+        assert store.settings.get("stop") == {"latched": True}
+
+
+def test_a_database_url_is_taken_as_it_is(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'other.db'}"
+    with Store(url) as store:
+        store.allocations.record(A, NodeId(125))
+    with Store(url) as store:
+        assert store.allocations.entries() == {A: 125}
+    assert not (tmp_path / FILE_NAME).exists()
+
+
+def test_a_database_in_memory_keeps_its_tables_while_it_is_open() -> None:
+    with Store("sqlite://") as store:
+        store.allocations.record(A, NodeId(125))
+        assert store.allocations.entries() == {A: 125}
+
+
+def test_it_writes_ahead_and_takes_no_longer_than_it_must(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        database = store._database  # pyright: ignore[reportPrivateUsage]
+        with database.transaction() as session:
+            connection = session.connection()
+            found = {
+                pragma: connection.exec_driver_sql(f"PRAGMA {pragma}").scalar()
+                for pragma in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
+            }
+    assert found == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 2000}
+
+
+def test_the_migrations_lead_to_the_tables_of_the_code(tmp_path: Path) -> None:
+    Store(tmp_path).close()
+    engine = create_engine(f"sqlite:///{tmp_path / FILE_NAME}")
+    with engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_server_default": True})
+        assert compare_metadata(context, Table.metadata) == []
+    engine.dispose()
+
+
+def test_the_newest_migration_is_the_one_the_code_expects() -> None:
+    config = Config()
+    config.set_main_option("script_location", str(Path(migrate.__file__).parent / "migrations"))
+    assert ScriptDirectory.from_config(config).get_heads() == [migrate.NEWEST]
+
+
+def test_a_database_of_a_newer_hornbill_is_left_alone(tmp_path: Path) -> None:
+    Store(tmp_path).close()
+    change(tmp_path, "UPDATE alembic_version SET version_num = '9999'")
+    with pytest.raises(StoreFailed, match=r"written by a newer hornbill \(tables 9999\)"):
+        Store(tmp_path)
+    assert rows(tmp_path, "SELECT version_num FROM alembic_version") == [("9999",)]
+
+
+def test_a_file_that_is_no_database_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / FILE_NAME).write_bytes(b"this is a holiday photograph" * 100)
+    with pytest.raises(StoreFailed, match="not a database"):
+        Store(tmp_path)
+    assert (tmp_path / FILE_NAME).read_bytes().startswith(b"this is a holiday")
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StoreFailed, match="Choose another data folder"):
+        Store(tmp_path / "file" / "folder")
+
+
+def test_a_migration_that_fails_leaves_the_database_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = tmp_path / "migrations"
+    versions = broken / "versions"
+    versions.mkdir(parents=True)
+    source = Path(migrate.__file__).parent / "migrations"
+    (broken / "env.py").write_text((source / "env.py").read_text())
+    (versions / "0001.py").write_text(
+        "import sqlalchemy as sa\nfrom alembic import op\nrevision = '0001'\ndown_revision = None\n"
+        "def upgrade():\n"
+        "    op.create_table('half', sa.Column('x', sa.Integer()))\n"
+        "    raise OSError('the disk is full')\n"
+    )
+    monkeypatch.setattr(migrate, "_FOLDER", broken)
+    with pytest.raises(StoreFailed, match="the disk is full"):
+        Store(tmp_path / "data")
+    assert rows(tmp_path / "data", "SELECT name FROM sqlite_master") == []
+    monkeypatch.undo()
+    Store(tmp_path / "data").close()
+
+
+def test_a_block_that_fails_changes_nothing(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        database = store._database  # pyright: ignore[reportPrivateUsage]
+
+        def fail_half_way() -> None:
+            with database.transaction() as session:
+                session.connection().exec_driver_sql("INSERT INTO settings VALUES ('a', '1')")
+                raise ZeroDivisionError
+
+        with pytest.raises(ZeroDivisionError):
+            fail_half_way()
+        assert store.settings.get("a") is None
+
+
+def test_after_closing_nothing_opens_it_again_and_nothing_is_left_open(tmp_path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        store = Store(tmp_path)
+        store.settings.put("a", 1)
+        store.close()
+        store.close()
+        with pytest.raises(RuntimeError, match="the store is closed"):
+            store.settings.get("a")
+        del store
+        gc.collect()
+    assert sorted(each.name for each in tmp_path.iterdir()) == [FILE_NAME]  # no journal is left behind
+
+
+def test_what_was_committed_survives_a_kill(tmp_path: Path) -> None:
+    program = """
+import os, sys
+from hornbill.store.store import Store
+store = Store(sys.argv[1])
+for n in range(1, 51):
+    store.allocations.record(f"{n:032x}", n)
+    print(n, flush=True)
+os.kill(os.getpid(), 9)
+"""
+    process = child(program, str(tmp_path))
+    said, _ = process.communicate(timeout=30)
+    assert process.returncode == -signal.SIGKILL
+    assert said.split()[-1] == "50"
+    with Store(tmp_path) as store:
+        assert sorted(store.allocations.entries().values()) == list(range(1, 51))
+
+
+def test_two_processes_may_use_one_folder(tmp_path: Path) -> None:
+    """Both open it while it is new, and write in turn: nothing is lost and no id is given twice."""
+    program = """
+import sys
+from hornbill.errors import InvalidValue
+from hornbill.store.store import Store
+first = int(sys.argv[2])
+with Store(sys.argv[1]) as store:
+    for n in range(20):
+        store.settings.put(f"{first}-{n}", n)
+        try:
+            store.allocations.record(f"{first + n:032x}", n + 1)
+        except InvalidValue:
+            pass
+print("done")
+"""
+    processes = [child(program, str(tmp_path), str(first)) for first in (100, 200, 300)]
+    for process in processes:
+        said, _ = process.communicate(timeout=60)
+        assert (said.strip(), process.returncode) == ("done", 0)
+    assert rows(tmp_path, "SELECT count(*) FROM settings") == [(60,)]
+    with Store(tmp_path) as store:
+        assert sorted(store.allocations.entries().values()) == list(range(1, 21))
+
+
+def test_two_stores_of_one_process_see_each_others_commits(tmp_path: Path) -> None:
+    with Store(tmp_path) as one, Store(tmp_path) as other:
+        one.allocations.record(A, NodeId(125))
+        assert other.allocations.entries() == {A: 125}
+        other.allocations.record(B, NodeId(124))
+        assert one.allocations.entries() == {A: 125, B: 124}
+
+
+ADDRESSES = {
+    "sqlite://someone:secret@/nowhere/at/all.db": "no database that can be used here",
+    "nosuchkind://someone:secret@host/name": "no database that can be used here",
+    "sqlite://someone:secret@host:port/name": "cannot be read",
+    "sqlite:////nowhere/at/all.db": "unable to open database file",
+}
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_an_address_that_cannot_be_used_is_told_without_its_password(address: str) -> None:
+    with pytest.raises(StoreFailed, match=ADDRESSES[address]) as caught:
+        Store(address)
+    assert "secret" not in str(caught.value)

@@ -1,0 +1,94 @@
+"""What is remembered of a servo that is switched off."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hornbill.store.servos import ServoFacts, StoredServo
+from hornbill.store.store import Store
+from hornbill.units import Uid
+from unit.store.clock import Wall
+
+A = Uid("a0" * 16)
+B = Uid("b0" * 16)
+FACTS = ServoFacts(
+    name="jp.co.futaba.bla21",
+    model="BLA21-06U-A0",
+    model_number=61,
+    hardware_version=6010,
+    firmware=1300,
+    serial=123456,
+    production_date="2024-05-06T07:08",
+    node_id=125,
+    servo_id=0,
+    bus="memory:demo",
+)
+
+
+@pytest.fixture
+def wall() -> Wall:
+    return Wall(1000.0)
+
+
+@pytest.fixture
+def store(tmp_path: Path, wall: Wall) -> Iterator[Store]:
+    with Store(tmp_path, wall=wall) as opened:
+        yield opened
+
+
+def test_everything_about_a_servo_comes_back(tmp_path: Path, store: Store) -> None:
+    store.servos.met(A, FACTS)
+    store.servos.label(A, "Elevator L")
+    store.servos.keep_rom(A, {"torque_mode": 0, "origin": -900})
+    expected = StoredServo(A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900})
+    assert store.servos.get(A) == expected
+    store.close()
+    with Store(tmp_path) as again:
+        assert again.servos.all() == [expected]
+
+
+def test_facts_that_are_not_known_this_time_change_nothing(store: Store, wall: Wall) -> None:
+    store.servos.met(A, FACTS)
+    wall.now = 2000.0
+    store.servos.met(A, ServoFacts(node_id=124, servo_id=7))
+    found = store.servos.get(A)
+    assert found is not None
+    assert (found.facts.node_id, found.facts.servo_id, found.facts.serial) == (124, 7, 123456)
+    assert (found.first_seen, found.last_seen) == (1000.0, 2000.0)
+    store.servos.met(A, ServoFacts(servo_id=0))
+    found = store.servos.get(A)
+    assert found is not None
+    assert found.facts.servo_id == 0
+
+
+def test_a_label_can_come_before_the_servo_and_be_taken_away(store: Store) -> None:
+    store.servos.label(B, "spare")
+    assert store.servos.get(B) == StoredServo(B, "spare")
+    store.servos.met(B)
+    store.servos.label(B, "")
+    assert store.servos.get(B) == StoredServo(B, "", ServoFacts(), 1000.0, 1000.0)
+
+
+def test_a_label_that_is_too_long_is_refused(store: Store) -> None:
+    store.servos.label(A, "x" * 200)
+    with pytest.raises(ValueError, match="at most 200"):
+        store.servos.label(A, "x" * 201)
+
+
+def test_rom_values_are_replaced_whole(store: Store) -> None:
+    store.servos.keep_rom(A, {"origin": 1, "servo_id": 2})
+    store.servos.keep_rom(A, {"origin": 3})
+    found = store.servos.get(A)
+    assert found is not None
+    assert found.rom == {"origin": 3}
+
+
+def test_servos_come_by_unique_id_and_can_be_forgotten(store: Store) -> None:
+    store.servos.met(B)
+    store.servos.met(A)
+    assert [each.uid for each in store.servos.all()] == [A, B]
+    store.servos.forget(A)
+    store.servos.forget(A)
+    assert store.servos.get(A) is None
+    assert [each.uid for each in store.servos.all()] == [B]
