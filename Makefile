@@ -53,15 +53,19 @@ check: setup                                  ## format, lint, types, layers
 	$(NPM) run --silent check
 
 test: setup web/dist/index.html chromium      ## every test there is
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
 	$(NPM) run --silent test
+	@if [ -n "$$HORNBILL_VCAN_WRAPPER" ]; then \
+	  echo "socketcan tests through $$HORNBILL_VCAN_WRAPPER"; \
+	  "$$HORNBILL_VCAN_WRAPPER" -- $(BIN)/python -m pytest -q -p no:cacheprovider tests/socketcan; \
+	fi
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev
 	@$(BIN)/python $(E2E)/chromium.py
 
 bench: setup                                  ## honest figures, as JSON lines
-	@$(BIN)/python -m tests.bench
+	@$(BIN)/python tests/bench/__main__.py $(BENCH)
 
 generate: setup                               ## what is made from tables and API
 	@$(BIN)/python -m hornbill.generate

@@ -2,6 +2,7 @@
 
 HornbillError
 ├── TableError            a mistake in schemas/, with file and row
+├── StoreFailed           store_failed: the database cannot be opened, is damaged, or is from a newer hornbill
 ├── PortError             the bus
 │   ├── PortOpenFailed    bus_open_failed: an address that cannot be opened, and the remedy
 │   └── BusDisconnected   bus_disconnected: no bus, or the bus was lost while we waited
@@ -45,6 +46,13 @@ class TableError(HornbillError):
 
     code = "bad_table"
     title = "A parameter table is wrong"
+
+
+class StoreFailed(HornbillError):
+    """The database cannot be opened, is damaged, or was written by a newer hornbill."""
+
+    code = "store_failed"
+    title = "The database cannot be used"
 
 
 class PortError(HornbillError):

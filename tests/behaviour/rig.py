@@ -60,7 +60,9 @@ class Rig:
         """The simulated servo behind a servo of the host."""
         return self.bench.servo(Uid(servo.uid))
 
-    async def call(self, verb: str, path: str, body: object = None, *, lease: str | None = None, **headers: str) -> Answer:
+    async def call(
+        self, verb: str, path: str, body: object = None, *, lease: str | None = None, **headers: str
+    ) -> Answer:
         """One REST call."""
         if lease is not None:
             headers["Lease"] = lease

@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from behaviour.rig import PLAIN, Rig, json, play, problem
 
+from behaviour.rig import PLAIN, Rig, json, play, problem
+from hornbill.servo.hub import ReadingChanged
 from hornbill.servo.servo import Servo, State
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.recipe import Recipe
@@ -296,7 +297,7 @@ def test_effects_follow_their_cause_at_once() -> None:
         assert "0x25" in off["why_not"]
         rig.changes.clear()
         await patch(rig, servo, {"speed_torque_control": True})
-        told = {change.key for change in rig.changes if hasattr(change, "key")}  # pyright: ignore[reportAttributeAccessIssue]
+        told = {change.key for change in rig.changes if isinstance(change, ReadingChanged)}
         assert "speed_limit_cw" in told
         assert json(await rig.call("GET", path))["in_effect"] is True
 

@@ -4,8 +4,8 @@ import asyncio
 from dataclasses import replace
 
 import pytest
-from behaviour.rig import PLAIN, Rig, json, play, problem
 
+from behaviour.rig import PLAIN, Rig, json, play, problem
 from hornbill.sim.recipe import Recipe
 
 NOBODY = "0" * 32
@@ -25,7 +25,10 @@ def test_unknown_parameter_names_the_nearest_one() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         path = f"/servos/{servo.uid}/parameters"
-        assert "angle_limit_cw" in problem(await rig.call("GET", path + "/angle_limit_cv"), "unknown_parameter", 404)["detail"]
+        assert (
+            "angle_limit_cw"
+            in problem(await rig.call("GET", path + "/angle_limit_cv"), "unknown_parameter", 404)["detail"]
+        )
         problem(await rig.call("PATCH", path, {"values": {"nonsense": 1}}), "unknown_parameter", 404)
         for action in ("initialize", "reboot", "write_rom"):
             problem(await rig.call("PUT", f"{path}/{action}", {"value": 1}), "unknown_parameter", 404)
@@ -43,7 +46,9 @@ def test_not_in_this_model() -> None:
     play(scene)
 
 
-@pytest.mark.parametrize("key", ["current_angle", "model_number", "firmware_version", "fault_overview", "production_year"])
+@pytest.mark.parametrize(
+    "key", ["current_angle", "model_number", "firmware_version", "fault_overview", "production_year"]
+)
 def test_read_only(key: str) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
@@ -80,7 +85,8 @@ def test_out_of_range(key: str, value: float, minimum: float, maximum: float, un
     ("key", "value"),
     [
         ("angle_limit_cw", "sixty"), ("angle_limit_cw", True), ("angle_limit_cw", None), ("angle_limit_cw", [1]),
-        ("angle_limit_cw", 12.34), ("smoothing", 1), ("smoothing", "on"), ("timeout_action", 1), ("timeout_action", "run"),
+        ("angle_limit_cw", 12.34), ("smoothing", 1), ("smoothing", "on"), ("timeout_action", 1),
+        ("timeout_action", "run"),
         ("angle_p_gain", 40.5), ("command_angle", 5), ("angle_limit_cw", 1e308), ("angle_limit_cw", {}),
     ],
 )  # fmt: skip
@@ -104,7 +110,9 @@ def test_a_value_between_two_steps_names_the_nearest_legal_ones() -> None:
     play(scene)
 
 
-@pytest.mark.parametrize("body", [b"", b"{", b"[]", b'{"value": NaN}', b'{"value": 1, "more": 2}', b'{"other": 1}', b"\xff"])
+@pytest.mark.parametrize(
+    "body", [b"", b"{", b"[]", b'{"value": NaN}', b'{"value": 1, "more": 2}', b'{"other": 1}', b"\xff"]
+)
 def test_a_body_that_is_no_body(body: bytes) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
@@ -196,7 +204,7 @@ def test_unknown_jobs_leases_and_paths() -> None:
 def test_a_servo_of_a_model_no_table_knows_is_shown_and_left_alone() -> None:
     async def scene(rig: Rig) -> None:
         sim = next(iter(rig.bench.servos.values()))
-        sim.memory._fixed[0x53] = 6999  # pyright: ignore[reportPrivateUsage] # noqa: SLF001 - no recipe builds such a servo
+        sim.memory._fixed[0x53] = 6999  # pyright: ignore[reportPrivateUsage]
         sim.memory.load()
         async with asyncio.timeout(5):
             while not rig.host.fleet.all():
@@ -206,7 +214,11 @@ def test_a_servo_of_a_model_no_table_knows_is_shown_and_left_alone() -> None:
         assert (shown["known_model"], shown["model"], shown["hardware_version"]) == (False, None, 6999)
         lease = await rig.lease()
         path = f"/servos/{shown['uid']}"
-        problem(await rig.call("PUT", path + "/parameters/angle_p_gain", {"value": 1}, lease=lease), "not_in_this_model", 409)
+        problem(
+            await rig.call("PUT", path + "/parameters/angle_p_gain", {"value": 1}, lease=lease),
+            "not_in_this_model",
+            409,
+        )
         command = {"type": "angle", "value": 1}
         problem(await rig.call("POST", path + "/command", command, lease=lease), "not_in_this_model", 409)
         assert rig.writes() == []

@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from behaviour.rig import CATALOG, PLAIN, Rig, json, play
 
+from behaviour.rig import CATALOG, PLAIN, Rig, json, play
 from hornbill.servo.servo import State
 from hornbill.sim.bench import demo_fleet
 from hornbill.sim.recipe import Recipe

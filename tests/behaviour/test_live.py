@@ -1,9 +1,9 @@
 """The WebSocket: what it sends, what it does for a page, and what happens when the page is gone."""
 
 import asyncio
+from itertools import pairwise
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play
-
 from hornbill.api import live
 from hornbill.sim.recipe import Recipe
 
@@ -24,7 +24,11 @@ def test_a_page_hears_hello_servos_telemetry_and_changes_in_order() -> None:
         assert times == sorted(times)
         json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 41}}))
         changed = await page.hear("parameter")
-        assert (changed["reading"]["key"], changed["reading"]["value"], changed["reading"]["rom"]) == ("angle_p_gain", 41, 40)
+        assert (changed["reading"]["key"], changed["reading"]["value"], changed["reading"]["rom"]) == (
+            "angle_p_gain",
+            41,
+            40,
+        )
         await page.close()
 
     play(scene)
@@ -37,8 +41,13 @@ def test_the_angle_comes_ten_times_a_second_and_carries_the_time_it_was_on_the_b
         page.say(type="subscribe", topics=["telemetry"])
         await page.hear("hello")
         await asyncio.sleep(5)
-        times = [t for message in page.heard() if message["type"] == "telemetry" for t in message["channels"].get("current_angle", {"t": []})["t"]]
-        gaps = [after - before for before, after in zip(times, times[1:], strict=False)]
+        times = [
+            t
+            for message in page.heard()
+            if message["type"] == "telemetry"
+            for t in message["channels"].get("current_angle", {"t": []})["t"]
+        ]
+        gaps = [after - before for before, after in pairwise(times)]
         assert 45 <= len(times) <= 55
         assert all(0.08 < gap < 0.12 for gap in gaps)
         await page.close()
@@ -115,12 +124,16 @@ def test_what_cannot_be_done_is_answered_with_the_code_rest_would_give() -> None
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         page = Socket(rig.app)
+        command = '{"type": "command", "lease": "x", "commands": [{"uid": "UID", "type": "angle", "value": 1}]}'
         for wrong, code in (
             ("nonsense", "invalid_value"),
             ('{"type": "dance"}', "invalid_value"),
             ('{"type": "heartbeat", "lease": "none"}', "unknown_lease"),
-            (f'{{"type": "command", "lease": "x", "commands": [{{"uid": "{servo.uid}", "type": "angle", "value": 1}}]}}', "lease_required"),
-            ('{"type": "command", "lease": "x", "commands": [{"uid": "00", "type": "angle", "value": 1}]}', "unknown_servo"),
+            (command.replace("UID", servo.uid), "lease_required"),
+            (
+                '{"type": "command", "lease": "x", "commands": [{"uid": "00", "type": "angle", "value": 1}]}',
+                "unknown_servo",
+            ),
         ):
             page.say_raw(wrong)
             assert (await page.hear("error"))["code"] == code

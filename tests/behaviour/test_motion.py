@@ -1,10 +1,10 @@
-"""Motion only under a live lease, refused with a reason, kept alive while the lease lives (sections 4.1 to 4.3, 4.19)."""
+"""Motion only under a live lease, refused with a reason, kept alive while it lives (sections 4.1 to 4.3, 4.19)."""
 
 import asyncio
 
 import pytest
-from behaviour.rig import PLAIN, Rig, json, play, problem
 
+from behaviour.rig import PLAIN, Rig, json, play, problem
 from hornbill.servo.hub import Happened
 from hornbill.servo.servo import State
 from hornbill.sim.recipe import Recipe
@@ -35,7 +35,9 @@ def test_a_command_needs_a_lease_and_says_how_to_get_one() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         path = f"/servos/{servo.uid}/command"
-        assert "POST /api/v1/leases" in problem(await rig.call("POST", path, command(10)), "lease_required", 428)["detail"]
+        assert (
+            "POST /api/v1/leases" in problem(await rig.call("POST", path, command(10)), "lease_required", 428)["detail"]
+        )
         lease = await rig.lease(ttl_s=20)
         refused = problem(await rig.call("POST", path, command(10)), "lease_held", 409)
         assert refused["holder"] == "test"

@@ -3,7 +3,6 @@
 import asyncio
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-
 from hornbill.servo.servo import State
 from hornbill.sim.recipe import Recipe
 

@@ -38,6 +38,7 @@ STATUS: dict[str, int] = {
     "not_found": 404,
     "method_not_allowed": 405,
     "bad_table": 500,
+    "store_failed": 500,
     "internal": 500,
 }
 """HTTP status of every code an error can carry; a test walks the error tree against it."""
@@ -90,6 +91,8 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(HTTPException)
     async def _routing(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
+        if error.status_code == 400:
+            return answer(errors.InvalidValue(f"The body is not JSON: {error.detail}."))
         code = {404: "not_found", 405: "method_not_allowed"}.get(error.status_code, "internal")
         shown = Problem(
             type=f"urn:hornbill:{code}", title=str(error.detail), status=error.status_code, code=code,

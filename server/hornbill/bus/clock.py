@@ -76,6 +76,10 @@ class JumpingLoop(asyncio.SelectorEventLoop):
         """The virtual instant, in seconds."""
         return self._jumping.now
 
+    def stall(self, seconds: float) -> None:
+        """Let the clock run on as if this turn of the loop had taken so long: timers that fall due ring late."""
+        self._jumping.now += seconds
+
     def run_in_executor(
         self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts
     ) -> "asyncio.Future[_T]":

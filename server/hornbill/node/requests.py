@@ -23,6 +23,9 @@ _AT_A_TIME: Final = 4
 _PUMP_PERIOD_S: Final = 0.001
 """How often to look whether the port is ready, when nothing is heard from the bus."""
 
+_STALL_S: Final = 0.01
+"""A timer that rings later than this says that the loop was busy elsewhere; so much is then added once."""
+
 _Key = tuple[int, int, int]
 """Node asked, service type id, transfer id: what an answer is recognised by."""
 
@@ -54,6 +57,7 @@ class _Exchange:
     holds_lane: bool = False
     sent: dict[int, Instant] = field(default_factory=dict[int, Instant])
     timer: asyncio.TimerHandle | None = None
+    grace: bool = False
 
 
 class Requests:
@@ -218,6 +222,13 @@ class Requests:
         exchange.timer = None
         if exchange.done.done():
             return
+        loop = exchange.done.get_loop()
+        if self._clock() - max(exchange.sent.values()) - exchange.patience_s > _STALL_S and not exchange.grace:
+            # We were held up, not the node: what came meanwhile is delivered in the turns of the loop that follow.
+            exchange.grace = True
+            exchange.timer = loop.call_later(_STALL_S, self._timed_out, exchange)
+            return
+        exchange.grace = False
         if exchange.tries > 0:
             self.counters.repeats += 1
             try:

@@ -40,10 +40,10 @@ class Patience:
     urgent: bool = False
 
 
-READ = Patience(priority=24, timeout_s=0.12, tries=5)
+READ = Patience(priority=24, timeout_s=0.12, tries=10)
 POLL = Patience(priority=26, timeout_s=0.12, tries=2)
-WRITE = Patience(priority=20, timeout_s=0.12, tries=5)
-COMMAND = Patience(priority=17, timeout_s=0.12, tries=1)
+WRITE = Patience(priority=20, timeout_s=0.12, tries=10)
+COMMAND = Patience(priority=17, timeout_s=0.3, tries=1)
 """Motion is never repeated: a late second copy could move the horn after the operator changed his mind."""
 TORQUE = Patience(priority=16, timeout_s=0.05, tries=4)
 STOP = Patience(priority=16, timeout_s=0.02, tries=1, urgent=True)

@@ -57,6 +57,7 @@ class Fleet:
         self._asking: dict[int, asyncio.Task[None]] = {}
         self._ask_again_at: dict[int, Instant] = {}
         self._just_restarted: set[int] = set()
+        self._fresh: dict[int, tuple[int, Instant]] = {}
         self._directory = Directory()
         self.on_arrival: Callable[[Servo], None] = lambda _servo: None
         for kept in inventory.all():
@@ -100,17 +101,18 @@ class Fleet:
             servo.status, servo.status_at = status, now
             if before is None or (before.health, before.mode) != (status.health, status.mode):
                 self._hub.tell(ServoChanged(servo.uid))
-            return
+            if servo.identified:
+                return
         # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
         if restarted:
             self._foreign.pop(node, None)
             self._ask_again_at.pop(node, None)
             if servo is not None:
                 self._noticed_restart(servo)
-        fresh = restarted or status.uptime_sec <= FRESH_UPTIME_S or self._was_granted(node, now)
+        if restarted or status.uptime_sec <= FRESH_UPTIME_S or self._was_granted(node, now):
+            self._fresh.setdefault(node, (status.uptime_sec, now))
         if node not in self._foreign and node not in self._asking and now >= self._ask_again_at.get(node, now):
-            task = asyncio.get_running_loop().create_task(self._arrive(NodeId(node), fresh))
-            self._asking[node] = task
+            self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
     def _on_actuator_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
         """A Status (10 Hz a servo): the angle. Its force and speed fields are not used by these servos."""
@@ -154,11 +156,24 @@ class Fleet:
         self._asking.clear()
         self._by_node.clear()
         self._foreign.clear()
+        self._fresh.clear()
         self._directory = Directory()
         for servo in self._servos.values():
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:
                 self._hub.tell(ServoChanged(servo.uid))
+
+    def _is_fresh(self, node: int) -> bool:
+        """Whether nobody can have written to a node since its start, so that RAM still is what ROM holds.
+
+        A node that had nobody to hear it may first say, all at once, what it said long ago: then its uptime has
+        run ahead of our clock since it seemed to start.
+        """
+        record = self._directory.records.get(node)
+        if record is None or node not in self._fresh:
+            return False
+        uptime, since = self._fresh[node]
+        return record.status.uptime_sec - uptime <= self._base.now() - since + 2
 
     def _was_granted(self, node: int, now: Instant) -> bool:
         granted = self._granted_at(node)
@@ -174,7 +189,7 @@ class Fleet:
             text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
             self._hub.tell(Happened("warning", "restarted", text, servo.uid))
 
-    async def _arrive(self, node: NodeId, fresh: bool) -> None:
+    async def _arrive(self, node: NodeId) -> None:
         try:
             identity = await identification.identify(self._asker, self.catalog, node)
             if identity is None:
@@ -182,13 +197,14 @@ class Fleet:
                 return
             servo = self._welcome(node, identity)
             await identification.read_rows(self._asker, servo)
-            if fresh:
+            if self._is_fresh(node):
                 soft = servo.raw("soft_start") == 1 and servo.raw("torque_mode") == 0
                 servo.soft_start_since = self._base.now() if soft else None
                 identification.learn_rom(servo, soft_start=soft)
             else:
                 self._recall_rom(servo)
             servo.identified = True
+            self._fresh.pop(node, None)
             self.remember(servo)
             self._told_all(servo)
             self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid))

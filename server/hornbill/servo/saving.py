@@ -23,6 +23,10 @@ RESTART_WITHIN_S = 8.0
 NO_RESTART_AFTER_S = 3.0
 """A servo that answered the save and has been heard for this long without restarting does not restart by itself."""
 
+OLD_ENOUGH_S = 2
+"""Uptime a servo must have reached before it is sent into a restart: a younger one's uptime, told in whole seconds,
+could not prove that it started anew."""
+
 SOFT_START_WITHIN_S = 25.0
 LOOK_AGAIN_S = 0.02
 
@@ -110,6 +114,7 @@ class Saving:
     async def _save(self, job: Job, servo: Servo) -> dict[str, object]:
         rows = [key for key, register in servo.registers.items() if register.parameter.rom]
         job.begin("check")
+        await self._old_enough(servo)
         await identification.read_rows(self._asker, servo, rows)
         wanted = {key: servo.raw(key) for key in rows}
         job.done("check", f"{len(rows)} rows read")
@@ -138,6 +143,7 @@ class Saving:
 
     async def _restart(self, job: Job, servo: Servo) -> dict[str, object]:
         job.begin("ask")
+        await self._old_enough(servo)
         boots = servo.boots
         await self._ask_restart(servo)
         job.done("ask")
@@ -150,6 +156,13 @@ class Saving:
         self._tell_rows(servo)
         job.done("read_back", f"{len(servo.registers)} rows read")
         return {"node_id": servo.node_id}
+
+    async def _old_enough(self, servo: Servo) -> None:
+        until = self._base.now() + OLD_ENOUGH_S + 2
+        while servo.status is not None and servo.status.uptime_sec < OLD_ENOUGH_S:
+            if self._base.now() > until:
+                return
+            await asyncio.sleep(LOOK_AGAIN_S)
 
     async def _ask_restart(self, servo: Servo) -> None:
         try:

@@ -10,19 +10,12 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from hornbill.errors import HornbillError
+from hornbill.errors import StoreFailed
 from hornbill.store.migrate import UnknownRevision, migrate
 
 FILE_NAME: Final = "hornbill.sqlite3"
 
 _PRAGMAS: Final = ("busy_timeout = 2000", "journal_mode = WAL", "synchronous = NORMAL", "foreign_keys = ON")
-
-
-class StoreFailed(HornbillError):
-    """The database cannot be opened; the message says why and what to do."""
-
-    code = "store_failed"
-    title = "The data folder cannot be used"
 
 
 class Database:

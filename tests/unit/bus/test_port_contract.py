@@ -51,7 +51,7 @@ def kind(request: pytest.FixtureRequest) -> Kind:
 
 async def until(condition: Callable[[], object]) -> None:
     async with asyncio.timeout(5):
-        while not condition():  # noqa: ASYNC110 - a thread may set it
+        while not condition():
             await asyncio.sleep(0.002)
 
 

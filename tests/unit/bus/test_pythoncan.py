@@ -53,7 +53,7 @@ def opened(adapter: can.BusABC, address: str = "virtual:test") -> PythonCanPort:
 
 async def until(condition: Callable[[], object]) -> None:
     async with asyncio.timeout(5):
-        while not condition():  # noqa: ASYNC110 - a thread sets it
+        while not condition():
             await asyncio.sleep(0.002)
 
 

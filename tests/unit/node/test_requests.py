@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from hornbill.bus.clock import run
+from hornbill.bus.clock import JumpingLoop, run
 from hornbill.bus.memory import MemoryBus
 from hornbill.errors import BusDisconnected, NoAnswer
 from hornbill.wire.datatype import Kind
@@ -40,6 +40,22 @@ def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transfer_id(
         assert caught.value.facts == {"node_id": 42, "service": "GetSet", "tries": 3, "timeout_s": 0.1}
         counters = host.request_counters
         assert (counters.requests, counters.repeats, counters.unanswered, counters.answers) == (1, 2, 1, 0)
+        await host.close()
+
+    run(play())
+
+
+def test_a_loop_that_was_held_up_does_not_take_its_own_delay_for_the_nodes_silence() -> None:
+    async def play() -> None:
+        _, host, peer = pair()
+        await asyncio.sleep(0.01)
+        loop = asyncio.get_running_loop()
+        assert isinstance(loop, JumpingLoop)
+        asking = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1))
+        await asyncio.sleep(0)
+        loop.stall(0.25)
+        assert (await asking).value == integer(0x38)
+        assert len(peer.requests) == 1
         await host.close()
 
     run(play())

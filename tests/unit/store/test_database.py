@@ -18,8 +18,9 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import create_engine
 
 import hornbill
+from hornbill.errors import StoreFailed
 from hornbill.store import migrate
-from hornbill.store.database import FILE_NAME, StoreFailed
+from hornbill.store.database import FILE_NAME
 from hornbill.store.store import Store
 from hornbill.store.tables import Table
 from hornbill.units import NodeId, Uid

@@ -1,0 +1,23 @@
+"""`make bench`: honest figures as JSON lines, each a ratio against a peer in the same run or against a physical limit."""
+
+import json
+import sys
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).parents[1])]
+
+from bench import reading, start, stack, stopping  # noqa: E402
+
+
+def main(chosen: list[str]) -> None:
+    """Run all benchmarks, or those named on the command line."""
+    for module in (stack, reading, stopping, start):
+        if chosen and module.__name__.rpartition(".")[2] not in chosen:
+            continue
+        for line in module.figures():
+            sys.stdout.write(json.dumps(line) + "\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,52 @@
+"""Finds Chromium for the browser tests, or installs it, and says which."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+def find() -> str | None:
+    """The path of a Chromium that is already here: CHROMIUM, one on PATH, or the one Playwright downloaded."""
+    for candidate in (os.environ.get("CHROMIUM"), *(shutil.which(name) for name in NAMES)):
+        if candidate and Path(candidate).is_file():
+            return candidate
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        own = playwright.chromium.executable_path
+    return own if own and Path(own).is_file() else None
+
+
+def install() -> str | None:
+    """Debian's package where we are root and apt is there, else Playwright's own download."""
+    if os.geteuid() == 0 and shutil.which("apt-get"):
+        print("Chromium is missing: installing Debian's package with apt-get ...", flush=True)
+        environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+        subprocess.run(["apt-get", "update", "-qq"], check=False, env=environment)
+        packages = ["chromium", "fonts-dejavu-core"]
+        subprocess.run(
+            ["apt-get", "install", "-y", "-qq", "--no-install-recommends", *packages],
+            check=False, env=environment, stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+    if find() is None:
+        print("Chromium is missing: downloading Playwright's own ...", flush=True)
+        subprocess.run([sys.executable, "-m", "playwright", "install", "chromium"], check=False)
+    return find()
+
+
+def main() -> int:
+    """Exit 1 with the remedy when there is none and none can be had."""
+    found = find() or install()
+    if found is None:
+        print("No Chromium: install it, or name it in the environment variable CHROMIUM.", file=sys.stderr)
+        return 1
+    print(f"Chromium for the browser tests: {found}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

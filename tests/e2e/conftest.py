@@ -1,0 +1,111 @@
+"""The real server with simulated servos, and Chromium in front of it."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, sync_playwright
+
+from e2e.chromium import find
+
+VISER_START = "'unsafe-eval'"
+"""What viser's own page says once at start: its policy refuses a string it would evaluate, and it goes on without."""
+
+
+@dataclass(frozen=True)
+class Demo:
+    """A running `hornbill demo`."""
+
+    url: str
+    api: httpx.Client
+
+
+@contextmanager
+def running_demo(*flags: str) -> Generator[tuple[subprocess.Popen[str], str]]:
+    """`hornbill demo` on a free port: the process and the address it printed. It ends with the block."""
+    command = [sys.executable, "-m", "hornbill", "demo", "--port", "0", *flags]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            found = re.search(r"http://\S+/", line)
+            assert found is not None, f"hornbill demo printed no address but {line!r}"
+            yield process, found[0]
+        finally:
+            process.terminate()
+            process.wait(timeout=10)
+
+
+@pytest.fixture(scope="session")
+def demo() -> Iterator[Demo]:
+    """One demo for the whole session, with six servos of mixed models and firmware."""
+    with (
+        running_demo("--servos", "6", "--seed", "1") as (_, url),
+        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
+    ):
+        yield Demo(url, api)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium, headless; software WebGL."""
+    path = find()
+    if path is None:
+        pytest.skip("no Chromium: 'make chromium' finds or installs one")
+    with sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield launched
+        launched.close()
+
+
+@dataclass
+class Watched:
+    """What a page asked for and complained about."""
+
+    foreign: list[str]
+    complaints: list[str]
+
+
+@pytest.fixture
+def context(browser: Browser) -> Iterator[BrowserContext]:
+    """A fresh profile in a 1440 x 900 window."""
+    made = browser.new_context(viewport={"width": 1440, "height": 900})
+    made.set_default_timeout(15_000)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def watched() -> Watched:
+    """Filled by the `page` fixture."""
+    return Watched([], [])
+
+
+@pytest.fixture
+def page(context: BrowserContext, watched: Watched, demo: Demo) -> Iterator[Page]:
+    """A page that must end without a request to another host and without an error in its console."""
+
+    def on_request(request: Request) -> None:
+        if not request.url.startswith((demo.url, "data:", "blob:", demo.url.replace("http", "ws", 1))):
+            watched.foreign.append(request.url)
+
+    def on_console(message: ConsoleMessage) -> None:
+        if message.type == "error" and VISER_START not in message.text:
+            watched.complaints.append(f"{message.text} ({message.location})")
+
+    def on_error(error: Error) -> None:
+        if VISER_START not in str(error):
+            watched.complaints.append(str(error))
+
+    context.on("request", on_request)
+    made = context.new_page()
+    made.on("console", on_console)
+    made.on("pageerror", on_error)
+    yield made
+    assert watched.foreign == []
+    assert watched.complaints == []

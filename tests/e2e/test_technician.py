@@ -1,0 +1,175 @@
+"""The whole path in a browser: pick a servo, change limits, apply, save, jog, watch it move, stop."""
+
+import io
+import re
+import time
+from collections.abc import Callable
+
+import httpx
+import numpy as np
+from PIL import Image
+from playwright.sync_api import Page, Request, expect
+
+from e2e.conftest import Demo
+
+
+def wait_for(what: Callable[[], bool], within_s: float, message: str) -> None:
+    until = time.monotonic() + within_s
+    while not what():
+        assert time.monotonic() < until, message
+        time.sleep(0.1)
+
+
+def servo_of(demo: Demo, model: str) -> str:
+    """The uid of the demo's servo of this model, once every servo is ready."""
+
+    def ready() -> bool:
+        return sum(one["state"] == "ready" for one in demo.api.get("/servos").json()) == 6
+
+    wait_for(ready, 15, "not all six servos are ready")
+    return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == model)
+
+
+def rows(demo: Demo, uid: str) -> dict[str, dict[str, object]]:
+    return demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]
+
+
+def picture(page: Page, testid: str) -> np.ndarray:
+    shot = page.get_by_test_id(testid).screenshot(timeout=60_000)
+    return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
+
+
+def test_the_list_shows_every_servo_with_a_live_angle(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-06U-A0")
+    page.goto(demo.url)
+    expect(page.get_by_test_id("live-state")).to_have_count(1)
+    for one in demo.api.get("/servos").json():
+        row = page.get_by_test_id(f"servo-row-{one['uid']}")
+        expect(row).to_be_visible()
+        expect(row).to_contain_text(one["model"])
+        expect(row).to_contain_text("°")
+    expect(page.get_by_test_id("stop")).to_be_visible()
+    page.get_by_test_id(f"servo-row-{uid}").get_by_role("link").first.click()
+    expect(page).to_have_url(re.compile(f"/servos/{uid}/"))
+
+
+def test_limits_are_changed_saved_and_come_back_from_rom(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-06U-A0")
+    written: list[str] = []
+    page.on("request", lambda request: written.append(body_of(request)) if request.method in ("PUT", "PATCH") else None)
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
+
+    # two limits, then an illegal third: the field says why, and nothing of it is ever sent
+    page.get_by_test_id("input-angle_limit_cw").fill("75")
+    page.get_by_test_id("input-angle_limit_cw").press("Enter")
+    page.get_by_test_id("input-angle_limit_ccw").fill("-75")
+    page.get_by_test_id("input-angle_limit_ccw").press("Enter")
+    page.get_by_test_id("input-torque_limit_cw").fill("120")
+    page.get_by_test_id("input-torque_limit_cw").press("Enter")
+    expect(page.get_by_test_id("row-angle_limit_cw")).to_have_attribute("data-state", "staged")
+    expect(page.get_by_test_id("message-torque_limit_cw")).to_contain_text("120 % is above the 100 % this model allows")
+    expect(page.get_by_test_id("save-bar")).to_be_visible()
+    assert rows(demo, uid)["angle_limit_cw"]["value"] == 60.0, "staged is not sent"
+    page.get_by_test_id("use-torque_limit_cw").click()
+
+    page.get_by_test_id("apply").click()
+    expect(page.get_by_test_id("row-angle_limit_cw")).to_have_attribute("data-state", "applied")
+    held = rows(demo, uid)
+    assert (held["angle_limit_cw"]["value"], held["angle_limit_cw"]["rom"]) == (75.0, 60.0)
+    assert not [body for body in written if "120" in body]
+
+    # into ROM: it restarts, is the same servo, and every value was read back
+    before = demo.api.get(f"/servos/{uid}").json()
+    page.get_by_test_id("apply-save").click()
+    expect(page.get_by_test_id("save-dialog")).to_contain_text("0.0°")
+    page.get_by_test_id("horn-free").check()
+    page.get_by_test_id("confirm-save").click()
+    expect(page.get_by_test_id("job-dialog")).to_be_visible()
+    expect(page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=20_000)
+    page.get_by_test_id("job-close").click()
+    expect(page.get_by_test_id("row-angle_limit_cw")).to_have_attribute("data-state", "saved")
+    held = rows(demo, uid)
+    assert (held["angle_limit_cw"]["rom"], held["angle_limit_ccw"]["rom"]) == (75.0, -75.0)
+    after = demo.api.get(f"/servos/{uid}").json()
+    assert after["unsaved"] == []
+    assert after["uptime_s"] < before["uptime_s"] + 1
+    assert page.url.split("#")[0].endswith(f"/servos/{uid}/parameters")
+
+
+def body_of(request: Request) -> str:
+    return request.post_data or ""
+
+
+def test_a_jog_moves_the_plot_and_the_scene_and_stop_holds_until_it_is_cleared(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    assert demo.api.get("/leases").json() == [], "opening the page takes nothing"
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("motion-band")).to_be_visible()
+    page.get_by_test_id("jog-value").fill("30")
+    page.get_by_test_id("jog-go").click()
+    expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+(29|30)\.\d°"), timeout=10_000)
+    assert abs(demo.api.get(f"/servos/{uid}").json()["angle_deg"] - 30) < 1.5
+
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    stop = demo.api.get("/stop").json()
+    assert stop["latched"]
+    wait_for(lambda: all(one["confirmed"] for one in demo.api.get("/stop").json()["servos"]), 2, "not all confirmed")
+    expect(page.get_by_test_id("enable-motion")).to_be_disabled()
+
+    refused = demo.api.post(f"/servos/{uid}/command", json={"type": "angle", "value": 0})
+    assert (refused.status_code, refused.json()["code"]) == (423, "stopped")
+    page.get_by_test_id("clear-stop").click()
+    page.get_by_test_id("confirm-clear").click()
+    expect(page.get_by_test_id("stop-band")).to_have_count(0)
+    assert demo.api.get("/stop").json()["latched"] is False
+    assert demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] == "off"
+
+
+def test_the_plot_and_the_3d_scene_follow_the_horn(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA15-06U-A0")
+    page.goto(f"{demo.url}servos/{uid}/parameters")
+    frame = page.get_by_test_id("view-frame")
+    expect(frame).to_have_attribute("data-state", "shown", timeout=20_000)
+    page.frame_locator("iframe").locator("canvas").first.wait_for(timeout=30_000)
+    page.wait_for_timeout(5000)
+    plot, scene = picture(page, "plot-angle"), picture(page, "view-frame")
+
+    lease = demo.api.post("/leases", json={"holder": "e2e", "ttl_s": 30}).json()["id"]
+    move(demo, uid, lease, 60)
+    expect(page.get_by_test_id("angle-readout")).to_contain_text(re.compile(r"\+(59|60)\.\d°"), timeout=10_000)
+    page.wait_for_timeout(3000)
+    moved_plot, moved_scene = picture(page, "plot-angle"), picture(page, "view-frame")
+    demo.api.delete(f"/leases/{lease}")
+    assert changed(plot, moved_plot) > 50, "the plot shows the move"
+    assert changed(scene, moved_scene) > 500, "the horn in the scene has turned"
+
+
+def move(demo: Demo, uid: str, lease: str, value: float) -> None:
+    headers = {"Lease": lease}
+    if demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] != "on":
+        assert demo.api.post(f"/servos/{uid}/torque", json={"mode": "on"}, headers=headers).is_success
+    body = {"type": "angle", "value": value, "wait": "settled"}
+    answer: httpx.Response = demo.api.post(f"/servos/{uid}/command", json=body, headers=headers)
+    assert answer.is_success, answer.text
+    assert answer.json()["settled"] is True
+
+
+def changed(before: np.ndarray, after: np.ndarray) -> int:
+    """How many pixels differ clearly."""
+    height, width = min(before.shape[0], after.shape[0]), min(before.shape[1], after.shape[1])
+    return int((np.abs(before[:height, :width] - after[:height, :width]).max(axis=2) > 40).sum())
+
+
+def test_a_page_that_is_closed_takes_torque_with_it(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA15-12U-A0")
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("motion-band")).to_be_visible()
+    assert demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] == "on"
+    page.goto("about:blank")
+    wait_for(
+        lambda: demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] == "off", 4, "torque stays on"
+    )
+    assert demo.api.get("/leases").json() == []

@@ -1,0 +1,57 @@
+"""A foreign page in the same browser neither reads nor moves anything."""
+
+import asyncio
+
+import httpx
+import pytest
+from starlette.requests import HTTPConnection
+
+from hornbill.api.http import create_api
+from hornbill.api.origin import local_policy
+from hornbill.schema.catalog import Catalog
+
+POLICY = local_policy(frozenset(("127.0.0.1", "localhost", "::1")))
+
+
+def connection(kind: str = "http", method: str = "POST", **headers: str) -> HTTPConnection:
+    pairs = [(name.encode(), value.encode()) for name, value in headers.items()]
+    return HTTPConnection({"type": kind, "method": method, "headers": pairs})
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:8000", "localhost:8000", "[::1]:8000", "127.0.0.1"])
+def test_our_own_page_and_programs_pass(host: str) -> None:
+    assert POLICY(connection(host=host, origin=f"http://{host}")) is None
+    assert POLICY(connection(host=host)) is None
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"host": "127.0.0.1:8000", "origin": "http://evil.example"},
+        {"host": "127.0.0.1:8000", "origin": "http://127.0.0.1:9000"},
+        {"host": "127.0.0.1:8000", "origin": "null"},
+        {"host": "evil.example", "origin": "http://evil.example"},
+        {"host": "evil.example"},
+        {"host": "127.0.0.1.evil.example"},
+        {},
+    ],
+)
+def test_everybody_else_is_refused(headers: dict[str, str]) -> None:
+    assert POLICY(connection(**headers)) is not None
+    assert POLICY(connection(kind="websocket", **headers)) is not None
+
+
+def test_a_foreign_host_may_not_even_read() -> None:
+    assert POLICY(connection(method="GET", host="evil.example")) is not None
+
+
+def test_the_refusal_is_a_problem_and_reaches_no_route() -> None:
+    async def ask() -> httpx.Response:
+        transport = httpx.ASGITransport(create_api(Catalog.load(), policy=POLICY))
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+            return await client.post("/api/v1/stop", headers={"Origin": "http://evil.example"})
+
+    answer = asyncio.run(ask())
+    assert answer.status_code == 403
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["code"] == "forbidden_origin"

@@ -1,0 +1,65 @@
+"""The page is served with a strict policy, never from outside its folder, and says how to build it when it is not."""
+
+import asyncio
+from pathlib import Path
+
+import httpx
+import pytest
+
+from hornbill.api.http import create_api
+from hornbill.schema.catalog import Catalog
+
+CATALOG = Catalog.load()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "secret").write_text("not for you")
+    page = tmp_path / "page"
+    (page / "assets").mkdir(parents=True)
+    (page / "index.html").write_text("<!doctype html><title>hornbill</title>")
+    (page / "assets" / "a-1234.js").write_text("export {};")
+    return page
+
+
+def get(path: str, folder: Path | None) -> httpx.Response:
+    async def ask() -> httpx.Response:
+        transport = httpx.ASGITransport(create_api(CATALOG, page_folder=lambda: folder))
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+            return await client.get(path)
+
+    return asyncio.run(ask())
+
+
+@pytest.mark.parametrize("path", ["/", "/servos", "/servos/0123/parameters"])
+def test_links_into_the_page_open_the_page(path: str, folder: Path) -> None:
+    answer = get(path, folder)
+    assert answer.status_code == 200
+    assert "<title>hornbill</title>" in answer.text
+    policy = answer.headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    assert answer.headers["cache-control"] == "no-cache"
+
+
+def test_files_with_a_hash_in_their_name_are_kept_for_ever(folder: Path) -> None:
+    assert "immutable" in get("/assets/a-1234.js", folder).headers["cache-control"]
+
+
+@pytest.mark.parametrize("path", ["/../secret", "/%2e%2e/secret", "/assets/../../secret", "/..%2fsecret"])
+def test_nothing_outside_the_folder_is_served(path: str, folder: Path) -> None:
+    assert "not for you" not in get(path, folder).text
+
+
+@pytest.mark.parametrize("path", ["/nothing.js", "/api/v1/nothing", "/api/nothing"])
+def test_what_is_not_there_is_a_problem(path: str, folder: Path) -> None:
+    answer = get(path, folder)
+    assert answer.status_code == 404
+    assert answer.json()["code"] == "not_found"
+
+
+def test_without_a_built_page_the_remedy_is_named(folder: Path) -> None:
+    answer = get("/", None)
+    assert answer.status_code == 503
+    assert "make build" in answer.text
