@@ -1,0 +1,70 @@
+/** Owns REST: one typed fetch, and problem+json as an error that can be branched on. */
+import type { ProblemBody } from "./types";
+
+export const API = "/api/v1";
+
+/** Why a request did not do what was asked. `code` is the server's, or "no_link" when it was not reached. */
+export class Problem extends Error {
+  readonly code: string;
+  readonly status: number;
+  readonly facts: Readonly<Record<string, unknown>>;
+
+  constructor(code: string, status: number, detail: string, facts: Record<string, unknown> = {}) {
+    super(detail);
+    this.name = "Problem";
+    this.code = code;
+    this.status = status;
+    this.facts = facts;
+  }
+}
+
+export interface Options {
+  body?: unknown;
+  headers?: Record<string, string>;
+  /** Lets the request outlive the page: for what must go out while leaving. */
+  keepalive?: boolean;
+  timeout_ms?: number;
+}
+
+type Verb = "GET" | "PUT" | "POST" | "PATCH" | "DELETE";
+
+/** Asks the server; resolves to its JSON (undefined for an empty answer), rejects with a Problem. */
+export async function ask<Answer>(verb: Verb, path: string, options: Options = {}): Promise<Answer> {
+  const init: RequestInit = {
+    method: verb,
+    headers: { Accept: "application/json", ...options.headers },
+    signal: AbortSignal.timeout(options.timeout_ms ?? 15_000),
+  };
+  if (options.keepalive) init.keepalive = true;
+  if (options.body !== undefined) {
+    init.body = JSON.stringify(options.body);
+    init.headers = { ...init.headers, "Content-Type": "application/json" };
+  }
+  let answer: Response;
+  try {
+    answer = await fetch(API + path, init);
+  } catch (error) {
+    throw new Problem("no_link", 0, error instanceof Error ? error.message : String(error));
+  }
+  const text = await answer.text();
+  if (!answer.ok) throw toProblem(answer.status, text);
+  return (text === "" ? undefined : JSON.parse(text)) as Answer;
+}
+
+function toProblem(status: number, text: string): Problem {
+  try {
+    const body = JSON.parse(text) as Partial<ProblemBody>;
+    if (typeof body.code === "string") {
+      return new Problem(body.code, status, body.detail ?? body.title ?? body.code, body);
+    }
+  } catch {
+    // Not JSON: a proxy's page, for one.
+  }
+  return new Problem(status === 502 || status === 504 ? "no_link" : "unexpected", status, `HTTP ${status}`);
+}
+
+/** The Problem in whatever was thrown. */
+export function problemOf(error: unknown): Problem {
+  if (error instanceof Problem) return error;
+  return new Problem("unexpected", 0, error instanceof Error ? error.message : String(error));
+}

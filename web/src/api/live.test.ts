@@ -1,0 +1,145 @@
+/** The socket: up, lost, silent, back again, and nothing sent late. */
+import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
+import { type LinkState, Live, SILENCE_MS, type Socket } from "./live";
+import type { ServerMessage } from "./types";
+
+class FakeSocket implements Socket {
+  readyState = 0;
+  onopen: Socket["onopen"] = null;
+  onclose: Socket["onclose"] = null;
+  onmessage: Socket["onmessage"] = null;
+  sent: { type: string; topics?: string[] }[] = [];
+  closed = false;
+
+  send(text: string): void {
+    this.sent.push(JSON.parse(text));
+  }
+  close(): void {
+    this.closed = true;
+    this.readyState = 3;
+  }
+  accept(): void {
+    this.readyState = 1;
+    this.onopen?.({} as Event);
+  }
+  say(message: unknown): void {
+    this.onmessage?.({
+      data: typeof message === "string" ? message : JSON.stringify(message),
+    } as MessageEvent);
+  }
+  break(): void {
+    this.readyState = 3;
+    this.onclose?.({} as CloseEvent);
+  }
+}
+
+let sockets: FakeSocket[];
+let states: LinkState[];
+let heard: ServerMessage[];
+let live: Live;
+const last = () => sockets.at(-1) as FakeSocket;
+const hello = { type: "hello", seq: 1 };
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  sockets = [];
+  states = [];
+  heard = [];
+  live = new Live({
+    open: () => {
+      const socket = new FakeSocket();
+      sockets.push(socket);
+      return socket;
+    },
+    onMessage: message => heard.push(message),
+    onState: state => states.push(state),
+    greeting: () => [{ type: "subscribe", topics: ["servos"], uids: null }],
+  });
+  live.start();
+});
+
+afterEach(() => {
+  live.stop();
+  vi.useRealTimers();
+});
+
+describe("Live", () => {
+  test("greets when open, is up when the server has spoken", () => {
+    last().accept();
+    expect(last().sent).toEqual([{ type: "subscribe", topics: ["servos"], uids: null }]);
+    expect(states).toEqual([]);
+    last().say(hello);
+    expect(states).toEqual(["up"]);
+    expect(heard).toEqual([hello]);
+  });
+
+  test("is down at once when the socket closes, and comes back by itself, greeting again", () => {
+    last().accept();
+    last().say(hello);
+    last().break();
+    expect(states).toEqual(["up", "down"]);
+    vi.advanceTimersByTime(300);
+    expect(sockets).toHaveLength(2);
+    last().accept();
+    expect(last().sent).toHaveLength(1);
+    last().say(hello);
+    expect(states).toEqual(["up", "down", "up"]);
+  });
+
+  test("tries again and again, ever less often, at least every two seconds", () => {
+    for (let i = 0; i < 6; i++) {
+      last().break();
+      const before = sockets.length;
+      vi.advanceTimersByTime(2000);
+      expect(sockets.length).toBeGreaterThan(before);
+    }
+  });
+
+  test("asks for a word when it hears nothing, and is down within two seconds", () => {
+    last().accept();
+    last().say(hello);
+    vi.advanceTimersByTime(1200);
+    expect(last().sent.at(-1)?.topics).toEqual(["bus"]);
+    expect(states).toEqual(["up"]);
+    vi.advanceTimersByTime(SILENCE_MS - 1200 + 300);
+    expect(states).toEqual(["up", "down"]);
+  });
+
+  test("stays up while the server answers", () => {
+    last().accept();
+    for (let i = 0; i < 20; i++) {
+      last().say({ type: "bus", seq: i });
+      vi.advanceTimersByTime(900);
+    }
+    expect(states).toEqual(["up"]);
+    expect(sockets).toHaveLength(1);
+  });
+
+  test("sends now or not at all", () => {
+    expect(live.send({ type: "stop", mode: "off", by: "Page 1", reason: "" })).toBe(false);
+    last().accept();
+    expect(live.send({ type: "stop", mode: "off", by: "Page 1", reason: "" })).toBe(true);
+    expect(last().sent.map(message => message.type)).toEqual(["subscribe", "stop"]);
+    last().break();
+    expect(live.send({ type: "stop", mode: "off", by: "Page 1", reason: "" })).toBe(false);
+    vi.advanceTimersByTime(300);
+    last().accept();
+    expect(last().sent.map(message => message.type)).toEqual(["subscribe"]);
+  });
+
+  test("an old socket's late words count for nothing", () => {
+    const old = last();
+    old.accept();
+    old.break();
+    old.say(hello);
+    expect(heard).toEqual([]);
+    expect(states).toEqual(["down"]);
+  });
+
+  test("rubbish is dropped", () => {
+    last().accept();
+    last().say("not json");
+    last().say({ no: "type" });
+    expect(heard).toEqual([]);
+  });
+});

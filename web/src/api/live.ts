@@ -1,0 +1,139 @@
+/** Owns the WebSocket: reconnecting, subscribing again, noticing silence, and handing out messages. */
+import type { ClientMessage, ServerMessage } from "./types";
+
+export type LinkState = "connecting" | "up" | "down";
+
+/** The part of WebSocket that is used, so that a test can stand in for it. */
+export interface Socket {
+  readonly readyState: number;
+  onopen: ((event: Event) => void) | null;
+  onclose: ((event: CloseEvent) => void) | null;
+  onmessage: ((event: MessageEvent) => void) | null;
+  send(text: string): void;
+  close(): void;
+}
+
+export interface LiveOptions {
+  open: () => Socket;
+  onMessage: (message: ServerMessage) => void;
+  onState: (state: LinkState) => void;
+  /** Messages sent anew after every (re)connection. */
+  greeting: () => ClientMessage[];
+}
+
+const OPEN = 1;
+const FIRST_RETRY_MS = 250;
+const LAST_RETRY_MS = 2000;
+/** After so long without a word the server is asked for one; it answers a subscription with what there is. */
+const ASK_MS = 700;
+/** Silence for longer than this is no link. */
+export const SILENCE_MS = 1700;
+const WATCH_MS = 200;
+
+export class Live {
+  #socket: Socket | null = null;
+  #state: LinkState = "connecting";
+  #retry_ms = FIRST_RETRY_MS;
+  #retry: ReturnType<typeof setTimeout> | undefined;
+  #watch: ReturnType<typeof setInterval> | undefined;
+  #heard = 0;
+  #asked = 0;
+  #options: LiveOptions;
+
+  constructor(options: LiveOptions) {
+    this.#options = options;
+  }
+
+  get state(): LinkState {
+    return this.#state;
+  }
+
+  start(): void {
+    this.#connect();
+    this.#watch = setInterval(() => this.#look(), WATCH_MS);
+  }
+
+  stop(): void {
+    clearInterval(this.#watch);
+    clearTimeout(this.#retry);
+    this.#drop();
+  }
+
+  /** Sends now or not at all: nothing is kept for later, for a late command is a wrong one. */
+  send(message: ClientMessage): boolean {
+    if (this.#socket?.readyState !== OPEN) return false;
+    this.#socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  /** Tries again at once, for instance because the tab came back to the front. */
+  hurry(): void {
+    if (this.#socket !== null) return;
+    clearTimeout(this.#retry);
+    this.#connect();
+  }
+
+  #connect(): void {
+    const socket = this.#options.open();
+    this.#socket = socket;
+    this.#heard = performance.now();
+    socket.onopen = () => {
+      if (socket !== this.#socket) return;
+      this.#heard = performance.now();
+      for (const message of this.#options.greeting()) this.send(message);
+    };
+    socket.onmessage = event => {
+      if (socket !== this.#socket) return;
+      this.#heard = performance.now();
+      // Up only when the server has spoken: a proxy may open a socket to nowhere.
+      this.#retry_ms = FIRST_RETRY_MS;
+      this.#change("up");
+      const message = read(event.data);
+      if (message) this.#options.onMessage(message);
+    };
+    socket.onclose = () => {
+      if (socket === this.#socket) this.#lost();
+    };
+  }
+
+  #look(): void {
+    if (this.#socket === null) return;
+    const now = performance.now();
+    if (now - this.#heard > SILENCE_MS) this.#lost();
+    else if (now - Math.max(this.#heard, this.#asked) > ASK_MS) {
+      this.#asked = now;
+      this.send({ type: "subscribe", topics: ["bus"], uids: null });
+    }
+  }
+
+  #lost(): void {
+    this.#drop();
+    this.#change("down");
+    this.#retry = setTimeout(() => this.#connect(), this.#retry_ms);
+    this.#retry_ms = Math.min(LAST_RETRY_MS, this.#retry_ms * 2);
+  }
+
+  #drop(): void {
+    const socket = this.#socket;
+    this.#socket = null;
+    if (socket) {
+      socket.onopen = socket.onclose = socket.onmessage = null;
+      socket.close();
+    }
+  }
+
+  #change(state: LinkState): void {
+    if (state === this.#state) return;
+    this.#state = state;
+    this.#options.onState(state);
+  }
+}
+
+function read(data: unknown): ServerMessage | null {
+  try {
+    const message = JSON.parse(String(data)) as ServerMessage;
+    return typeof message.type === "string" ? message : null;
+  } catch {
+    return null;
+  }
+}

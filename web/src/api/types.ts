@@ -1,0 +1,36 @@
+/** Owns the page's names for the server's JSON shapes: aliases of the generated document, nothing else. */
+import type { components } from "./schema";
+
+type Shapes = components["schemas"];
+
+export type Servo = Shapes["Servo"];
+export type ServoState = Servo["state"];
+export type Reading = Shapes["Reading"];
+/** An engineering value, a choice's key, or null for the dummy and while unknown. */
+export type Value = Reading["value"];
+export type Parameters = Shapes["Parameters"];
+export type Change = Shapes["Change"];
+export type ParametersPatched = Shapes["ParametersPatched"];
+export type Job = Shapes["Job"];
+export type JobStep = Shapes["JobStep"];
+export type ProblemBody = Shapes["Problem"];
+export type Commanded = Shapes["Commanded"];
+export type TorqueMode = Shapes["TorqueMode"]["mode"];
+export type TelemetryGrant = Shapes["TelemetryGrant"];
+export type Lease = Shapes["Lease"];
+export type LeaseView = Shapes["LeaseView"];
+export type Stop = Shapes["Stop"];
+export type StopServo = Shapes["StopServo"];
+export type Bus = Shapes["Bus"];
+export type Allocations = Shapes["Allocations"];
+export type PendingAllocation = Shapes["PendingAllocation"];
+
+/** One row of the parameter table; its numbers are raw. */
+export type Row = Shapes["Parameter"];
+export type FaultRow = Pick<Shapes["FaultBit"], "level" | "bit" | "key" | "label" | "advice">;
+/** What the page reads of GET /schema. */
+export type Schema = Pick<Shapes["SchemaDocument"], "revision" | "groups" | "parameters" | "faults">;
+
+export type ServerMessage = Shapes["ServerMessage"];
+export type ClientMessage = Shapes["ClientMessage"];
+export type EventLevel = Shapes["EventMessage"]["level"];

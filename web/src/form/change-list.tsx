@@ -1,0 +1,55 @@
+/** Owns the list of changes: what ROM and RAM hold, and what they will. */
+
+import { catalog } from "../state/catalog";
+import type { Sheet } from "../state/parameters";
+import { text } from "../text/en";
+import { full } from "./format";
+import { spanOf } from "./row-state";
+
+/** The value a key will have once everything staged is applied. */
+export function willBe(sheet: Sheet, key: string) {
+  const draft = sheet.drafts.get(key);
+  return draft?.verdict.ok ? draft.verdict.value : sheet.held(key);
+}
+
+interface Props {
+  sheet: Sheet;
+  keys: readonly string[];
+  /** The dialog before a save compares ROM with what comes; the diff shows RAM too. */
+  withRam?: boolean;
+}
+
+export function ChangeList({ sheet, keys, withRam = false }: Props) {
+  const head = text.save.head;
+  return (
+    <table class="changes">
+      <thead>
+        <tr>
+          <th>{head.parameter}</th>
+          <th class="right">{head.rom}</th>
+          {withRam && <th class="right">{head.ram}</th>}
+          <th class="right">{head.after}</th>
+        </tr>
+      </thead>
+      <tbody>
+        {keys.map(key => {
+          const row = catalog.value?.rows.get(key);
+          const reading = sheet.reading(key).value;
+          if (!row) return null;
+          const span = spanOf(row, reading);
+          const rom = reading?.rom ?? null;
+          return (
+            <tr key={key} data-testid={`change-${key}`}>
+              <td>
+                {row.label} <small class="second">{row.name}</small>
+              </td>
+              <td class="right second">{rom === null ? text.servos.notKnown : full(rom, span)} →</td>
+              {withRam && <td class="right second">{full(reading?.value, span)} →</td>}
+              <td class="right strong k-intent">{full(willBe(sheet, key), span)}</td>
+            </tr>
+          );
+        })}
+      </tbody>
+    </table>
+  );
+}

@@ -1,0 +1,78 @@
+/** Owns how values become text: decimals of the register's step, U+2212, units after a narrow space. */
+import type { Value } from "../api/types";
+import { text } from "../text/en";
+
+export const MINUS = "\u2212";
+export const NARROW = "\u202f";
+/** Shown where a value is not known; the place keeps its width. */
+export const NONE = "\u2013";
+
+/** Decimals of a row with this many raw counts a unit: 10 gives one. */
+export function decimalsOf(perUnit: number): number {
+  return Math.max(0, Math.ceil(Math.log10(perUnit) - 1e-9));
+}
+
+/** "−12.1": a real minus sign, never "−0.0". */
+export function number(value: number, decimals: number): string {
+  const digits = Math.abs(value).toFixed(decimals);
+  return value < 0 && Number(digits) !== 0 ? MINUS + digits : digits;
+}
+
+/** "+12.1", "−12.1", "0.0". */
+export function signed(value: number, decimals: number): string {
+  const plain = number(value, decimals);
+  return value > 0 && Number(plain) !== 0 ? `+${plain}` : plain;
+}
+
+/** A number with its unit: the degree sign stands tight, any other unit after a narrow space. */
+export function withUnit(digits: string, unit: string): string {
+  if (unit === "") return digits;
+  return unit === "°" ? digits + unit : digits + NARROW + unit;
+}
+
+/** "+12.4°", or a dash with its degree sign while unknown. */
+export function angle(value: number | null | undefined): string {
+  return value === null || value === undefined ? `${NONE}°` : withUnit(signed(value, 1), "°");
+}
+
+/** "0.1 s", "14 s", "3 min", "2 h": as exact as it is useful. */
+export function age(seconds: number): string {
+  if (seconds < 9.95) return withUnit(seconds.toFixed(1), "s");
+  if (seconds < 120) return withUnit(String(Math.floor(seconds)), "s");
+  if (seconds < 7200) return withUnit(String(Math.floor(seconds / 60)), "min");
+  return withUnit(String(Math.floor(seconds / 3600)), "h");
+}
+
+/** "14:02:31", in the reader's time zone; with `millis` "14:02:31.009". */
+export function clock(utc: number, millis = false): string {
+  const at = new Date(utc * 1000);
+  const pair = (n: number) => String(n).padStart(2, "0");
+  const base = `${pair(at.getHours())}:${pair(at.getMinutes())}:${pair(at.getSeconds())}`;
+  return millis ? `${base}.${String(at.getMilliseconds()).padStart(3, "0")}` : base;
+}
+
+/** "14:01". */
+export function minute(utc: number): string {
+  return clock(utc).slice(0, 5);
+}
+
+interface Shape {
+  unit: string;
+  perUnit: number;
+  kind: string;
+  choices: readonly { key: string; label: string }[];
+}
+
+/** A value of a row as bare text, without its unit. */
+export function bare(value: Value | undefined, shape: Shape): string {
+  if (value === null || value === undefined) return NONE;
+  if (typeof value === "boolean") return value ? text.on : text.off;
+  if (typeof value === "string") return shape.choices.find(one => one.key === value)?.label ?? value;
+  return number(value, decimalsOf(shape.perUnit));
+}
+
+/** A value of a row with its unit. */
+export function full(value: Value | undefined, shape: Shape): string {
+  const plain = bare(value, shape);
+  return typeof value === "number" ? withUnit(plain, shape.unit) : plain;
+}

@@ -1,0 +1,203 @@
+/** Owns one parameter row: marker, name and state, box, range, RAM, ROM, default, and the message under it. */
+import { useSignal } from "@preact/signals";
+import type { Row } from "../api/types";
+import { now } from "../state/clock";
+import type { Draft } from "../state/draft";
+import { servo } from "../state/fleet";
+import { up } from "../state/link";
+import type { Sheet } from "../state/parameters";
+import { text } from "../text/en";
+import { ChoiceBox, SwitchBox } from "./choice-box";
+import { bare, full } from "./format";
+import { Marker } from "./marker";
+import { Message } from "./message";
+import { NumberBox } from "./number-box";
+import { spanOf, viewOf } from "./row-state";
+import { Ruler } from "./ruler";
+import { scaleOf } from "./scale";
+
+interface Props {
+  sheet: Sheet;
+  row: Row;
+  /** Shows another row, by its register's name. */
+  onGoTo: (name: string) => void;
+  onRetry: () => void;
+  /** Expert rows stay locked until asked for. */
+  locked: boolean;
+}
+
+const asNumber = (value: unknown) => (typeof value === "number" ? value : null);
+
+export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
+  const beginning = useSignal(false);
+  const reading = sheet.reading(row.key).value;
+  const draft = sheet.drafts.get(row.key);
+  const outcome = sheet.outcomes.value.get(row.key);
+  const one = servo(sheet.uid);
+  const unsaved = one?.unsaved.includes(row.key) ?? false;
+  const span = spanOf(row, reading);
+  const view = viewOf({
+    row,
+    reading,
+    draft,
+    outcome,
+    unsaved,
+    reachable: up.value && one?.online === true,
+    now: () => now.value,
+  });
+  const quiet = beginning.value && (view.state === "invalid" || view.state === "out_of_range");
+  const state = quiet ? "staged" : view.state;
+  const stage = (next: Draft) => {
+    if (outcome) sheet.setOutcomes([[row.key, null]]);
+    sheet.drafts.put(row.key, next);
+  };
+  const commit = () => sheet.drafts.commit(row.key, reading?.value);
+  const romDiffers =
+    unsaved || (reading?.rom != null && reading.value !== null && reading.rom !== reading.value);
+  const noteId = `note-${row.key}`;
+  return (
+    <div role="row" class="prow" id={`row-${row.key}`} data-testid={`row-${row.key}`} data-state={state}>
+      <span class="p-mark" role="presentation">
+        <Marker state={state} />
+      </span>
+      <span role="rowheader" class="p-name">
+        <label for={`box-${row.key}`} title={row.description}>
+          {row.label}
+        </label>
+        <small id={noteId}>
+          {row.name}, §{row.section}
+          {(quiet ? "" : view.words) !== "" && (
+            <>
+              . <span class="words">{view.words.replace(/\.$/, "")}</span>
+            </>
+          )}
+          {view.goTo && (
+            <>
+              .{" "}
+              <button type="button" class="link" onClick={() => onGoTo(view.goTo ?? "")}>
+                {text.rows.goTo(view.goTo)}
+              </button>
+            </>
+          )}
+        </small>
+      </span>
+      <span role="cell" class={`p-box ${row.kind}`}>
+        <Editor {...{ sheet, row, span, draft, reading, stage, commit, noteId, beginning }} locked={locked} />
+      </span>
+      <span role="cell" class="p-range">
+        <Range {...{ row, span, draft, reading }} />
+      </span>
+      <Held label={text.rows.ram} value={bare(reading?.value, span)} extra="p-ram" />
+      <Held
+        label={text.rows.rom}
+        value={row.access === "r" ? "" : bare(reading?.rom, span)}
+        extra={romDiffers ? "p-rom strong" : "p-rom"}
+      />
+      <Held
+        label={text.rows.default}
+        value={row.access === "r" ? "" : bare(reading?.default, span)}
+        extra="p-default"
+      />
+      {!quiet && (
+        <Message
+          {...{ row, span, draft, outcome, view, onRetry }}
+          onUse={value => {
+            stage({ text: full(value, { ...span, unit: "" }), verdict: { ok: true, value } });
+            commit();
+          }}
+        />
+      )}
+    </div>
+  );
+}
+
+function Held({ label, value, extra }: { label: string; value: string; extra: string }) {
+  return (
+    <span role="cell" class={`p-held ${extra}`}>
+      {value !== "" && <span class="fold">{label} </span>}
+      {value}
+    </span>
+  );
+}
+
+interface EditorProps {
+  sheet: Sheet;
+  row: Row;
+  span: ReturnType<typeof spanOf>;
+  draft: Draft | undefined;
+  reading: { value: unknown; raw: number | null } | undefined;
+  locked: boolean;
+  noteId: string;
+  stage: (draft: Draft) => void;
+  commit: () => void;
+  beginning: { value: boolean };
+}
+
+function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commit, beginning }: EditorProps) {
+  const held = reading?.raw === null ? null : reading?.value;
+  if (row.access !== "rw") return <span class="fixed">{full(held as never, span)}</span>;
+  const frozen = locked || sheet.busy.value !== null || held === undefined || held === null;
+  const wish = draft?.verdict.ok ? draft.verdict.value : held;
+  const choose = (value: boolean | string) => {
+    stage({ text: String(value), verdict: { ok: true, value } });
+    commit();
+  };
+  if (row.kind === "switch") {
+    return (
+      <SwitchBox
+        id={`box-${row.key}`}
+        row={row.key}
+        on={typeof wish === "boolean" ? wish : null}
+        locked={frozen}
+        describedBy={noteId}
+        onChange={choose}
+      />
+    );
+  }
+  if (row.kind === "choice") {
+    return (
+      <ChoiceBox
+        row={row.key}
+        label={row.label}
+        choices={row.choices}
+        chosen={typeof wish === "string" ? wish : null}
+        locked={frozen}
+        describedBy={noteId}
+        onChoose={choose}
+      />
+    );
+  }
+  return (
+    <NumberBox
+      id={`box-${row.key}`}
+      row={row.key}
+      span={span}
+      held={asNumber(held)}
+      draft={draft}
+      locked={frozen}
+      describedBy={`${noteId} message-${row.key}`}
+      onDraft={stage}
+      onCommit={commit}
+      onBeginning={value => {
+        beginning.value = value;
+      }}
+    />
+  );
+}
+
+type RangeProps = Pick<EditorProps, "row" | "span" | "draft"> & {
+  reading: { value: unknown; default: unknown } | undefined;
+};
+
+function Range({ row, span, draft, reading }: RangeProps) {
+  if (row.kind !== "number" || row.access !== "rw") return null;
+  const held = asNumber(reading?.value);
+  const standard = asNumber(reading?.default);
+  const staged = draft?.verdict.ok && draft.verdict.value !== held ? asNumber(draft.verdict.value) : null;
+  const scale = scaleOf(span, [held, standard, staged]);
+  if (!scale) return null;
+  const code = draft && !draft.verdict.ok ? draft.verdict.code : null;
+  const label = text.rows.ruler(full(held, span), full(scale.low, span), full(scale.high, span));
+  const beyond = code === "above" || code === "below" ? code : null;
+  return <Ruler {...{ scale, held, standard, staged, beyond, label }} />;
+}

@@ -1,0 +1,83 @@
+/** Owns the save bar: how many changes on which servo, and buttons that say what they do beside their verb. */
+import { up } from "../state/link";
+import { text } from "../text/en";
+import { Button } from "../ui/button";
+import { Glyph } from "../ui/glyph";
+import { Spinner } from "../ui/icon";
+
+interface Props {
+  name: string;
+  staged: number;
+  wrong: number;
+  ramOnly: number;
+  torqueChanged: boolean;
+  sideEffect: string;
+  busy: boolean;
+  problem: string | null;
+  onDiscard: () => void;
+  onDiff: () => void;
+  onApply: () => void;
+  onSave: () => void;
+}
+
+export function SaveBar(props: Props) {
+  const { name, staged, wrong, ramOnly, busy, problem } = props;
+  const said = text.save;
+  const parts = said.parts(staged, ramOnly);
+  const waits = busy || !up.value;
+  return (
+    <section
+      class="save-bar"
+      data-testid="save-bar"
+      aria-label={said.changes(staged + wrong + ramOnly, name)}
+    >
+      <div class="said">
+        <p class="headline">
+          {said.changes(staged + wrong + ramOnly, name)}
+          {wrong > 0 && (
+            <span class="k-failure plain">
+              , <span data-testid="need-look">{said.needLook(wrong)}</span>
+            </span>
+          )}
+        </p>
+        {problem ? (
+          <p class="problem small" role="alert">
+            <Glyph kind="failure" size={13} /> {problem}
+          </p>
+        ) : (
+          <p class="second small">
+            {parts}
+            {props.torqueChanged && text.save.torqueIsOne}
+            {parts !== "" && ". "}
+            {wrong > 0 && said.invalidNever}
+          </p>
+        )}
+      </div>
+      {busy && (
+        <span class="k-intent working">
+          <Spinner /> {said.working}
+        </span>
+      )}
+      <Button look="plain" testid="discard" disabled={busy || staged + wrong === 0} onClick={props.onDiscard}>
+        {said.discard}
+      </Button>
+      <Button testid="diff" onClick={props.onDiff}>
+        {said.diff} <kbd class="touch-hide">{said.ctrlS}</kbd>
+      </Button>
+      <Button look="two" testid="apply" live disabled={waits || staged === 0} onClick={props.onApply}>
+        {said.apply(staged)}
+        <small>{up.value ? said.applySub : said.noLink}</small>
+      </Button>
+      <Button
+        look="two primary"
+        testid="apply-save"
+        live
+        disabled={waits || staged + ramOnly === 0}
+        onClick={props.onSave}
+      >
+        {staged > 0 ? said.save : said.saveOnly}
+        <small>{up.value ? props.sideEffect : said.noLink}</small>
+      </Button>
+    </section>
+  );
+}

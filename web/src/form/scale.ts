@@ -1,0 +1,29 @@
+/** Owns the ruled range of a row: from where to where, and the place of a value on it. */
+import type { Span } from "./number";
+
+/** Ranges wider than this many times what is used are drawn as far as they are used. */
+const MUCH = 50;
+const TURN = 180;
+
+export interface Scale {
+  low: number;
+  high: number;
+}
+
+/**
+ * The range to draw: the model's own, unless that is so wide (angles may be millions of degrees) that every value
+ * would stand at one end; then a half turn, or as far as the values go.
+ */
+export function scaleOf(span: Span, values: readonly (number | null)[]): Scale | null {
+  if (span.minimum === null || span.maximum === null || span.maximum <= span.minimum) return null;
+  const used = values.flatMap(value => (value === null ? [] : [Math.abs(value)]));
+  const widest = Math.max(Math.abs(span.minimum), Math.abs(span.maximum));
+  const reach = Math.max(TURN, ...used);
+  if (span.unit !== "°" || widest < MUCH * TURN) return { low: span.minimum, high: span.maximum };
+  return { low: Math.max(span.minimum, -reach), high: Math.min(span.maximum, reach) };
+}
+
+/** 0 to 1 along the scale, kept inside. */
+export function placeOf(value: number, scale: Scale): number {
+  return Math.min(1, Math.max(0, (value - scale.low) / (scale.high - scale.low)));
+}

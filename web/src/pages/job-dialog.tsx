@@ -1,0 +1,160 @@
+/** Owns the progress of a save: a time scale, the steps in past tense with their evidence, and how it ended. */
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import type { Job, JobStep } from "../api/types";
+import { angle, withUnit } from "../form/format";
+import { saving } from "../state/apply";
+import { now } from "../state/clock";
+import { angleOf, nameOf, servo } from "../state/fleet";
+import { ended, jobs } from "../state/jobs";
+import { text } from "../text/en";
+import { Button } from "../ui/button";
+import { Dialog } from "../ui/dialog";
+import { Glyph } from "../ui/glyph";
+import { Icon, Spinner } from "../ui/icon";
+
+/** What a save usually takes; the scale grows when it takes longer. */
+const USUAL_S = 3;
+
+export function JobDialog({ uid }: { uid: string }) {
+  const present = saving.value;
+  if (!present || present.uid !== uid || !present.shown) return null;
+  const job = jobs.value.get(present.job);
+  return job ? <Progress job={job} values={present.keys.length} /> : null;
+}
+
+function Progress({ job, values }: { job: Job; values: number }) {
+  const one = servo(job.uid);
+  const name = nameOf(one);
+  const over = ended(job);
+  const elapsed = useElapsed(job, over);
+  const hide = () => {
+    const present = saving.peek();
+    if (present) saving.value = { ...present, shown: false };
+  };
+  const at = job.steps.findIndex(step => step.state === "running");
+  const title = !over
+    ? text.job.title(name)
+    : job.state === "succeeded"
+      ? text.job.done(name)
+      : text.job.failed(name);
+  const subtitle = !over
+    ? text.job.keepOn
+    : job.state === "succeeded"
+      ? text.job.doneText(values)
+      : (job.error?.detail ?? text.job.state[job.state]);
+  return (
+    <Dialog
+      title={title}
+      subtitle={<span class={job.state === "failed" ? "k-failure" : ""}>{subtitle}</span>}
+      testid="job-dialog"
+      onClose={hide}
+      foot={
+        <>
+          <span class="small second">
+            {over ? text.job.state[job.state] : text.job.step(Math.max(1, at + 1), job.steps.length)}
+          </span>
+          <span class="grow" />
+          <span data-first-focus>
+            <Button testid="job-close" onClick={hide}>
+              {over ? text.job.close : text.job.hide}
+            </Button>
+          </span>
+        </>
+      }
+    >
+      <div class="job" data-job-state={job.state}>
+        <TimeScale elapsed={elapsed} />
+        <ol>
+          {job.steps.map(step => (
+            <Step key={step.name} step={step} job={job} />
+          ))}
+        </ol>
+      </div>
+    </Dialog>
+  );
+}
+
+// Times of the job are the server's; while it runs, our own clock since the dialog saw it tells how long.
+function useElapsed(job: Job, over: boolean): number {
+  const began = useSignal(now.peek());
+  useEffect(() => {
+    began.value = now.peek();
+  }, [job.id]);
+  if (over && job.ended_at !== null) return Math.max(0, job.ended_at - job.created_at);
+  return Math.max(0, now.value - began.value);
+}
+
+const WIDTH = 630;
+
+function TimeScale({ elapsed }: { elapsed: number }) {
+  const whole = Math.max(USUAL_S, Math.ceil(elapsed));
+  const minor = whole > 10 ? 1 : 10;
+  let path = `M0 9H${WIDTH}`;
+  for (let i = 0; i <= whole * minor; i++)
+    path += `M${(i * WIDTH) / (whole * minor)} ${i % minor === 0 ? 0 : 5}V9`;
+  const every = Math.max(1, Math.ceil(whole / 6));
+  const marks = Array.from({ length: Math.floor(whole / every) + 1 }, (_, i) => i * every);
+  return (
+    <svg class="time-scale" width="100%" viewBox={`-2 -1 ${WIDTH + 4} 32`} aria-hidden="true">
+      <path d={path} stroke="var(--edge)" fill="none" />
+      <path d={`M0 12H${(Math.min(elapsed, whole) / whole) * WIDTH}`} stroke="var(--ink)" stroke-width="4" />
+      {marks.map(mark => (
+        <text
+          key={mark}
+          x={(mark * WIDTH) / whole}
+          y="28"
+          text-anchor={mark === 0 ? "start" : mark === whole ? "end" : "middle"}
+          font-size="12"
+          fill="var(--ink-2)"
+        >
+          {withUnit(String(mark), "s")}
+        </text>
+      ))}
+    </svg>
+  );
+}
+
+function Step({ step, job }: { step: JobStep; job: Job }) {
+  const one = servo(job.uid);
+  const running = step.state === "running";
+  const live =
+    running && job.step?.includes("soft") && one
+      ? text.job.liveAngle(angle(angleOf(one, now.value).value))
+      : "";
+  const took =
+    step.started_at != null && step.ended_at != null
+      ? withUnit((step.ended_at - step.started_at).toFixed(2), "s")
+      : "";
+  const under = [live, step.evidence ?? ""].filter(Boolean).join(" ");
+  return (
+    <li class={`step ${step.state}`} data-testid={`step-${step.name}`} data-state={step.state}>
+      <StepMark state={step.state} />
+      <span class="step-text">
+        <span class={running ? "strong" : ""}>{step.text}</span>
+        {under !== "" && <small class="second">{under}</small>}
+      </span>
+      <span class="small dim">{step.state === "skipped" ? text.job.stepState.skipped : took}</span>
+      <span class="hidden-text">{text.job.stepState[step.state]}</span>
+    </li>
+  );
+}
+
+function StepMark({ state }: { state: JobStep["state"] }) {
+  if (state === "done") {
+    return (
+      <span class="k-ok">
+        <Icon name="tick" size={16} />
+      </span>
+    );
+  }
+  if (state === "running") {
+    return (
+      <span class="k-intent">
+        <Spinner />
+      </span>
+    );
+  }
+  if (state === "failed") return <Glyph kind="failure" size={14} />;
+  return <span class="ring" data-skipped={state === "skipped"} aria-hidden="true" />;
+}

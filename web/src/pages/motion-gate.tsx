@@ -1,0 +1,72 @@
+/** Owns what stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
+import { angle } from "../form/format";
+import { now } from "../state/clock";
+import { stopped } from "../state/desk";
+import { angleOf, type KnownServo, nameOf } from "../state/fleet";
+import { limitsOf } from "../state/here";
+import { enableMotion, motion, refusal } from "../state/motion";
+import { text } from "../text/en";
+import { Button } from "../ui/button";
+import { Glyph } from "../ui/glyph";
+import { Spinner } from "../ui/icon";
+import { JogDial } from "./jog-dial";
+
+export function MotionGate({ one }: { one: KnownServo }) {
+  const present = motion.value;
+  const name = nameOf(one);
+  const asking = present.phase === "asking";
+  const against = hindrance(one);
+  const why = refusal.value ?? (present.phase === "off" ? present.why : null);
+  const at = angleOf(one, now.value).value;
+  const limits = limitsOf(one.uid);
+  const outside = at !== null && limits !== null && (at > limits.cw + 0.05 || at < limits.ccw - 0.05);
+  return (
+    <section class="gate">
+      <JogDial angle={at} command={null} limits={limits} stale={!one.online} />
+      <div class="gate-text">
+        <h2>{text.motion.off(name)}</h2>
+        <p>{text.motion.what}</p>
+        {outside && <p>{text.motion.outside(angle(at))}</p>}
+        <p class="second">{text.motion.ends}</p>
+        <p class="second">{text.motion.clear}</p>
+        {why !== null && (
+          <p class="refusal" role="alert" data-testid="motion-refusal">
+            <Glyph kind="failure" size={14} /> {why}
+          </p>
+        )}
+        {against !== null && (
+          <p class="refusal" data-testid="motion-hindrance">
+            <Glyph kind="warning" size={15} /> {against}
+          </p>
+        )}
+        <Button
+          look="primary"
+          testid="enable-motion"
+          live
+          disabled={asking || against !== null}
+          onClick={() => void enableMotion(one.uid)}
+        >
+          {asking && <Spinner />}
+          {asking ? text.motion.asking : text.motion.enable(name)}
+        </Button>
+      </div>
+    </section>
+  );
+}
+
+/** What keeps motion from being turned on, known before anybody asks. */
+function hindrance(one: KnownServo): string | null {
+  if (stopped.value) return text.motion.whileStopped;
+  const name = nameOf(one);
+  switch (one.state) {
+    case "ready":
+    case "soft_start":
+      return one.online ? null : text.motion.whileOffline(name);
+    case "offline":
+      return text.motion.whileOffline(name);
+    case "protected":
+      return text.motion.whileProtected(name);
+    default:
+      return text.motion.whileBusy(name);
+  }
+}

@@ -1,0 +1,151 @@
+/** Owns the table of rows: those of a tab, or those that were searched for or changed. */
+import { type Signal, useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import type { Row } from "../api/types";
+import { ParameterRow } from "../form/row";
+import { apply } from "../state/apply";
+import { type Catalog, catalog } from "../state/catalog";
+import { servo } from "../state/fleet";
+import { up } from "../state/link";
+import type { Sheet } from "../state/parameters";
+import { go, pathOf } from "../state/route";
+import { text } from "../text/en";
+import { Button } from "../ui/button";
+import { Icon } from "../ui/icon";
+
+interface Props {
+  sheet: Sheet;
+  tab: Signal<string>;
+  hash: string;
+  wanted: Signal<string>;
+  changedOnly: boolean;
+}
+
+export function Rows({ sheet, tab, hash, wanted, changedOnly }: Props) {
+  const table = useRef<HTMLDivElement>(null);
+  const unlocked = useSignal(false);
+  const known = catalog.value;
+  const has = sheet.keys.value;
+  const here = tab.value;
+
+  useEffect(() => {
+    const row = known && (known.rows.get(hash) ?? [...known.rows.values()].find(one => one.name === hash));
+    if (!row || !has) return;
+    const target = table.current?.querySelector<HTMLElement>(`#row-${row.key}`);
+    target?.scrollIntoView({ block: "center" });
+    target?.querySelector<HTMLElement>("input, button[role=switch]")?.focus();
+  }, [hash, here, has, known]);
+
+  if (sheet.problem.value && !has) {
+    return (
+      <div class="scroll">
+        <p class="notice-line">
+          {text.params.notRead(text.problem(sheet.problem.value))}{" "}
+          <Button live onClick={() => void sheet.load(true)}>
+            {text.params.readAgain}
+          </Button>
+        </p>
+      </div>
+    );
+  }
+  if (!known || !has) return <p class="notice-line scroll">{text.params.reading}</p>;
+
+  const rows = choose(known, sheet, here, wanted.value, changedOnly).filter(row => has.includes(row.key));
+  const goTo = (name: string) => {
+    const row = [...known.rows.values()].find(one => one.name === name);
+    wanted.value = "";
+    if (row) go(pathOf("parameters", sheet.uid, row.key), true);
+  };
+  const experts = rows.filter(row => row.expert);
+  return (
+    <div class="scroll" ref={table}>
+      <div role="table" class="params" aria-label={text.params.title}>
+        <Head />
+        {rows.map(row => (
+          <>
+            {row === experts[0] && !unlocked.value && <Locked row={row} unlocked={unlocked} />}
+            <ParameterRow
+              key={row.key}
+              sheet={sheet}
+              row={row}
+              onGoTo={goTo}
+              onRetry={() => void apply(sheet)}
+              locked={row.expert && !unlocked.value}
+            />
+          </>
+        ))}
+      </div>
+      {rows.length === 0 && (
+        <p class="notice-line">
+          {wanted.value === "" ? text.params.noneChanged : text.params.noneFound(wanted.value)}
+        </p>
+      )}
+      <p class="below">
+        <button type="button" class="link small" disabled={!up.value} onClick={() => void sheet.load(true)}>
+          {text.params.refresh}
+        </button>
+      </p>
+    </div>
+  );
+}
+
+function choose(known: Catalog, sheet: Sheet, tab: string, wanted: string, changedOnly: boolean): Row[] {
+  const all = known.tabs.flatMap(one => one.rows);
+  const words = wanted.trim().toLowerCase();
+  if (words !== "") {
+    return all.filter(row => [row.label, row.name, row.key].some(fact => fact.toLowerCase().includes(words)));
+  }
+  if (changedOnly) {
+    const unsaved = servo(sheet.uid)?.unsaved ?? [];
+    return all.filter(row => sheet.drafts.get(row.key) !== undefined || unsaved.includes(row.key));
+  }
+  return [...(known.tabs.find(one => one.key === tab)?.rows ?? [])];
+}
+
+function Head() {
+  const head = text.params.head;
+  return (
+    <div role="row" class="prow params-head">
+      <span class="p-mark" role="presentation" />
+      <span role="columnheader" class="p-name">
+        {head.parameter}
+      </span>
+      <span role="columnheader" class="p-box">
+        {head.value}
+      </span>
+      <span role="columnheader" class="p-range">
+        {head.range}
+      </span>
+      <span role="columnheader" class="p-held">
+        {head.ram}
+      </span>
+      <span role="columnheader" class="p-held">
+        {head.rom}
+      </span>
+      <span role="columnheader" class="p-held">
+        {head.default}
+      </span>
+    </div>
+  );
+}
+
+function Locked({ row, unlocked }: { row: Row; unlocked: Signal<boolean> }) {
+  return (
+    <div role="row" class="locked small second">
+      <Icon name="lock" size={16} />
+      <span role="cell">
+        <b>{text.params.locked}</b> {row.advice}
+      </span>
+      <span role="cell" class="plain-cell">
+        <Button
+          testid="unlock-expert"
+          onClick={() => {
+            unlocked.value = true;
+          }}
+        >
+          {text.params.unlock}
+        </Button>
+      </span>
+    </div>
+  );
+}

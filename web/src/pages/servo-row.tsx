@@ -1,0 +1,208 @@
+/** Owns one servo's row: horn, angle, who it is, how it is, its last half minute, and whether ROM holds it all. */
+import { useEffect, useRef } from "preact/hooks";
+import { age, angle, NONE, number, withUnit } from "../form/format";
+import { everyFrame } from "../plots/frames";
+import { Sparkline } from "../plots/sparkline";
+import { now } from "../state/clock";
+import { angleOf, type KnownServo, nameOf, servo } from "../state/fleet";
+import { conditionHere, limitsOf } from "../state/here";
+import { connection, up } from "../state/link";
+import { sheetOf } from "../state/parameters";
+import { pathOf } from "../state/route";
+import { telemetry } from "../telemetry/store";
+import { text } from "../text/en";
+import { Dial } from "../ui/dial";
+import { Glyph } from "../ui/glyph";
+import { Icon } from "../ui/icon";
+import { follow } from "../ui/rail";
+import { Nickname } from "./nickname";
+
+/** A servo tells its angle ten times a second; batches on their way take the rest. */
+export const ANGLE_STALE_S = 0.5;
+
+export function ServoRow({ uid }: { uid: string }) {
+  const one = servo(uid);
+  const round = connection.value;
+  const settled = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
+  const model = one?.model;
+  // Read anew after each connection, restart and identification.
+  useEffect(() => {
+    void sheetOf(uid).load();
+  }, [uid, round, settled, model]);
+  if (!one) return null;
+  const condition = conditionHere(one);
+  return (
+    <div
+      role="row"
+      class={`servo-grid servo-row ${one.online ? "" : "away"}`}
+      data-testid={`servo-row-${uid}`}
+      data-kind={condition.kind}
+      data-state={one.state}
+    >
+      <span role="cell" class="c-dial">
+        <LiveDial one={one} size={56} />
+      </span>
+      <LiveAngle one={one} />
+      <span role="cell" class="c-name">
+        <NameCell one={one} />
+      </span>
+      <span role="cell" class="c-ids">
+        <span>
+          {one.servo_id ?? NONE} <span class="dim">/</span> {one.node_id ?? NONE}
+        </span>
+        <small>{text.servos.firmware(one.firmware ?? NONE)}</small>
+      </span>
+      <span role="cell" class="c-health">
+        <Glyph kind={condition.kind} />
+        <span>
+          <span class={condition.kind === "ok" ? "" : condition.kind === "offline" ? "strong dim" : "strong"}>
+            {condition.headline}
+          </span>
+          <small class={condition.alarming ? "strong k-failure" : "second"}>
+            {condition.line || "\u00a0"}
+          </small>
+        </span>
+      </span>
+      <span role="cell" class="c-spark">
+        <Spark one={one} />
+      </span>
+      <SupplyCell one={one} />
+      <AgeCell one={one} />
+      <span role="cell" class="c-rom small">
+        <RomCell one={one} />
+      </span>
+    </div>
+  );
+}
+
+function isStale(one: KnownServo, old: number | null): boolean {
+  return !up.value || !one.online || old === null || old > ANGLE_STALE_S;
+}
+
+/** The dial of a servo, kept up to date by itself. */
+export function LiveDial({ one, size }: { one: KnownServo; size: number }) {
+  const present = angleOf(one, now.value);
+  return (
+    <Dial
+      size={size}
+      angle={present.value}
+      command={one.command_deg}
+      limits={limitsOf(one.uid)}
+      stale={isStale(one, present.age)}
+    />
+  );
+}
+
+function LiveAngle({ one }: { one: KnownServo }) {
+  const present = angleOf(one, now.value);
+  const stale = isStale(one, present.age);
+  return (
+    <span role="cell" class={`c-angle right ${stale ? "dim" : ""}`} data-stale={stale}>
+      {angle(present.value)}
+    </span>
+  );
+}
+
+function NameCell({ one }: { one: KnownServo }) {
+  const path = pathOf("parameters", one.uid);
+  const name = nameOf(one);
+  return (
+    <>
+      <span class="name-line">
+        <a
+          class="row-link strong"
+          href={path}
+          title={text.servos.open(name)}
+          onClick={event => follow(event, path)}
+        >
+          {name}
+        </a>
+        <Nickname uid={one.uid} label={one.label} name={name} />
+      </span>
+      <small>
+        {one.model ?? text.servos.unknownModel}
+        {one.serial ? `, ${one.serial}` : ""}
+      </small>
+    </>
+  );
+}
+
+function Spark({ one }: { one: KnownServo }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const spark = useRef<Sparkline | null>(null);
+  useEffect(() => {
+    const box = canvas.current;
+    if (!box) return undefined;
+    const drawn = new Sparkline(box, telemetry, one.uid);
+    spark.current = drawn;
+    return everyFrame(box, 4, at => drawn.draw(at));
+  }, [one.uid]);
+  const limits = limitsOf(one.uid);
+  const online = one.online && up.value;
+  useEffect(() => {
+    if (!spark.current) return;
+    spark.current.limits = limits;
+    spark.current.online = online;
+    spark.current.noData = text.servos.noData;
+  });
+  return <canvas ref={canvas} class="spark" role="img" aria-label={text.servos.sparkline(nameOf(one))} />;
+}
+
+/** Figures polled seldom are old after this; the row's own age column is the angle's. */
+const SUPPLY_STALE_S = 15;
+
+function SupplyCell({ one }: { one: KnownServo }) {
+  const volt = slow(one, "current_voltage");
+  const degrees = slow(one, "current_temperature");
+  return (
+    <span role="cell" class="c-supply">
+      <span class={volt.stale ? "dim" : ""}>
+        {withUnit(volt.value === null ? NONE : number(volt.value, 1), "V")}
+      </span>
+      <small class={degrees.stale ? "dim" : "second"}>
+        {withUnit(degrees.value === null ? NONE : number(degrees.value, 0), "°C")}
+      </small>
+    </span>
+  );
+}
+
+function slow(one: KnownServo, key: string): { value: number | null; stale: boolean } {
+  if (!one.online) return { value: null, stale: true };
+  const at = now.value;
+  const sample = telemetry.latest(one.uid, key, at);
+  const reading = sheetOf(one.uid).reading(key).value;
+  const told = reading?.readAt == null ? null : at - reading.readAt;
+  if (sample && (told === null || sample.age <= told)) {
+    return { value: sample.value, stale: !up.value || sample.age > SUPPLY_STALE_S };
+  }
+  const value = typeof reading?.value === "number" ? reading.value : null;
+  return { value, stale: !up.value || told === null || told > SUPPLY_STALE_S };
+}
+
+function AgeCell({ one }: { one: KnownServo }) {
+  const present = angleOf(one, now.value);
+  const stale = isStale(one, present.age);
+  return (
+    <span role="cell" class={`c-age small ${stale ? "strong" : "dim"}`}>
+      {present.age === null ? NONE : age(present.age)}
+    </span>
+  );
+}
+
+function RomCell({ one }: { one: KnownServo }) {
+  if (one.unsaved.length > 0) {
+    return (
+      <span class="half k-intent">
+        <Icon name="half" size={16} />
+        {text.servos.ramOnly(one.unsaved.length)}
+      </span>
+    );
+  }
+  return <span class="dim">{romKnown(one) ? text.servos.saved : text.servos.notKnown}</span>;
+}
+
+// "Saved" is said only when something of ROM is known: else silence would read as a promise.
+function romKnown(one: KnownServo): boolean {
+  const reading = sheetOf(one.uid).reading("angle_limit_cw").value;
+  return one.online && reading !== undefined && reading.rom !== null;
+}

@@ -1,0 +1,103 @@
+/** Owns the tabs of the Parameters page: a group each, with what is changed in it. */
+import { type Signal, useSignalEffect } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import type { Tab } from "../state/catalog";
+import { staged, wrong } from "../state/draft";
+import { servo } from "../state/fleet";
+import type { Sheet } from "../state/parameters";
+import { narrow } from "../state/screen";
+import { text } from "../text/en";
+import { Icon } from "../ui/icon";
+
+/** On a narrow screen the live panel is a tab of its own. */
+export const LIVE_TAB = "live";
+
+interface Props {
+  sheet: Sheet;
+  tabs: readonly Tab[];
+  chosen: Signal<string>;
+  hash: string;
+  pwm: boolean | null;
+}
+
+export function Tabs({ sheet, tabs, chosen, hash, pwm }: Props) {
+  const list = useRef<HTMLDivElement>(null);
+  const has = sheet.keys.value;
+  const shown = tabs
+    .map(tab => ({ ...tab, rows: tab.rows.filter(row => has?.includes(row.key) ?? true) }))
+    .filter(tab => tab.rows.length > 0);
+  // A link to a parameter opens its tab; without one the first is open.
+  useEffect(() => {
+    const wanted = tabs.find(tab => tab.rows.some(row => row.key === hash || row.name === hash));
+    if (wanted) chosen.value = wanted.key;
+  }, [hash, tabs]);
+  useSignalEffect(() => {
+    const valid = chosen.value === LIVE_TAB ? narrow.value : tabs.some(tab => tab.key === chosen.value);
+    if (!valid) chosen.value = tabs[0]?.key ?? "";
+  });
+  const move = (event: KeyboardEvent) => {
+    const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    if (way === 0) return;
+    const all = [...(list.current?.querySelectorAll<HTMLElement>("[role=tab]") ?? [])];
+    const next = all[(all.indexOf(document.activeElement as HTMLElement) + way + all.length) % all.length];
+    next?.focus();
+    next?.click();
+  };
+  return (
+    <div class="tabs">
+      <div ref={list} role="tablist" aria-label={text.params.title} tabIndex={-1} onKeyDown={move}>
+        {shown.map(tab => (
+          <TabButton key={tab.key} tab={tab} sheet={sheet} chosen={chosen} />
+        ))}
+        {narrow.value && (
+          <button
+            type="button"
+            role="tab"
+            aria-selected={chosen.value === LIVE_TAB}
+            data-testid="tab-live"
+            onClick={() => {
+              chosen.value = LIVE_TAB;
+            }}
+          >
+            {text.params.live}
+          </button>
+        )}
+      </div>
+      {pwm === false && <span class="small second touch-hide">{text.params.noPwm}</span>}
+    </div>
+  );
+}
+
+function TabButton({ tab, sheet, chosen }: { tab: Tab; sheet: Sheet; chosen: Signal<string> }) {
+  const drafts = sheet.drafts.map.value;
+  const values = staged(drafts, key => sheet.held(key));
+  const bad = wrong(drafts);
+  const unsaved = servo(sheet.uid)?.unsaved ?? [];
+  const keys = tab.rows.map(row => row.key);
+  const isStaged = keys.some(key => values.has(key));
+  const isWrong = keys.some(key => bad.includes(key));
+  const isHalf = keys.some(key => unsaved.includes(key));
+  const selected = chosen.value === tab.key;
+  return (
+    <button
+      type="button"
+      role="tab"
+      aria-selected={selected}
+      tabIndex={selected ? 0 : -1}
+      data-testid={`tab-${tab.key}`}
+      title={tab.description}
+      onClick={() => {
+        chosen.value = tab.key;
+      }}
+    >
+      {tab.label} <span class="count">{tab.rows.length}</span>
+      {isWrong && <span class="k-failure">■</span>}
+      {!isWrong && isStaged && <span class="k-intent">●</span>}
+      {!isWrong && !isStaged && isHalf && (
+        <span class="k-intent">
+          <Icon name="half" size={13} />
+        </span>
+      )}
+    </button>
+  );
+}

@@ -1,0 +1,39 @@
+/** Owns the Torque off button of a servo's page: needs no lease and asks nothing. */
+import { useSignal } from "@preact/signals";
+import { ask, problemOf } from "../api/client";
+import type { Reading } from "../api/types";
+import { servo } from "../state/fleet";
+import { sheetOf } from "../state/parameters";
+import { text } from "../text/en";
+import { Button } from "../ui/button";
+
+export function TorqueOff({ uid }: { uid: string }) {
+  const problem = useSignal<string | null>(null);
+  const sheet = sheetOf(uid);
+  const mode = sheet.held("torque_mode");
+  const press = async () => {
+    problem.value = null;
+    try {
+      sheet.put(await ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" } }));
+    } catch (error) {
+      problem.value = text.params.torqueOffFailed(text.problem(problemOf(error)));
+    }
+  };
+  return (
+    <>
+      {problem.value && (
+        <span class="small k-failure" role="alert">
+          {problem.value}
+        </span>
+      )}
+      <Button
+        live
+        testid="torque-off"
+        disabled={servo(uid)?.online !== true || mode === "off"}
+        onClick={() => void press()}
+      >
+        {text.params.torqueOff}
+      </Button>
+    </>
+  );
+}

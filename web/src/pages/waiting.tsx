@@ -1,0 +1,69 @@
+/** Owns the entries of nodes that wait for a node id: heard, second part, third part. */
+import { useEffect } from "preact/hooks";
+import { ask } from "../api/client";
+import type { Allocations } from "../api/types";
+import { age } from "../form/format";
+import { monotonic, now } from "../state/clock";
+import { pending } from "../state/fleet";
+import { up } from "../state/link";
+import { text } from "../text/en";
+import { Glyph } from "../ui/glyph";
+import { Icon, Spinner } from "../ui/icon";
+
+const ASK_MS = 1000;
+
+/** Asks each second who is waiting, while the page is shown: nothing streams it. */
+export function usePending(): void {
+  useEffect(() => {
+    const look = async () => {
+      if (document.hidden || !up.peek()) return;
+      try {
+        const answer = await ask<Allocations>("GET", "/allocations");
+        const heardAt = monotonic();
+        pending.value = answer.pending.map(one => ({ ...one, heardAt }));
+      } catch {
+        pending.value = [];
+      }
+    };
+    void look();
+    const timer = setInterval(() => void look(), ASK_MS);
+    return () => clearInterval(timer);
+  }, []);
+}
+
+export function Waiting() {
+  return (
+    <>
+      {pending.value.map(one => (
+        <div key={one.uid_part} class="waiting" data-testid={`waiting-${one.uid_part}`}>
+          <Glyph kind="identifying" />
+          <span class="strong">{text.servos.waiting}</span>
+          <span class="mono dim">{shorten(one.uid_part)}</span>
+          <span class="stages small">
+            {text.servos.stages.map((word, place) => (
+              <span key={word} class={place > one.stage ? "dim" : "second"}>
+                {place < one.stage && (
+                  <span class="k-ok">
+                    <Icon name="tick" size={14} />
+                  </span>
+                )}
+                {place === one.stage && (
+                  <span class="k-intent">
+                    <Spinner size={14} />
+                  </span>
+                )}
+                {word}
+                {place === one.stage && `, ${age(one.age_s + Math.max(0, now.value - one.heardAt))}`}
+              </span>
+            ))}
+          </span>
+          <span class="small dim usual">{text.servos.usually}</span>
+        </div>
+      ))}
+    </>
+  );
+}
+
+function shorten(part: string): string {
+  return part.length > 8 ? `${part.slice(0, 4)}…${part.slice(-4)}` : part;
+}

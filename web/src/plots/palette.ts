@@ -1,0 +1,38 @@
+/** Owns the colours of canvases: the tokens as the theme has them now. */
+
+export interface Palette {
+  ink: string;
+  ink2: string;
+  ink3: string;
+  line: string;
+  edge: string;
+  well: string;
+  panel: string;
+  intent: string;
+  limit: string;
+  font: string;
+}
+
+let cached: Palette | null = null;
+let of: string | undefined;
+
+export function palette(): Palette {
+  const root = document.documentElement;
+  if (cached && of === root.dataset.theme) return cached;
+  const style = getComputedStyle(root);
+  const token = (name: string) => style.getPropertyValue(name).trim();
+  of = root.dataset.theme;
+  cached = {
+    ink: token("--ink"),
+    ink2: token("--ink-2"),
+    ink3: token("--ink-3"),
+    line: token("--line"),
+    edge: token("--edge"),
+    well: token("--well"),
+    panel: token("--panel"),
+    intent: token("--intent"),
+    limit: token("--limit"),
+    font: token("--font"),
+  };
+  return cached;
+}

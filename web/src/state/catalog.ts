@@ -1,0 +1,44 @@
+/** Owns the parameter catalogue: rows, groups as tabs, fault bits. Loaded once per schema revision. */
+import { signal } from "@preact/signals";
+import { ask } from "../api/client";
+import type { FaultRow, Row, Schema } from "../api/types";
+
+export interface Tab {
+  key: string;
+  label: string;
+  description: string;
+  rows: readonly Row[];
+}
+
+export interface Catalog {
+  revision: string;
+  tabs: readonly Tab[];
+  rows: ReadonlyMap<string, Row>;
+  faults: readonly FaultRow[];
+}
+
+export const catalog = signal<Catalog | null>(null);
+
+/** Groups that are told, measured or run rather than set: no tab of theirs. */
+const ELSEWHERE = new Set(["command", "status", "operation", "faults"]);
+/** The production date is part of what a servo is. */
+const MERGED: Readonly<Record<string, string>> = { production: "product" };
+
+export function build(schema: Schema): Catalog {
+  const rows = new Map(schema.parameters.filter(row => row.access !== "w").map(row => [row.key, row]));
+  const tabs = schema.groups
+    .filter(group => !ELSEWHERE.has(group.key) && !(group.key in MERGED))
+    .map(group => ({
+      key: group.key,
+      label: group.label,
+      description: group.description,
+      rows: [...rows.values()].filter(row => (MERGED[row.group] ?? row.group) === group.key),
+    }))
+    .filter(tab => tab.rows.length > 0);
+  return { revision: schema.revision, tabs, rows, faults: schema.faults };
+}
+
+export async function loadCatalog(revision?: string): Promise<void> {
+  if (revision !== undefined && catalog.peek()?.revision === revision) return;
+  catalog.value = build(await ask<Schema>("GET", "/schema"));
+}

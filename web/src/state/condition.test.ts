@@ -1,0 +1,131 @@
+/** What is said of a servo's health, and what outranks what. */
+import { describe, expect, test } from "vitest";
+import type { Stop } from "../api/types";
+import { conditionOf, type Facts, needsAttention } from "./condition";
+import type { KnownServo } from "./fleet";
+
+const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
+  uid: "a".repeat(32),
+  node_id: 11,
+  servo_id: 1,
+  label: "Gripper",
+  name: "",
+  model: "BLA21-06U-A0",
+  series: "BLA21",
+  pwm: false,
+  firmware: "1.300",
+  hardware_version: 6010,
+  serial: "61-000001",
+  production_date: null,
+  known_model: true,
+  online: true,
+  state: "ready",
+  health: "ok",
+  mode: "operational",
+  uptime_s: 1,
+  angle_deg: 0,
+  command_deg: null,
+  age_s: 0,
+  unsaved: [],
+  faults: { notification: 0, warning: 0, failure: 0 },
+  bus: "can0",
+  angleAt: 100,
+  ...more,
+});
+
+const faults: Facts["faults"] = [
+  {
+    level: "failure",
+    bit: 1,
+    key: "motor_signal",
+    label: "Motor signal",
+    advice: "Take it out of use and repair it.",
+  },
+  { level: "warning", bit: 4, key: "magnet_weak", label: "Weak sensor magnet", advice: "Plan a repair." },
+  { level: "warning", bit: 8, key: "temperature_high", label: "Temperature high", advice: "Let it cool." },
+  { level: "notification", bit: 8, key: "angle_limit_cw", label: "At CW angle limit", advice: "" },
+];
+
+const facts = (more: Partial<Facts> = {}): Facts => ({
+  faults,
+  torque: "on",
+  temperature: null,
+  now: 114,
+  stop: null,
+  ...more,
+});
+
+const bits = (level: "failure" | "warning" | "notification", word: number) => ({
+  faults: { ...servo().faults, [level]: word },
+});
+
+describe("conditionOf", () => {
+  test.each<[string, Partial<KnownServo>, string, string]>([
+    ["well", {}, "ok", "OK"],
+    ["a notice", bits("notification", 1 << 8), "notice", "Notice: at CW angle limit"],
+    ["a warning", bits("warning", 1 << 4), "warning", "Warning: weak sensor magnet"],
+    ["a failure", bits("failure", 1 << 1), "failure", "Failure: motor signal"],
+    [
+      "several bits",
+      bits("warning", (1 << 4) | (1 << 8)),
+      "warning",
+      "Warning: weak sensor magnet and 1 more",
+    ],
+    ["a bit without a name", bits("failure", 2 ** 31), "failure", "Failure: bit 31 (undocumented)"],
+    ["saving", { state: "saving" }, "busy", "Saving to ROM"],
+    ["soft start", { state: "soft_start" }, "busy", "Soft start"],
+    ["identifying", { state: "identifying" }, "identifying", "Identifying"],
+    [
+      "a failure while saving",
+      { state: "saving", ...bits("failure", 2) },
+      "failure",
+      "Failure: motor signal",
+    ],
+    [
+      "offline",
+      { online: false, state: "offline", ...bits("failure", 2) },
+      "offline",
+      "Offline for 14\u202fs",
+    ],
+    ["never heard", { online: false, state: "offline", angleAt: null }, "offline", "Offline"],
+    ["health without bits", { health: "critical" }, "failure", "Failure: it reports a critical state"],
+    ["words not read yet", { faults: { notification: null, warning: null, failure: null } }, "ok", "OK"],
+  ])("%s", (_, more, kind, headline) => {
+    expect(conditionOf(servo(more), facts())).toMatchObject({ kind, headline });
+  });
+
+  test("protection says how hot it is, where that is why", () => {
+    const hot = servo({ state: "protected", ...bits("warning", 1 << 8) });
+    expect(conditionOf(hot, facts({ temperature: 81 })).headline).toBe("Protected: 81\u202f°C, output off");
+    expect(conditionOf(hot, facts()).headline).toBe("Protected: temperature high");
+  });
+
+  test("a well servo says what its output does", () => {
+    expect(conditionOf(servo(), facts({ torque: "on" })).line).toBe("Holding, torque on");
+    expect(conditionOf(servo(), facts({ torque: "off" })).line).toBe("Torque off");
+    expect(conditionOf(servo(), facts({ torque: undefined })).line).toBe("");
+  });
+
+  test("while stopped each says whether it confirmed", () => {
+    const stop = (confirmed: boolean): Stop => ({
+      latched: true,
+      mode: "off",
+      at: 0,
+      by: "you",
+      reason: "",
+      servos: [{ uid: servo().uid, label: "Gripper", confirmed, ms: confirmed ? 4.2 : null }],
+    });
+    expect(conditionOf(servo(), facts({ stop: stop(true) })).line).toBe("Torque off, confirmed in 4\u202fms");
+    expect(conditionOf(servo(), facts({ stop: stop(false) }))).toMatchObject({
+      line: "Did not answer the stop",
+      alarming: true,
+    });
+  });
+
+  test("what needs attention", () => {
+    expect((["ok", "busy", "identifying"] as const).map(needsAttention)).toEqual([false, false, false]);
+    expect((["notice", "warning", "protected", "failure", "offline"] as const).every(needsAttention)).toBe(
+      true,
+    );
+  });
+});

@@ -1,0 +1,37 @@
+/** Owns what is true for the whole bench: bus, lease, stop latch, events. */
+import { computed, signal } from "@preact/signals";
+import type { Bus, EventLevel, LeaseView, Stop } from "../api/types";
+import { monotonic } from "./clock";
+
+export const bus = signal<Bus | null>(null);
+
+export interface HeldLease extends LeaseView {
+  /** When it ends, on our monotonic clock. */
+  endsAt: number;
+}
+
+export const lease = signal<HeldLease | null>(null);
+
+export function setLease(view: LeaseView | null | undefined): void {
+  lease.value = view ? { ...view, endsAt: monotonic() + view.expires_in_s } : null;
+}
+
+export const stop = signal<Stop | null>(null);
+export const stopped = computed(() => stop.value?.latched ?? false);
+
+export interface BenchEvent {
+  at: number;
+  level: EventLevel;
+  uid: string | null;
+  code: string;
+  text: string;
+}
+
+const KEPT = 300;
+
+/** Newest first. */
+export const events = signal<readonly BenchEvent[]>([]);
+
+export function addEvent(event: BenchEvent): void {
+  events.value = [event, ...events.peek()].slice(0, KEPT);
+}

@@ -1,0 +1,105 @@
+/** Owns the servos the server knows, one signal each, told at most ten times a second. */
+import { computed, type Signal, signal } from "@preact/signals";
+import type { PendingAllocation, Servo } from "../api/types";
+import { telemetry } from "../telemetry/store";
+import { monotonic } from "./clock";
+
+export interface KnownServo extends Servo {
+  /** Our monotonic time at which `angle_deg` was taken, as far as known. */
+  angleAt: number | null;
+}
+
+const servos = new Map<string, Signal<KnownServo>>();
+const order = signal<readonly string[]>([]);
+const waiting = new Map<string, KnownServo>();
+let timer: ReturnType<typeof setTimeout> | undefined;
+
+const FLUSH_MS = 100;
+
+/** Whether the list has been read at least once. */
+export const loaded = signal(false);
+export const pending = signal<readonly (PendingAllocation & { heardAt: number })[]>([]);
+
+/** Unique ids in the order to list them: by servo id, then by serial. */
+export const uids = computed(() => order.value);
+
+export const all = computed(() => uids.value.flatMap(uid => servos.get(uid)?.value ?? []));
+
+export function servo(uid: string | null): KnownServo | undefined {
+  // Reading the order as well tells a component of a servo that arrives later.
+  return uid !== null && order.value.includes(uid) ? servos.get(uid)?.value : undefined;
+}
+
+export function peekServo(uid: string): KnownServo | undefined {
+  return servos.get(uid)?.peek();
+}
+
+/** What to call a servo in a sentence. */
+export function nameOf(one: Servo | undefined): string {
+  if (!one) return "";
+  return one.label || one.serial || one.name || `${one.uid.slice(0, 4)}…${one.uid.slice(-4)}`;
+}
+
+/** The whole list, as GET /servos gives it. */
+export function replaceAll(list: Servo[]): void {
+  const known = new Set(list.map(one => one.uid));
+  for (const uid of servos.keys()) if (!known.has(uid)) servos.delete(uid);
+  for (const one of list) waiting.set(one.uid, stamp(one));
+  flush();
+  loaded.value = true;
+  if (order.peek().length !== servos.size) sort();
+}
+
+/** Changed servos, whole. */
+export function change(list: Servo[]): void {
+  for (const one of list) waiting.set(one.uid, stamp(one));
+  timer ??= setTimeout(flush, FLUSH_MS);
+}
+
+function stamp(one: Servo): KnownServo {
+  return { ...one, angleAt: one.age_s === null ? null : monotonic() - one.age_s };
+}
+
+function flush(): void {
+  clearTimeout(timer);
+  timer = undefined;
+  let resort = false;
+  for (const [uid, one] of waiting) {
+    const known = servos.get(uid);
+    if (!known) {
+      servos.set(uid, signal(one));
+      resort = true;
+    } else {
+      const before = known.peek();
+      resort ||= before.servo_id !== one.servo_id || before.serial !== one.serial;
+      known.value = one;
+    }
+  }
+  waiting.clear();
+  if (resort) sort();
+}
+
+function sort(): void {
+  const place = (one: KnownServo) => (one.servo_id === null || one.servo_id === 0 ? 999 : one.servo_id);
+  order.value = [...servos.values()]
+    .map(one => one.peek())
+    .sort(
+      (a, b) =>
+        place(a) - place(b) || (a.serial ?? "").localeCompare(b.serial ?? "") || a.uid.localeCompare(b.uid),
+    )
+    .map(one => one.uid);
+}
+
+export interface Angle {
+  value: number | null;
+  /** Seconds, null while never heard. */
+  age: number | null;
+}
+
+/** The newest angle of a servo from whichever source is fresher, at our time `at`. */
+export function angleOf(one: KnownServo, at: number): Angle {
+  const sample = telemetry.latest(one.uid, "current_angle", at);
+  const told = one.angleAt === null ? null : Math.max(0, at - one.angleAt);
+  if (sample && (told === null || sample.age <= told)) return sample;
+  return { value: one.angle_deg, age: told };
+}

@@ -1,0 +1,37 @@
+/** Owns jobs as they are told over the socket, and asked for where the socket said nothing. */
+import { signal } from "@preact/signals";
+import { ask } from "../api/client";
+import type { Job } from "../api/types";
+
+export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
+
+export function setJob(job: Job): void {
+  const known = jobs.peek().get(job.id);
+  if (known && ended(known) && !ended(job)) return;
+  jobs.value = new Map(jobs.peek()).set(job.id, job);
+}
+
+export function ended(job: Job): boolean {
+  return job.state === "succeeded" || job.state === "failed" || job.state === "cancelled";
+}
+
+const ASK_MS = 1000;
+
+/** Resolves when the job has ended. Asks each second too, so a lost socket message delays but never hides the end. */
+export function settled(id: string): Promise<Job> {
+  return new Promise(resolve => {
+    const done = (job: Job) => {
+      clearInterval(timer);
+      forget();
+      resolve(job);
+    };
+    const timer = setInterval(() => {
+      ask<Job>("GET", `/jobs/${id}`).then(setJob, () => undefined);
+    }, ASK_MS);
+    const forget = jobs.subscribe(known => {
+      const job = known.get(id);
+      // Not within subscribe's own first call: `forget` does not exist yet.
+      if (job && ended(job)) queueMicrotask(() => done(job));
+    });
+  });
+}

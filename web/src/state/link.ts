@@ -1,0 +1,134 @@
+/** Owns the connection to the server: what is asked anew when it comes back, and where its messages go. */
+import { computed, signal } from "@preact/signals";
+import { API, ask } from "../api/client";
+import { type LinkState, Live } from "../api/live";
+import type { Bus, ClientMessage, LeaseView, ServerMessage, Servo, Stop } from "../api/types";
+import { telemetry } from "../telemetry/store";
+import { loadCatalog } from "./catalog";
+import { monotonic } from "./clock";
+import { addEvent, bus, setLease, stop } from "./desk";
+import * as fleet from "./fleet";
+import { setJob } from "./jobs";
+import { hear } from "./parameters";
+
+export interface Link {
+  state: LinkState;
+  /** When it came to this state, on our monotonic clock. */
+  since: number;
+}
+
+export const link = signal<Link>({ state: "connecting", since: monotonic() });
+
+/** Whether controls may act: false from the moment the socket is lost. */
+export const up = computed(() => link.value.state === "up");
+
+/** How often the link has come up; a change means that everything was asked anew. */
+export const connection = signal(0);
+
+export const version = signal("");
+export const demo = signal(false);
+
+type ErrorMessage = Extract<ServerMessage, { type: "error" }>;
+const refusals = new Set<(error: ErrorMessage) => void>();
+
+/** Told when the server could not do what was asked over the socket. */
+export function onRefusal(act: (error: ErrorMessage) => void): () => void {
+  refusals.add(act);
+  return () => refusals.delete(act);
+}
+
+const greeting = (): ClientMessage[] => [
+  { type: "subscribe", topics: ["servos", "telemetry", "events", "jobs", "bus"], uids: null },
+];
+
+const address = () => `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${API}/ws`;
+
+export const live = new Live({
+  open: () => new WebSocket(address()),
+  greeting,
+  onMessage: receive,
+  onState: state => {
+    link.value = { state, since: monotonic() };
+    if (state === "up") {
+      connection.value += 1;
+      void refetch();
+    }
+  },
+});
+
+let utcOffset = Number.NaN;
+/** The server's monotonic clock jumps when it is started again; what was drawn before then means nothing. */
+const SAME_CLOCK_S = 1;
+
+function receive(message: ServerMessage): void {
+  switch (message.type) {
+    case "hello":
+      if (Math.abs(message.utc_offset - utcOffset) > SAME_CLOCK_S) telemetry.clear();
+      utcOffset = message.utc_offset;
+      version.value = message.version;
+      demo.value = message.demo;
+      void loadCatalog(message.schema_revision).catch(() => undefined);
+      break;
+    case "servos":
+      fleet.change(message.servos);
+      break;
+    case "telemetry": {
+      const arrived = monotonic();
+      for (const [key, column] of Object.entries(message.channels)) {
+        telemetry.push(message.uid, key, column.t, column.v, arrived);
+      }
+      break;
+    }
+    case "parameter":
+      hear(message.uid, message.reading);
+      break;
+    case "event":
+      addEvent(message);
+      break;
+    case "job":
+      setJob(message.job);
+      break;
+    case "bus":
+      bus.value = message.bus;
+      break;
+    case "lease":
+      setLease(message.lease);
+      break;
+    case "stop":
+      stop.value = message.stop;
+      break;
+    case "error":
+      for (const act of refusals) act(message);
+      break;
+  }
+}
+
+const AGAIN_MS = 1000;
+
+/** Asks for everything the socket only tells changes of; again until it is all there. */
+async function refetch(): Promise<void> {
+  const round = connection.peek();
+  const results = await Promise.allSettled([
+    ask<Servo[]>("GET", "/servos").then(fleet.replaceAll),
+    ask<Bus>("GET", "/bus").then(answer => {
+      bus.value = answer;
+    }),
+    ask<LeaseView[] | LeaseView | null>("GET", "/leases").then(answer => {
+      setLease(Array.isArray(answer) ? answer[0] : answer);
+    }),
+    ask<Stop>("GET", "/stop").then(answer => {
+      stop.value = answer;
+    }),
+    loadCatalog(),
+  ]);
+  const missing = results.some(result => result.status === "rejected");
+  if (missing && up.peek() && round === connection.peek()) setTimeout(() => void refetch(), AGAIN_MS);
+}
+
+export function startLink(): void {
+  live.start();
+  addEventListener("online", () => live.hurry());
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) live.hurry();
+  });
+}

@@ -1,0 +1,60 @@
+/** Owns the address bar: which page is shown, of which servo, at which parameter. */
+import { computed, signal } from "@preact/signals";
+
+export type Page = "servos" | "parameters" | "motion";
+
+export interface Route {
+  page: Page;
+  uid: string | null;
+  /** The parameter key behind the #. */
+  hash: string;
+}
+
+const SERVO = /^\/servos\/([0-9a-f]{32})\/(parameters|motion)\/?$/;
+
+export function parse(path: string, hash: string): Route {
+  const found = SERVO.exec(path);
+  if (!found?.[1]) return { page: "servos", uid: null, hash: "" };
+  return { page: found[2] as Page, uid: found[1], hash: decodeURIComponent(hash.replace(/^#/, "")) };
+}
+
+export function pathOf(page: Page, uid: string | null, hash = ""): string {
+  if (page === "servos" || uid === null) return "/servos";
+  return `/servos/${uid}/${page}${hash === "" ? "" : `#${hash}`}`;
+}
+
+const here = () => parse(location.pathname, location.hash);
+
+export const route = signal<Route>(here());
+
+/** The servo last looked at: where the rail's Parameters and Motion lead. */
+export const lastUid = signal<string | null>(route.peek().uid);
+
+export const page = computed(() => route.value.page);
+
+/** Asked before another page is shown; motion ends there. */
+const leaving = new Set<() => void>();
+
+export function onLeave(act: () => void): () => void {
+  leaving.add(act);
+  return () => leaving.delete(act);
+}
+
+export function go(path: string, replace = false): void {
+  if (replace) history.replaceState(null, "", path);
+  else history.pushState(null, "", path);
+  follow();
+}
+
+function follow(): void {
+  const next = here();
+  const before = route.peek();
+  if (next.page !== before.page || next.uid !== before.uid) for (const act of leaving) act();
+  if (next.uid) lastUid.value = next.uid;
+  route.value = next;
+}
+
+export function startRoute(): void {
+  if (location.pathname === "/") go("/servos", true);
+  addEventListener("popstate", follow);
+}

@@ -1,0 +1,16 @@
+/** Owns what the window is: narrow like a tablet, and whether a finger may be what points. */
+import { type Signal, signal } from "@preact/signals";
+
+function follow(query: string): Signal<boolean> {
+  const list = matchMedia(query);
+  const found = signal(list.matches);
+  list.addEventListener("change", event => {
+    found.value = event.matches;
+  });
+  return found;
+}
+
+export const narrow = follow("(max-width: 1024px)");
+
+/** Touch density, as the style sheets have it. */
+export const touch = follow("(any-pointer: coarse), (max-width: 1024px)");

@@ -1,0 +1,42 @@
+/** Owns Stop as the page sends it: both ways at once, never waiting for anything. */
+import { signal } from "@preact/signals";
+import { ask, problemOf } from "../api/client";
+import type { Stop } from "../api/types";
+import { text } from "../text/en";
+import { stop } from "./desk";
+import { live, up } from "./link";
+import { forgetMotion, holder } from "./motion";
+
+export type Cause = "button" | "Esc" | "Space";
+
+/** A stop that reached nobody: said in words until one does. */
+export const unsent = signal<string | null>(null);
+
+/** Torque off on every servo. Over the socket and over REST, whichever is there first. */
+export function pressStop(cause: Cause): void {
+  const socket = live.send({ type: "stop", mode: "off", by: holder(), reason: text.stop.cause[cause] });
+  void ask<Stop>("POST", `/stop?by=${encodeURIComponent(holder())}`, {
+    body: { mode: "off", reason: text.stop.cause[cause] },
+    keepalive: true,
+    timeout_ms: 5000,
+  }).then(
+    answer => {
+      stop.value = answer;
+      unsent.value = null;
+    },
+    error => {
+      unsent.value = socket && up.peek() ? null : text.stop.unsent(text.problem(problemOf(error)));
+    },
+  );
+  forgetMotion(text.motion.endedByStop);
+}
+
+/** Unlatches. Moves nothing and turns nothing on. */
+export async function clearStop(): Promise<string | null> {
+  try {
+    stop.value = await ask<Stop>("DELETE", `/stop?by=${encodeURIComponent(holder())}`);
+    return null;
+  } catch (error) {
+    return text.problem(problemOf(error));
+  }
+}

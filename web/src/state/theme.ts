@@ -1,0 +1,42 @@
+/** Owns light, dark or auto: the wish, where it is kept, and what is shown. */
+import { computed, effect, signal } from "@preact/signals";
+
+export type Wish = "light" | "dark" | "auto";
+
+const KEY = "hornbill.theme";
+const system = matchMedia("(prefers-color-scheme: dark)");
+const systemDark = signal(system.matches);
+
+function kept(): Wish {
+  try {
+    const value = localStorage.getItem(KEY);
+    return value === "light" || value === "dark" ? value : "auto";
+  } catch {
+    return "auto";
+  }
+}
+
+export const wish = signal<Wish>(kept());
+
+export const theme = computed<"light" | "dark">(() => {
+  if (wish.value !== "auto") return wish.value;
+  return systemDark.value ? "dark" : "light";
+});
+
+export function choose(next: Wish): void {
+  wish.value = next;
+  try {
+    localStorage.setItem(KEY, next);
+  } catch {
+    // Not kept then; the choice stands until the page is loaded again.
+  }
+}
+
+export function startTheme(): void {
+  system.addEventListener("change", event => {
+    systemDark.value = event.matches;
+  });
+  effect(() => {
+    document.documentElement.dataset.theme = theme.value;
+  });
+}

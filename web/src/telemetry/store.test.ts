@@ -1,0 +1,44 @@
+/** The store: ages on our clock from times on the server's, and the CSV made of it. */
+import { describe, expect, test } from "vitest";
+import { toCsv } from "./csv";
+import { TelemetryStore } from "./store";
+
+describe("TelemetryStore", () => {
+  test("tells the age of the newest sample by the least delayed batch", () => {
+    const store = new TelemetryStore();
+    store.push("a", "angle", [100], [1], 5.2); // 0.2 s under way
+    store.push("a", "angle", [101], [2], 6.0); // not delayed: the clocks differ by 95 s
+    expect(store.latest("a", "angle", 6.0)).toEqual({ value: 2, age: expect.closeTo(0, 3) });
+    expect(store.latest("a", "angle", 8.5)?.age).toBeCloseTo(2.5, 2);
+  });
+
+  test("a late batch does not make old samples look fresh", () => {
+    const store = new TelemetryStore();
+    store.push("a", "angle", [100], [1], 5);
+    store.push("a", "angle", [101], [2], 9);
+    expect(store.latest("a", "angle", 9)?.age).toBeCloseTo(3, 2);
+  });
+
+  test("has no value where the newest sample is a gap, nor where nothing came", () => {
+    const store = new TelemetryStore();
+    store.push("a", "angle", [1, 2], [7, null], 1);
+    expect(store.latest("a", "angle", 1)).toBeNull();
+    expect(store.latest("a", "speed", 1)).toBeNull();
+    expect(store.latest("b", "angle", 1)).toBeNull();
+  });
+
+  test("forgets everything when the server's clock may be another", () => {
+    const store = new TelemetryStore();
+    store.push("a", "angle", [1], [7], 1);
+    store.clear();
+    expect(store.latest("a", "angle", 1)).toBeNull();
+    expect(store.serverTime(1)).toBeNaN();
+  });
+
+  test("exports one row a time, gaps empty, newest at 0", () => {
+    const store = new TelemetryStore();
+    store.push("a", "x", [10, 11, 12], [1, null, 3], 0);
+    store.push("a", "y", [11, 12], [5, 6], 0);
+    expect(toCsv(store, "a", ["x", "y"], 1.5)).toBe("t_s,x,y\r\n-2.0000,1,\r\n-1.0000,,5\r\n0.0000,3,6\r\n");
+  });
+});

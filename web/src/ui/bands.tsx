@@ -1,0 +1,137 @@
+/** Owns the bands under the bar: no link, a stop that reached nobody, and the latched stop with its evidence. */
+import { useSignal } from "@preact/signals";
+import type { Stop, StopServo } from "../api/types";
+import { clock, number, withUnit } from "../form/format";
+import { now } from "../state/clock";
+import { stop } from "../state/desk";
+import { link, up } from "../state/link";
+import { holder } from "../state/motion";
+import { clearStop, unsent } from "../state/stop";
+import { text } from "../text/en";
+import { Button } from "./button";
+import { Dialog } from "./dialog";
+import { Glyph } from "./glyph";
+
+export function Bands() {
+  return (
+    <div class="bands">
+      <LinkBand />
+      {unsent.value && (
+        <div class="link-band" role="alert">
+          <Glyph kind="failure" />
+          {unsent.value}
+        </div>
+      )}
+      {stop.value?.latched && <StopBand stop={stop.value} />}
+      <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
+        {up.value ? text.link.up : text.link.down}
+      </span>
+    </div>
+  );
+}
+
+function LinkBand() {
+  const { state, since } = link.value;
+  if (state === "up") return null;
+  const waited = Math.max(0, Math.floor(now.value - since));
+  if (state === "connecting" && waited < 1) return null;
+  return (
+    <div class="link-band" role="alert">
+      <Glyph kind="warning" />
+      {text.link.lost(waited)}
+    </div>
+  );
+}
+
+function names(servos: StopServo[]): string {
+  return servos.map(one => one.label || one.uid.slice(0, 8)).join(", ");
+}
+
+function StopBand({ stop }: { stop: Stop }) {
+  const asking = useSignal(false);
+  const problem = useSignal<string | null>(null);
+  const silent = stop.servos.filter(one => !one.confirmed);
+  const times = stop.servos.flatMap(one => (one.confirmed && one.ms !== null ? [one.ms] : []));
+  const clear = async () => {
+    asking.value = false;
+    problem.value = await clearStop();
+  };
+  return (
+    <section class="stop-band" role="alert" data-testid="stop-band">
+      <Button
+        look="danger"
+        testid="clear-stop"
+        live
+        onClick={() => {
+          asking.value = true;
+        }}
+      >
+        {text.stop.clear}
+      </Button>
+      <div class="said">
+        <h2>
+          {text.stop.headline(
+            clock(stop.at ?? Date.now() / 1000),
+            stop.by ? text.stop.by(stop.by === holder() ? text.stop.you : stop.by) : "",
+            stop.servos.length - silent.length,
+            stop.servos.length,
+            stop.mode === "brake" ? text.stop.brake : text.stop.off,
+          )}
+        </h2>
+        <p class="second">
+          {silent.length === 1 && text.stop.silent(names(silent))}
+          {silent.length > 1 && text.stop.silentMany(names(silent))}
+          {problem.value ?? text.stop.stays}
+        </p>
+      </div>
+      <p class="evidence touch-hide">
+        {times.length > 0 && (
+          <>
+            {text.stop.first} <b>{ms(Math.min(...times))}</b>
+            <br />
+            {text.stop.last} <b>{ms(Math.max(...times))}</b>
+          </>
+        )}
+        {silent.length > 0 && (
+          <>
+            <br />
+            {text.stop.repeating(names(silent))}
+          </>
+        )}
+      </p>
+      {asking.value && (
+        <Dialog
+          title={text.stop.clearTitle}
+          testid="clear-dialog"
+          onClose={() => {
+            asking.value = false;
+          }}
+          foot={
+            <>
+              <span class="grow" />
+              <span data-first-focus>
+                <Button
+                  onClick={() => {
+                    asking.value = false;
+                  }}
+                >
+                  {text.cancel}
+                </Button>
+              </span>
+              <Button look="danger" testid="confirm-clear" live onClick={() => void clear()}>
+                {text.stop.clearConfirm}
+              </Button>
+            </>
+          }
+        >
+          <p>{text.stop.clearText}</p>
+          {silent.length > 0 && <p class="strong">{text.stop.clearSilent(names(silent))}</p>}
+        </Dialog>
+      )}
+    </section>
+  );
+}
+
+function ms(value: number): string {
+  return withUnit(number(value, value < 10 ? 1 : 0), "ms");
+}

@@ -1,0 +1,169 @@
+/** Owns the top bar: bus, load on a ruled scale, counts by health, motion control, and Stop at its end. */
+import { useComputed } from "@preact/signals";
+import type { Bus } from "../api/types";
+import { number, withUnit } from "../form/format";
+import { now } from "../state/clock";
+import type { Kind } from "../state/condition";
+import { bus, lease, stopped } from "../state/desk";
+import { all, nameOf, servo } from "../state/fleet";
+import { conditionHere } from "../state/here";
+import { demo } from "../state/link";
+import { holder, motion } from "../state/motion";
+import { narrow } from "../state/screen";
+import { text } from "../text/en";
+import { Glyph } from "./glyph";
+import { Mark } from "./icon";
+import { StopButton } from "./stop";
+
+export function TopBar() {
+  return (
+    <header class="bar">
+      <div class="bar-mark">
+        <Mark />
+        <span>{text.name}</span>
+      </div>
+      <BusCell />
+      {!narrow.value && <LoadCell />}
+      <CountsCell />
+      <MotionCell />
+      <div class="bar-fill" />
+      <StopButton />
+    </header>
+  );
+}
+
+/** "can0" of "socketcan:can0": what it is called on the bench. */
+function channel(address: string | null): string {
+  return address === null ? "" : (address.split(":").at(-1) ?? address);
+}
+
+function BusCell() {
+  const state = bus.value;
+  if (!state) return null;
+  const name = demo.value ? text.bar.demo.toLowerCase() : channel(state.address);
+  const load = state.load_pct === null ? null : withUnit(number(state.load_pct, 0), "%");
+  const caption = narrow.value && load !== null ? text.bar.busLoad(name, load) : text.bar.bus(name);
+  const rate =
+    state.bitrate === null || narrow.value
+      ? ""
+      : `, ${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
+  const well = state.state === "active";
+  return (
+    <div class="bar-cell">
+      <span class="cap">{caption}</span>
+      <span class={`val ${well ? "" : "strong k-warning"}`}>
+        {text.bar.busState[state.state]}
+        {well && rate}
+      </span>
+    </div>
+  );
+}
+
+const SCALE = 130;
+
+function LoadCell() {
+  const load = bus.value?.load_pct ?? null;
+  const cap = capOf(bus.value);
+  if (!bus.value || bus.value.state === "disconnected") return null;
+  const shown = load === null ? text.bar.loadUnknown : text.bar.load(withUnit(number(load, 0), "%"));
+  const words =
+    load !== null && cap !== null
+      ? text.bar.loadLimit(withUnit(number(load, 0), "%"), withUnit(number(cap, 0), "%"))
+      : shown;
+  return (
+    <div class="bar-cell">
+      <span class="cap">{words}</span>
+      <svg class="ruled" width={SCALE + 2} height="16" viewBox={`-1 0 ${SCALE + 2} 16`} aria-hidden="true">
+        <path d={ruler(SCALE, 20)} stroke="var(--edge)" stroke-width="1" fill="none" />
+        {load !== null && (
+          <path d={`M0 13.5H${(SCALE * Math.min(100, load)) / 100}`} stroke="var(--ink)" stroke-width="4" />
+        )}
+        {cap !== null && <path d={`M${(SCALE * cap) / 100} 0V16`} stroke="var(--limit)" stroke-width="2" />}
+      </svg>
+    </div>
+  );
+}
+
+// The cap is the server's to tell; a build that does not tell it shows none rather than a guess.
+function capOf(state: Bus | null): number | null {
+  const cap = (state as (Bus & { load_cap_pct?: number | null }) | null)?.load_cap_pct;
+  return typeof cap === "number" ? cap : null;
+}
+
+function ruler(width: number, parts: number): string {
+  let path = `M0 10.5H${width}`;
+  for (let i = 0; i <= parts; i++)
+    path += `M${(i * width) / parts} ${i % 10 === 0 ? 3 : i % 5 === 0 ? 5 : 7}V10.5`;
+  return path;
+}
+
+const ORDER: readonly { kind: Exclude<Kind, "protected">; worst: number }[] = [
+  { kind: "ok", worst: 0 },
+  { kind: "notice", worst: 2 },
+  { kind: "busy", worst: 1 },
+  { kind: "identifying", worst: 1 },
+  { kind: "warning", worst: 4 },
+  { kind: "failure", worst: 5 },
+  { kind: "offline", worst: 3 },
+];
+
+function CountsCell() {
+  const counts = useComputed(() => {
+    const found = new Map<Kind, number>();
+    for (const one of all.value) {
+      const kind = conditionHere(one).kind;
+      const shown = kind === "protected" ? "warning" : kind;
+      found.set(shown, (found.get(shown) ?? 0) + 1);
+    }
+    return found;
+  }).value;
+  const shown = ORDER.filter(one => counts.has(one.kind));
+  // Narrow: only the two worst keep their words; the others keep shape and figure.
+  const worded = new Set(
+    [...shown].sort((a, b) => b.worst - a.worst).slice(0, narrow.value ? 2 : ORDER.length),
+  );
+  return (
+    <div class="bar-cell">
+      <span class="cap">{text.bar.servos}</span>
+      <span class="val counts">
+        {shown.length === 0 && text.bar.noServos}
+        {shown.map(one => {
+          const words = text.state.counts[one.kind](counts.get(one.kind) ?? 0);
+          return (
+            <span key={one.kind} title={words}>
+              <Glyph kind={one.kind} />
+              {worded.has(one) ? (
+                words
+              ) : (
+                <>
+                  {counts.get(one.kind)}
+                  <span class="hidden-text">{words}</span>
+                </>
+              )}
+            </span>
+          );
+        })}
+      </span>
+    </div>
+  );
+}
+
+function MotionCell() {
+  return (
+    <div class="bar-cell">
+      <span class="cap">{text.bar.motion}</span>
+      <span class="val">{motionWords()}</span>
+    </div>
+  );
+}
+
+function motionWords(): string {
+  const mine = motion.value;
+  if (mine.phase === "on") return narrow.value ? text.bar.you : text.bar.youFor(nameOf(servo(mine.uid)));
+  if (stopped.value) return text.bar.refused;
+  const held = lease.value;
+  if (!held) return text.bar.nobody;
+  const left = Math.ceil(held.endsAt - now.value);
+  if (left <= 0) return text.bar.nobody;
+  return held.holder === holder() ? text.bar.you : text.bar.held(held.holder, left);
+}

@@ -1,0 +1,66 @@
+/** Owns the dialog: below the top bar, so that Stop is never covered; Esc stops and closes without acting. */
+import type { ComponentChildren } from "preact";
+import { useEffect, useId, useRef } from "preact/hooks";
+import { onKey } from "../state/keys";
+
+interface Props {
+  title: string;
+  subtitle?: ComponentChildren;
+  children: ComponentChildren;
+  foot: ComponentChildren;
+  onClose: () => void;
+  testid?: string;
+}
+
+const FOCUSABLE = "button:not(:disabled), input:not(:disabled), select, textarea, a[href], [tabindex='0']";
+
+export function Dialog({ title, subtitle, children, foot, onClose, testid }: Props) {
+  const box = useRef<HTMLDivElement>(null);
+  const heading = useId();
+  const close = useRef(onClose);
+  close.current = onClose;
+
+  useEffect(() => {
+    const before = document.activeElement;
+    const wish = box.current?.querySelector<HTMLElement>("[data-first-focus] button");
+    (wish ?? box.current)?.focus();
+    const forget = onKey("Escape", () => close.current());
+    return () => {
+      forget();
+      if (before instanceof HTMLElement && before.isConnected) before.focus();
+    };
+  }, []);
+
+  // Keeps Tab inside; Stop stays in reach by Esc, Space and pointer.
+  const cycle = (event: KeyboardEvent) => {
+    if (event.key !== "Tab" || !box.current) return;
+    const all = [...box.current.querySelectorAll<HTMLElement>(FOCUSABLE)];
+    const edge = event.shiftKey ? all[0] : all.at(-1);
+    if (document.activeElement === edge || !box.current.contains(document.activeElement)) {
+      event.preventDefault();
+      (event.shiftKey ? all.at(-1) : all[0])?.focus();
+    }
+  };
+
+  return (
+    <div class="scrim">
+      <div
+        ref={box}
+        class="dialog"
+        role="dialog"
+        aria-modal="true"
+        aria-labelledby={heading}
+        tabIndex={-1}
+        onKeyDown={cycle}
+        {...(testid ? { "data-testid": testid } : {})}
+      >
+        <header>
+          <h2 id={heading}>{title}</h2>
+          {subtitle && <p class="second">{subtitle}</p>}
+        </header>
+        <div class="dialog-body">{children}</div>
+        <footer>{foot}</footer>
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,102 @@
+/** Owns the left rail: the pages that exist, in the order of work, with what needs a look at their right. */
+import type { ComponentChildren } from "preact";
+import { stopped } from "../state/desk";
+import { all, uids } from "../state/fleet";
+import { motion } from "../state/motion";
+import { go, lastUid, type Page, pathOf, route } from "../state/route";
+import { choose, type Wish, wish } from "../state/theme";
+import { text } from "../text/en";
+import { Icon, type IconName } from "./icon";
+import { Segments } from "./segments";
+
+export function Rail({ onKeys }: { onKeys: () => void }) {
+  const known = uids.value;
+  const uid =
+    lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : (known[0] ?? route.value.uid);
+  const unsaved = all.value.reduce((sum, one) => sum + one.unsaved.length, 0);
+  return (
+    <aside class="rail" aria-label={text.nav.label}>
+      <nav>
+        <Item page="servos" uid={null} icon="servos" label={text.nav.servos}>
+          {known.length > 0 && <span class="badge">{known.length}</span>}
+        </Item>
+        {uid !== null && (
+          <>
+            <Item page="parameters" uid={uid} icon="parameters" label={text.nav.parameters}>
+              {unsaved > 0 && (
+                <span class="badge">
+                  <span class="k-intent">
+                    <Icon name="half" size={14} />
+                  </span>
+                  {unsaved}
+                  <span class="hidden-text">{text.servos.ramOnly(unsaved)}</span>
+                </span>
+              )}
+            </Item>
+            <Item page="motion" uid={uid} icon="motion" label={text.nav.motion}>
+              {motion.value.phase === "on" ? (
+                <span class="badge intent">
+                  ●<span class="word">{text.nav.on}</span>
+                </span>
+              ) : (
+                stopped.value && (
+                  <span class="badge">
+                    <span class="word">{text.nav.stopped}</span>
+                  </span>
+                )
+              )}
+            </Item>
+          </>
+        )}
+      </nav>
+      <div class="rail-foot">
+        <button type="button" class="rail-item" onClick={onKeys} data-testid="keys">
+          <Icon name="keys" />
+          <span>{text.keys.open}</span>
+          <kbd class="badge-key">?</kbd>
+        </button>
+        <Segments<Wish>
+          label={text.theme.label}
+          chosen={wish.value}
+          onChoose={choose}
+          options={[
+            { key: "light", label: text.theme.light },
+            { key: "dark", label: text.theme.dark },
+            { key: "auto", label: text.theme.auto },
+          ]}
+        />
+      </div>
+    </aside>
+  );
+}
+
+interface ItemProps {
+  page: Page;
+  uid: string | null;
+  icon: IconName;
+  label: string;
+  children?: ComponentChildren;
+}
+
+function Item({ page, uid, icon, label, children }: ItemProps) {
+  const path = pathOf(page, uid);
+  return (
+    <a
+      class="rail-item"
+      href={path}
+      aria-current={route.value.page === page ? "page" : undefined}
+      onClick={event => follow(event, path)}
+    >
+      <Icon name={icon} />
+      <span>{label}</span>
+      {children}
+    </a>
+  );
+}
+
+/** Follows a link inside the page, unless it was asked to open elsewhere. */
+export function follow(event: MouseEvent, path: string): void {
+  if (event.button !== 0 || event.ctrlKey || event.metaKey || event.shiftKey) return;
+  event.preventDefault();
+  go(path);
+}

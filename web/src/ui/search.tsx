@@ -1,0 +1,30 @@
+/** Owns the search box; "/" puts the focus in it. */
+import { useEffect, useRef } from "preact/hooks";
+import { onKey } from "../state/keys";
+import { Icon } from "./icon";
+
+interface Props {
+  label: string;
+  value: string;
+  onInput: (value: string) => void;
+}
+
+export function Search({ label, value, onInput }: Props) {
+  const box = useRef<HTMLInputElement>(null);
+  useEffect(() => onKey("/", () => box.current?.focus()), []);
+  return (
+    <label class="search">
+      <Icon name="search" size={16} />
+      <span class="hidden-text">{label}</span>
+      <input
+        ref={box}
+        type="search"
+        placeholder={label}
+        value={value}
+        autocomplete="off"
+        onInput={event => onInput(event.currentTarget.value)}
+      />
+      <kbd class="touch-hide">/</kbd>
+    </label>
+  );
+}

@@ -1,0 +1,25 @@
+/** Owns the row of segments: one of a few, chosen at once. */
+
+interface Props<T extends string> {
+  label: string;
+  options: readonly { key: T; label: string }[];
+  chosen: T;
+  onChoose: (key: T) => void;
+}
+
+export function Segments<T extends string>({ label, options, chosen, onChoose }: Props<T>) {
+  return (
+    <div class="segments" role="group" aria-label={label}>
+      {options.map(option => (
+        <button
+          key={option.key}
+          type="button"
+          aria-pressed={option.key === chosen}
+          onClick={() => onChoose(option.key)}
+        >
+          {option.label}
+        </button>
+      ))}
+    </div>
+  );
+}

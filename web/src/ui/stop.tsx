@@ -1,0 +1,66 @@
+/** Owns the Stop button: acts on press, asks nothing, is always there. */
+import { signal } from "@preact/signals";
+import { stopped } from "../state/desk";
+import { link } from "../state/link";
+import { narrow } from "../state/screen";
+import { pressStop } from "../state/stop";
+import { text } from "../text/en";
+
+const pressed = signal(false);
+
+export function StopButton() {
+  const latched = stopped.value;
+  const down = link.value.state === "down";
+  const word = down ? text.stop.noLink : latched ? text.stop.stopped : text.stop.word;
+  const under = down ? text.stop.cut : latched ? text.stop.again : text.stop.keys;
+  const press = (event: PointerEvent) => {
+    if (event.button !== 0) return;
+    pressed.value = true;
+    pressStop("button");
+  };
+  return (
+    <button
+      type="button"
+      class="stop"
+      data-testid="stop"
+      data-latched={latched}
+      data-link={link.value.state}
+      data-pressed={pressed.value}
+      aria-label={`${word}. ${text.stop.label}`}
+      onPointerDown={press}
+      onPointerUp={release}
+      onPointerLeave={release}
+      onPointerCancel={release}
+      onClick={event => {
+        // A click without a pointer: Enter or Space on the focused button, or assistive technology.
+        if (event.detail === 0) pressStop("button");
+      }}
+    >
+      <span>
+        <Octagon />
+        <span>
+          <b>{word}</b>
+          <small class={latched || down || !narrow.value ? "" : "keys"}>{under}</small>
+        </span>
+      </span>
+    </button>
+  );
+}
+
+function release(): void {
+  pressed.value = false;
+}
+
+function Octagon() {
+  return (
+    <svg class="icon" width="30" height="30" viewBox="0 0 30 30" aria-hidden="true">
+      <path
+        d="M9.4 1.500h11.200l7.9 7.900v11.200l-7.9 7.900H9.400L1.5 20.600V9.400z"
+        fill="none"
+        stroke="currentColor"
+        stroke-width="2.2"
+      />
+      <path d="M10.5 10.500h9v9h-9z" fill="currentColor" />
+    </svg>
+  );
+}
