@@ -158,3 +158,19 @@ def test_a_reader_that_never_reads_costs_a_bounded_outbox() -> None:
         assert b'"dropped":0' not in packed[0]
 
     play(scene)
+
+
+def test_a_page_that_comes_late_is_given_the_last_angles_and_events_at_once() -> None:
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        await asyncio.sleep(20)
+        page = Socket(rig.app)
+        page.say(type="subscribe", topics=["telemetry", "events"])
+        event = await page.hear("event")
+        assert event["code"] == "connected"
+        times = (await page.hear("telemetry"))["channels"]["current_angle"]["t"]
+        assert len(times) > 150
+        assert times == sorted(times)
+        await page.close()
+
+    play(scene)

@@ -168,3 +168,18 @@ def test_torque_off_and_brake_never_need_a_lease_even_while_somebody_holds_one()
         assert servo.state is State.READY
 
     play(scene, PLAIN)
+
+
+def test_one_press_that_arrives_by_two_roads_is_one_stop() -> None:
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        first = json(await rig.call("POST", "/stop?by=Page 1"))
+        second = json(await rig.call("POST", "/stop?by=Page 1"))
+        assert (first["at"], first["servos"]) == (second["at"], second["servos"])
+        assert len(rig.events("stopped")) == 1
+        await asyncio.sleep(2)
+        third = json(await rig.call("POST", "/stop?by=Page 1"))
+        assert third["at"] > first["at"]
+        assert all(one["confirmed"] for one in third["servos"])
+
+    play(scene)

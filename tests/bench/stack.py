@@ -81,7 +81,13 @@ def figures() -> Iterator[dict[str, Any]]:
                 transfer = TheirTransfer()
                 transfer.from_frames(whole)
 
-    yield {"bench": "decode saturated mix", "frames": len(mix), "peer": "pydronecan", "must": 15, **ratio(ours, theirs, 5)}
+    yield {
+        "bench": "decode saturated mix",
+        "frames": len(mix),
+        "peer": "pydronecan",
+        "must": 15,
+        **ratio(ours, theirs, 5),
+    }
 
     commands = tuple(Command(n, 1, n / 100) for n in range(1, 16))
 
@@ -100,4 +106,9 @@ def figures() -> Iterator[dict[str, Any]]:
                 payload=message, source_node_id=127, transfer_id=number % 32, transfer_priority=16
             ).to_frames()
 
-    yield {"bench": "encode ArrayCommand of 15", "peer": "pydronecan", "must": 30, **ratio(encode_ours, encode_theirs, 5)}
+    yield {
+        "bench": "encode ArrayCommand of 15",
+        "peer": "pydronecan",
+        "must": 30,
+        **ratio(encode_ours, encode_theirs, 5),
+    }

@@ -1,6 +1,6 @@
 """Owns the OpenAPI document: FastAPI's own, with the WebSocket's messages added to its components."""
 
-from typing import Any
+from typing import Any, Literal
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
@@ -16,9 +16,12 @@ def document(app: FastAPI) -> dict[str, Any]:
     if app.openapi_schema is None:
         made = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
         schemas: dict[str, Any] = made.setdefault("components", {}).setdefault("schemas", {})
-        unions: dict[str, Any] = {"ClientMessage": messages.ClientMessage, "ServerMessage": messages.ServerMessage}
-        for name, union in unions.items():
-            shape = TypeAdapter[Any](union).json_schema(ref_template=_REF, mode="serialization")
+        unions: tuple[tuple[str, Any, Literal["validation", "serialization"]], ...] = (
+            ("ClientMessage", messages.ClientMessage, "validation"),
+            ("ServerMessage", messages.ServerMessage, "serialization"),
+        )
+        for name, union, mode in unions:
+            shape = TypeAdapter[Any](union).json_schema(ref_template=_REF, mode=mode)
             for part, definition in shape.pop("$defs", {}).items():
                 schemas.setdefault(part, definition)
             schemas[name] = shape

@@ -36,6 +36,8 @@ BATCH_S = 1 / 30
 
 SAMPLES_KEPT = 2000
 EVENTS_KEPT = 200
+RECALL_S = 30.0
+ANGLE = "current_angle"
 REFRESH_S = 1.0
 """Servos that are online are sent again this often, so that ages and uptimes on a page go on."""
 
@@ -64,15 +66,28 @@ class Outbox:
 
     def subscribe(self, topics: list[messages.Topic], uids: list[str] | None) -> None:
         """More topics; `uids` limits servos, readings and telemetry to these. What exists is sent at once."""
+        if "telemetry" in topics and "telemetry" not in self._topics:
+            self._recall_angles(uids)
         self._topics.update(topics)
         self._uids = None if uids is None else set(uids)
         if "servos" in topics:
             self._servos.update({one.uid: None for one in self._host.fleet.all()})
         if "bus" in topics:
             self._flags.add("bus")
+        if "events" in topics:
+            self._events.extend(self._host.events)
         if "jobs" in topics:
             self._jobs.update({job.id: job for job in self._host.jobs.all() if not job.ended})
         self.waiting.set()
+
+    def _recall_angles(self, uids: list[str] | None) -> None:
+        """What sparklines show is there at once: every angle of the last 30 s."""
+        since = self._host.base.now() - RECALL_S
+        for one in self._host.fleet.all():
+            if uids is None or one.uid in uids:
+                times, values = self._host.telemetry.window(one.uid, ANGLE, since)
+                column = deque(zip(times, values, strict=True), maxlen=SAMPLES_KEPT)
+                self._samples.setdefault(one.uid, {})[ANGLE] = column
 
     def unsubscribe(self, topics: list[messages.Topic]) -> None:
         """Fewer topics."""
@@ -273,7 +288,7 @@ class Session:
                     for command in message.commands:
                         self._command(message.lease, command)
                 case messages.StopMessage():
-                    self._host.stop.now(message.mode, "page", "")
+                    self._host.stop.now(message.mode, message.by, message.reason)
         except HornbillError as error:
             self._outbox.refuse(error.code, error.detail)
 

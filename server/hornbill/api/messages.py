@@ -58,6 +58,8 @@ class StopMessage(Message):
 
     type: Literal["stop"]
     mode: Literal["off", "brake"] = "off"
+    by: str = Field(default="page", max_length=64)
+    reason: str = Field(default="", max_length=200)
 
 
 ClientMessage = Annotated[

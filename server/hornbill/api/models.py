@@ -273,6 +273,7 @@ class Bus(Model):
     bitrate: int | None
     sample_point: float | None
     load_pct: float | None
+    load_cap_pct: float = Field(description="load that polling keeps within, the budget of the bus")
     rx_fps: float
     tx_fps: float
     rx_frames: int

@@ -6,6 +6,7 @@ from hornbill.schema.scale import to_value
 from hornbill.servo.host import Host
 from hornbill.servo.jobs import Job
 from hornbill.servo.leases import Lease
+from hornbill.servo.polling import BUDGET
 from hornbill.servo.reading import Reading
 from hornbill.servo.servo import Servo
 
@@ -106,9 +107,19 @@ def bus(host: Host) -> models.Bus:
     connection = host.connection
     if connection is None:
         return models.Bus(
-            state="disconnected", address=None, bitrate=None, sample_point=None, load_pct=None, rx_fps=0.0, tx_fps=0.0,
-            rx_frames=0, tx_frames=0, errors=0, allocator=None,
-        )  # fmt: skip
+            state="disconnected",
+            address=None,
+            bitrate=None,
+            sample_point=None,
+            load_pct=None,
+            load_cap_pct=BUDGET * 100,
+            rx_fps=0.0,
+            tx_fps=0.0,
+            rx_frames=0,
+            tx_frames=0,
+            errors=0,
+            allocator=None,
+        )
     port, seen = connection.port, connection.port.statistics
     allocator = connection.allocator
     return models.Bus(
@@ -117,6 +128,7 @@ def bus(host: Host) -> models.Bus:
         bitrate=port.bitrate,
         sample_point=None,
         load_pct=round(connection.load_pct, 2),
+        load_cap_pct=BUDGET * 100,
         rx_fps=round(connection.rx_fps, 1),
         tx_fps=round(connection.tx_fps, 1),
         rx_frames=seen.rx_frames,

@@ -98,7 +98,11 @@ class Asker:
 
     async def _get_set(self, servo: Servo, parameter: Parameter, value: Value, patience: Patience) -> Raw:
         request = GetSetRequest(0, value, parameter.name)
-        response = await self._ask(_node(servo), servo.title, request, GetSetResponse, patience)
+        try:
+            response = await self._ask(_node(servo), servo.title, request, GetSetResponse, patience)
+        except NoAnswer as error:
+            error.facts["key"] = parameter.key
+            raise
         raw = _integer_of(response, parameter)
         if raw is None:
             verb = "read" if value == EMPTY else "write"

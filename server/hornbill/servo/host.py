@@ -1,6 +1,7 @@
 """Owns Host: the servo layer put together, and its connection to at most one bus."""
 
 import asyncio
+from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 
@@ -13,7 +14,7 @@ from hornbill.schema.catalog import Catalog
 from hornbill.servo.asking import Asker
 from hornbill.servo.changes import Changes
 from hornbill.servo.fleet import Fleet
-from hornbill.servo.hub import BusChanged, Happened, Hub, JobChanged, LeaseChanged, ServoChanged
+from hornbill.servo.hub import BusChanged, Change, Happened, Hub, JobChanged, LeaseChanged, ServoChanged
 from hornbill.servo.jobs import Jobs
 from hornbill.servo.leases import Leases
 from hornbill.servo.motion import Motion
@@ -30,6 +31,8 @@ from hornbill.wire.services import SoftwareVersion
 
 TICK_S = 0.025
 """How often leases, silence and soft starts are looked at; a lease that lapses is acted on within this."""
+
+EVENTS_KEPT = 200
 
 
 @dataclass(slots=True)
@@ -64,6 +67,9 @@ class Host:
         self.base = TimeBase(asyncio.get_running_loop().time)
         self.started_at = self.base.now()
         self.hub = Hub()
+        self.events: deque[tuple[float, Happened]] = deque(maxlen=EVENTS_KEPT)
+        """The last events, each with its time in seconds since 1970 UTC."""
+        self.hub.listen(self._note_event)
         self.connection: Connection | None = None
         self._open_port = open_port
         self._own = (node_id, unique_id, SoftwareVersion(*version))
@@ -152,6 +158,10 @@ class Host:
 
     def _granted_at(self, node_id: int) -> Instant | None:
         return None if self.connection is None else self.connection.granted.get(node_id)
+
+    def _note_event(self, change: Change) -> None:
+        if isinstance(change, Happened):
+            self.events.append((self.base.utc_now(), change))
 
     def _granted(self, connection: Connection, uid: str, node_id: int) -> None:
         connection.granted[node_id] = self.base.now()

@@ -63,11 +63,11 @@ class Saving:
         if joined is not None:
             return joined
         steps = [
-            Step("check", "Read what RAM holds"),
-            Step("write", "Write RAM to ROM"),
-            Step("restart", "Wait for the restart"),
-            Step("soft_start", "Wait until the soft start is over"),
-            Step("read_back", "Read every saved row back"),
+            Step("check", "RAM read"),
+            Step("write", "Written to ROM"),
+            Step("restart", "Restarted"),
+            Step("soft_start", "Soft start over"),
+            Step("read_back", "Every saved row read back"),
         ]
         servo.busy = State.SAVING
         self._hub.tell(ServoChanged(servo.uid))
@@ -79,10 +79,10 @@ class Saving:
         if joined is not None:
             return joined
         steps = [
-            Step("ask", "Ask for the restart"),
-            Step("restart", "Wait for the restart"),
-            Step("soft_start", "Wait until the soft start is over"),
-            Step("read_back", "Read every row"),
+            Step("ask", "Restart asked for"),
+            Step("restart", "Restarted"),
+            Step("soft_start", "Soft start over"),
+            Step("read_back", "Every row read"),
         ]
         servo.busy = State.RESTARTING
         self._hub.tell(ServoChanged(servo.uid))

@@ -17,6 +17,9 @@ MODES: dict[str, Raw] = {"off": 1, "brake": 2}
 
 AGAIN_S = 0.02
 AGAIN_LATER_S = 0.25
+SAME_S = 1.0
+"""The page sends one press over its socket and over REST; within this time both are one stop."""
+
 SOON = 25
 """Tries at the short interval; a servo that is silent for half a second is asked four times a second from then on."""
 
@@ -33,6 +36,9 @@ class Confirmation:
     def confirmed(self) -> bool:
         """Whether the servo said that its torque is off."""
         return self.ms is not None
+
+
+_NEVER = Confirmation(Uid(""), "")
 
 
 @dataclass(slots=True)
@@ -90,8 +96,12 @@ class Stop:
 
         `mode` is "off" or "brake".
         """
-        self.latch = Latch(mode, self._base.now(), by, reason)
+        latch = self.latch
         self._quiet()
+        if latch is not None and (latch.mode, latch.by) == (mode, by) and self._base.now() - latch.at < SAME_S:
+            self._go_on(latch)
+            return latch
+        self.latch = Latch(mode, self._base.now(), by, reason)
         self._end_tasks()
         servos = [servo for servo in self._known() if servo.node_id is not None]
         for servo in servos:
@@ -100,6 +110,13 @@ class Stop:
         self._hub.tell(StopChanged())
         self._hub.tell(Happened("failure", "stopped", f"Stopped by {by}. Torque goes {mode} on every servo."))
         return self.latch
+
+    def _go_on(self, latch: Latch) -> None:
+        """The same press, by its other road: send again at once where no answer came yet."""
+        for servo in self._known():
+            if servo.node_id is not None and not latch.servos.get(servo.uid, _NEVER).confirmed:
+                latch.servos.setdefault(servo.uid, Confirmation(servo.uid, servo.title))
+                self._begin(servo, latch)
 
     def on_arrival(self, servo: Servo) -> None:
         """A servo that comes back while the latch is set is stopped too: it may have started with torque on."""
