@@ -8,7 +8,7 @@ NPM    := npm --prefix web
 E2E    := tests/e2e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dev check test bench generate build lock chromium clean
+.PHONY: help setup demo dev check test shots bench generate build lock chromium clean
 
 help:            ## list the targets
 	@grep -hE '^[a-z]+: .*##|^[a-z]+:  *##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
@@ -63,6 +63,9 @@ test: setup web/dist/index.html chromium      ## every test there is
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev
 	@$(BIN)/python $(E2E)/chromium.py
+
+shots: setup web/dist/index.html chromium     ## the pictures of README and docs, from the real page
+	@$(BIN)/python tests/e2e/shots.py
 
 bench: setup                                  ## honest figures, as JSON lines
 	@$(BIN)/python tests/bench/__main__.py $(BENCH)

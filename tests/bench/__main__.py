@@ -1,4 +1,4 @@
-"""`make bench`: honest figures as JSON lines, each a ratio against a peer in the same run or against a physical limit."""
+"""`make bench`: honest figures as JSON lines, each against a peer in the same run or against a physical limit."""
 
 import json
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
-from bench import reading, start, stack, stopping  # noqa: E402
+from bench import reading, stack, start, stopping  # noqa: E402
 
 
 def main(chosen: list[str]) -> None:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 from behaviour.rig import PLAIN, Rig, play
-
 from hornbill.servo.identification import read_rows
 
 BUS_LIMIT_PER_READ_S = 534e-6

@@ -14,7 +14,7 @@ from dronecan.transport import TransferManager
 
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Command, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Command, Health, Mode, NodeStatus
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import EMPTY, GetSetResponse, integer
 from hornbill.wire.transfer import Transfer, split
@@ -32,7 +32,7 @@ def saturated_mix(seconds: float = 1.0) -> list[Frame]:
             status = ActuatorStatus(node, chance.uniform(-1.8, 1.8), 0.0, 0.0, 0)
             sent = Transfer(Kind.MESSAGE, ActuatorStatus.TYPE.id, node, 0, 16, number % 32, status.encode())
             frames.append((chance.random() * seconds, split(sent, ActuatorStatus.TYPE)))
-        alive = NodeStatus(chance.randrange(10_000), 0, 0)
+        alive = NodeStatus(chance.randrange(10_000), Health.OK, Mode.OPERATIONAL)
         sent = Transfer(Kind.MESSAGE, NodeStatus.TYPE.id, node, 0, 16, 0, alive.encode())
         frames.append((chance.random() * seconds, split(sent, NodeStatus.TYPE)))
     for number in range(int(1576 * seconds)):
@@ -73,12 +73,12 @@ def figures() -> Iterator[dict[str, Any]]:
     raw = [CANFrame(frame.id, frame.data, True, ts_monotonic=1.0, ts_real=1.0) for frame in part]
 
     def theirs() -> None:
-        manager = TransferManager()
+        manager: Any = TransferManager()
         for message in raw:
             frame = TheirFrame(message.id, message.data, ts_monotonic=1.0, ts_real=1.0)
             whole = manager.receive_frame(frame)
             if whole:
-                transfer = TheirTransfer()
+                transfer: Any = TheirTransfer()
                 transfer.from_frames(whole)
 
     yield {
@@ -97,7 +97,8 @@ def figures() -> Iterator[dict[str, Any]]:
             split(Transfer(Kind.MESSAGE, ArrayCommand.TYPE.id, 127, 0, 16, number % 32, payload), ArrayCommand.TYPE)
 
     def encode_theirs() -> None:
-        actuator: Any = dronecan.uavcan.equipment.actuator
+        peer: Any = dronecan  # its types are made at run time
+        actuator = peer.uavcan.equipment.actuator
         for number in range(100):
             message = actuator.ArrayCommand()
             for n in range(1, 16):

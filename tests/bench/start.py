@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import httpx
+
 from e2e.conftest import running_demo
 
 ROUNDS = 3
