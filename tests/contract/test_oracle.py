@@ -10,7 +10,7 @@ from typing import Any
 import dronecan
 import pytest
 from dronecan import dsdl, transport
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hornbill.wire import types
@@ -126,6 +126,8 @@ def test_name_signature_and_crc_seed_are_those_of_the_public_definition(data_typ
 def test_both_write_the_same_frames(
     structure: AnyStructure, priority: int, transfer_id: int, source: int, destination: int
 ) -> None:
+    # pydronecan writes an infinite real value as the largest finite one; libcanard and we keep it
+    assume(b"\x80\x7f" not in structure.encode() and b"\x80\xff" not in structure.encode())
     sent = transfer(structure, source=source, destination=destination, priority=priority, transfer_id=transfer_id)
     assert split(sent, structure.TYPE) == oracle_frames(structure, sent)
 
