@@ -4,7 +4,7 @@ import asyncio
 from itertools import pairwise
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play
-from hornbill.api import live
+from hornbill.api import outbox
 from hornbill.sim.recipe import Recipe
 
 
@@ -146,14 +146,14 @@ def test_what_cannot_be_done_is_answered_with_the_code_rest_would_give() -> None
 def test_a_reader_that_never_reads_costs_a_bounded_outbox() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        outbox = live.Outbox(rig.host, demo=False)
-        outbox.subscribe(["telemetry", "servos", "events"], None)
-        forget = rig.host.hub.listen(outbox.on_change)
+        box = outbox.Outbox(rig.host, demo=False)
+        box.subscribe(["telemetry", "servos", "events"], None)
+        forget = rig.host.hub.listen(box.on_change)
         wish = {"channels": ["current_angle"], "rate_hz": 100}
         json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wish))
         await asyncio.sleep(60)
         forget()
-        packed = [message for message in outbox.take() if b'"telemetry"' in message[:40]]
+        packed = [message for message in box.take() if b'"telemetry"' in message[:40]]
         assert len(packed) == 1
         assert b'"dropped":0' not in packed[0]
 

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -43,11 +44,15 @@ def running_demo(*flags: str) -> Generator[tuple[subprocess.Popen[str], str]]:
 
 @pytest.fixture(scope="session")
 def demo() -> Iterator[Demo]:
-    """One demo for the whole session, with six servos of mixed models and firmware."""
+    """One demo for the whole session, its six servos of mixed models and firmware ready."""
     with (
         running_demo("--servos", "6", "--seed", "1") as (_, url),
         httpx.Client(base_url=url + "api/v1", timeout=30) as api,
     ):
+        until = time.monotonic() + 20
+        while sum(one["state"] == "ready" for one in api.get("/servos").json()) < 6:
+            assert time.monotonic() < until, "not all six servos are ready"
+            time.sleep(0.2)
         yield Demo(url, api)
 
 

@@ -21,12 +21,7 @@ def wait_for(what: Callable[[], bool], within_s: float, message: str) -> None:
 
 
 def servo_of(demo: Demo, model: str) -> str:
-    """The uid of the demo's servo of this model, once every servo is ready."""
-
-    def ready() -> bool:
-        return sum(one["state"] == "ready" for one in demo.api.get("/servos").json()) == 6
-
-    wait_for(ready, 15, "not all six servos are ready")
+    """The uid of the demo's servo of this model."""
     return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == model)
 
 

@@ -1,7 +1,8 @@
 """Owns save and restart: jobs that end on evidence, never on hope (sections 2.3, 4.10, 4.11, 4.14)."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
+from typing import TypeAlias
 
 from hornbill.errors import Busy, HornbillError, NoAnswer, Refused
 from hornbill.schema import scale
@@ -29,6 +30,22 @@ could not prove that it started anew."""
 
 SOFT_START_WITHIN_S = 25.0
 LOOK_AGAIN_S = 0.02
+
+
+SAVE_STEPS = {
+    "check": "RAM read",
+    "write": "Written to ROM",
+    "restart": "Restarted",
+    "soft_start": "Soft start over",
+    "read_back": "Every saved row read back",
+}
+RESTART_STEPS = {
+    "ask": "Restart asked for",
+    "restart": "Restarted",
+    "soft_start": "Soft start over",
+    "read_back": "Every row read",
+}
+Work: TypeAlias = Callable[[Job, Servo], Awaitable[dict[str, object]]]
 
 
 class Saving:
@@ -59,36 +76,15 @@ class Saving:
 
         Raises Stopped, LeaseHeld, Busy, NoAnswer before anything is sent.
         """
-        joined = self._check(servo, lease_id, "save")
-        if joined is not None:
-            return joined
-        steps = [
-            Step("check", "RAM read"),
-            Step("write", "Written to ROM"),
-            Step("restart", "Restarted"),
-            Step("soft_start", "Soft start over"),
-            Step("read_back", "Every saved row read back"),
-        ]
-        servo.busy = State.SAVING
-        self._hub.tell(ServoChanged(servo.uid))
-        return self._jobs.start("save", servo.uid, steps, lambda job: self._work(job, servo, self._save))
+        return self._begin("save", State.SAVING, servo, lease_id, SAVE_STEPS, self._save)
 
     def restart(self, servo: Servo, lease_id: str | None) -> Job:
         """Restart the servo; what is only in RAM is lost, and it may soft-start to 0 degrees. Raises as `save`."""
-        joined = self._check(servo, lease_id, "restart")
-        if joined is not None:
-            return joined
-        steps = [
-            Step("ask", "Restart asked for"),
-            Step("restart", "Restarted"),
-            Step("soft_start", "Soft start over"),
-            Step("read_back", "Every row read"),
-        ]
-        servo.busy = State.RESTARTING
-        self._hub.tell(ServoChanged(servo.uid))
-        return self._jobs.start("restart", servo.uid, steps, lambda job: self._work(job, servo, self._restart))
+        return self._begin("restart", State.RESTARTING, servo, lease_id, RESTART_STEPS, self._restart)
 
-    def _check(self, servo: Servo, lease_id: str | None, kind: str) -> Job | None:
+    def _begin(
+        self, kind: str, state: State, servo: Servo, lease_id: str | None, steps: Mapping[str, str], work: Work
+    ) -> Job:
         running = self._jobs.running(servo.uid)
         if running is not None and running.kind == kind:
             return running
@@ -97,14 +93,12 @@ class Saving:
         permission.check_writable(servo)
         if self._motion.driven(servo.uid):
             raise Busy(f"{servo.title} is under command. Turn motion off first: a restart drops its torque.")
-        return None
+        servo.busy = state
+        self._hub.tell(ServoChanged(servo.uid))
+        listed = [Step(name, text) for name, text in steps.items()]
+        return self._jobs.start(kind, servo.uid, listed, lambda job: self._work(job, servo, work))
 
-    async def _work(
-        self,
-        job: Job,
-        servo: Servo,
-        work: Callable[[Job, Servo], Awaitable[dict[str, object]]],
-    ) -> dict[str, object]:
+    async def _work(self, job: Job, servo: Servo, work: Work) -> dict[str, object]:
         try:
             return await work(job, servo)
         finally:

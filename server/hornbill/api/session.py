@@ -1,0 +1,79 @@
+"""Owns Session: what one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+
+import asyncio
+
+from pydantic import TypeAdapter, ValidationError
+
+from hornbill.api import messages
+from hornbill.api.outbox import Outbox
+from hornbill.errors import HornbillError
+from hornbill.servo.host import Host
+from hornbill.units import Uid
+
+_CLIENT: TypeAdapter[messages.ClientMessage] = TypeAdapter(messages.ClientMessage)
+
+
+class Session:
+    """What one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+
+    def __init__(self, host: Host, outbox: Outbox) -> None:
+        self._host = host
+        self._outbox = outbox
+        self._leases: set[str] = set()
+        self._newest: dict[Uid, tuple[str, messages.SocketCommand]] = {}
+        self._sending: dict[Uid, asyncio.Task[None]] = {}
+
+    async def handle(self, text: str) -> None:
+        """Do one client message; what cannot be done is answered, never raised."""
+        try:
+            message = _CLIENT.validate_json(text)
+        except ValidationError as error:
+            self._outbox.refuse("invalid_value", f"Not a message of this socket: {error.errors()[0]['msg']}.")
+            return
+        try:
+            match message:
+                case messages.Subscribe():
+                    self._outbox.subscribe(message.topics, message.uids)
+                case messages.Unsubscribe():
+                    self._outbox.unsubscribe(message.topics)
+                case messages.Heartbeat():
+                    self._host.leases.renew(message.lease, self._host.base.now())
+                    self._leases.add(message.lease)
+                    self._host.lease_changed()
+                case messages.CommandMessage():
+                    for command in message.commands:
+                        self._command(message.lease, command)
+                case messages.StopMessage():
+                    self._host.stop.now(message.mode, message.by, message.reason)
+        except HornbillError as error:
+            self._outbox.refuse(error.code, error.detail)
+
+    def close(self) -> None:
+        """The socket is gone: so is whoever kept these leases alive, and torque goes off on what they commanded."""
+        for task in self._sending.values():
+            task.cancel()
+        for lease_id in self._leases:
+            try:
+                lease = self._host.leases.release(lease_id, self._host.base.now())
+            except HornbillError:
+                continue
+            self._host.motion.lease_ended(lease, f"The page of {lease.holder} closed.")
+
+    def _command(self, lease_id: str, command: messages.SocketCommand) -> None:
+        uid = Uid(command.uid)
+        self._host.fleet.get(uid)
+        self._newest[uid] = (lease_id, command)
+        task = self._sending.get(uid)
+        if task is None or task.done():
+            self._sending[uid] = asyncio.create_task(self._send(uid))
+
+    async def _send(self, uid: Uid) -> None:
+        """One command at a time; while one is on the bus, only the newest of those that follow is kept."""
+        while uid in self._newest:
+            lease_id, command = self._newest.pop(uid)
+            try:
+                servo = self._host.fleet.get(uid)
+                await self._host.motion.command(servo, lease_id, command.type, command.value, clamp=False)
+            except HornbillError as error:
+                self._newest.pop(uid, None)
+                self._outbox.refuse(error.code, error.detail, uid)

@@ -1,0 +1,74 @@
+"""What travels in a wheel: the package with its tables, page, meshes and migrations, and nothing of the workshop."""
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+COPIED = ("server", "schemas", "pyproject.toml", "README.md", "LICENSE")
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """A copy of what a wheel is made from, without a built page."""
+    folder = tmp_path / "checkout"
+    folder.mkdir()
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, folder / name)
+    return folder
+
+
+def build(checkout: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(checkout / "dist")]
+    return subprocess.run(command, cwd=checkout, capture_output=True, text=True, check=False)
+
+
+def test_a_wheel_holds_everything_the_program_needs_and_nothing_else(checkout: Path, tmp_path: Path) -> None:
+    page = checkout / "web" / "dist"
+    (page / "assets").mkdir(parents=True)
+    (page / "index.html").write_text("<!doctype html><title>hornbill</title>")
+    (page / "assets" / "index-1.js").write_text("export {};")
+    built = build(checkout)
+    assert built.returncode == 0, built.stderr
+    (wheel,) = (checkout / "dist").glob("*.whl")
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for needed in (
+        "hornbill/py.typed",
+        "hornbill/_data/schemas/parameters.toml",
+        "hornbill/_data/schemas/models/bla21-06u-a0.toml",
+        "hornbill/_data/web/index.html",
+        "hornbill/_data/web/assets/index-1.js",
+        "hornbill/view/meshes/bla21-near.glb",
+        "hornbill/store/migrations/env.py",
+    ):
+        assert needed in names, needed
+    tops = {name.split("/")[0] for name in names}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"hornbill"}
+
+    # run from elsewhere, with the dependencies of this environment: tables and page come from inside the wheel
+    site = tmp_path / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    script = (
+        f"import sys; sys.path.insert(0, {str(site)!r}); import hornbill; from hornbill import resources; "
+        "from hornbill.schema.catalog import Catalog; print(hornbill.__file__, resources.page(), len(Catalog.load().models))"
+    )
+    ran = subprocess.run([sys.executable, "-I", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    package, shown, models = ran.stdout.split()
+    assert package.startswith(str(site))
+    assert shown == str(site / "hornbill" / "_data" / "web")
+    assert models == "8"
+
+
+def test_a_wheel_without_the_page_is_refused_with_the_remedy(checkout: Path) -> None:
+    built = build(checkout)
+    assert built.returncode != 0
+    assert "make build" in built.stderr + built.stdout
