@@ -59,7 +59,8 @@ def test_a_wheel_holds_everything_the_program_needs_and_nothing_else(checkout: P
         archive.extractall(site)
     script = (
         f"import sys; sys.path.insert(0, {str(site)!r}); import hornbill; from hornbill import resources; "
-        "from hornbill.schema.catalog import Catalog; print(hornbill.__file__, resources.page(), len(Catalog.load().models))"
+        "from hornbill.schema.catalog import Catalog; models = Catalog.load().models; "
+        "print(hornbill.__file__, resources.page(), len(models))"
     )
     ran = subprocess.run([sys.executable, "-I", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
     package, shown, models = ran.stdout.split()
