@@ -13,6 +13,7 @@ from fastapi import FastAPI
 from hornbill.api.http import create_api
 from hornbill.bus import clock
 from hornbill.bus.memory import MemoryBus
+from hornbill.errors import PortOpenFailed
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host
 from hornbill.servo.hub import Change, Happened
@@ -169,7 +170,9 @@ def play(
         bus = MemoryBus(history=200_000, fast=fast)
         kept = Store(store)
 
-        async def open_port(_address: str, _bitrate: int) -> CanPort:
+        async def open_port(address: str, _bitrate: int) -> CanPort:
+            if address == "memory:broken":
+                raise PortOpenFailed("The adapter is broken. Take another.", address=address)
             return bus.port("host")
 
         host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
@@ -184,7 +187,7 @@ def play(
             host.hub.listen(rig.changes.append)
             try:
                 if connect:
-                    await host.connect("memory:test", 1_000_000)
+                    await host.connect("memory:host", 1_000_000)
                 await bench.start()
                 return await scene(rig)
             finally:

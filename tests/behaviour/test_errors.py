@@ -155,7 +155,7 @@ def test_bus_disconnected() -> None:
         command = {"type": "angle", "value": 1}
         problem(await rig.call("POST", path + "/command", command, lease=lease), "bus_disconnected", 503)
         assert json(await rig.call("GET", path))["state"] == "offline"
-        json(await rig.call("PUT", "/bus", {"address": "memory:test"}))
+        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
         await rig.ready()
 
     play(scene)
@@ -236,3 +236,15 @@ def test_telemetry_of_what_is_no_channel() -> None:
         problem(await rig.call("PUT", path, {"channels": ["current_angle"], "rate_hz": 0}), "invalid_value", 422)
 
     play(scene, Recipe("BLA21-06U-A0", "1.010", node_id=30))
+
+
+def test_connecting_again_to_the_same_adapter_opens_it_anew_and_a_broken_one_leaves_the_bus_as_it_was() -> None:
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        assert json(await rig.call("PUT", "/bus", {"address": "memory:host"}))["state"] == "active"
+        await rig.ready()
+        problem(await rig.call("PUT", "/bus", {"address": "memory:broken"}), "bus_open_failed", 502)
+        assert json(await rig.call("GET", "/bus"))["address"] == "memory:host"
+        await rig.ready()
+
+    play(scene)

@@ -139,7 +139,7 @@ def test_two_servos_that_swap_their_node_ids_are_told_apart() -> None:
 def test_rom_is_unknown_when_the_servo_ran_before_hornbill_came() -> None:
     async def scene(rig: Rig) -> None:
         await asyncio.sleep(30)
-        await rig.host.connect("memory:test", 1_000_000)
+        await rig.host.connect("memory:host", 1_000_000)
         servo = (await rig.ready())[0]
         reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_p_gain"))
         assert (reading["value"], reading["rom"]) == (40, None)

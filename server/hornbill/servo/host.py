@@ -91,7 +91,12 @@ class Host:
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
     async def connect(self, address: str, bitrate: int) -> Connection:
-        """Open an adapter and take part in its bus. Raises PortOpenFailed; the old bus stays until it is open."""
+        """Open an adapter and take part in its bus. Raises PortOpenFailed; the old bus stays until the new one is open.
+
+        The adapter that is connected already is closed first: most cannot be opened twice.
+        """
+        if self.connection is not None and self.connection.port.address == address:
+            await self.disconnect()
         port = await self._open_port(address, bitrate)
         await self.disconnect()
         node_id, unique_id, version = self._own
