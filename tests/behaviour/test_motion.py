@@ -246,3 +246,18 @@ def test_turning_torque_on_by_a_parameter_write_needs_a_lease_too() -> None:
         assert servo.raw("torque_mode") == 0
 
     play(scene)
+
+
+def test_torque_goes_off_on_a_lapse_even_when_somebody_else_takes_the_lease_in_the_same_instant() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        loop = asyncio.get_running_loop()
+        lapses = loop.time() + 1.0
+        lease = await rig.lease(ttl_s=1)
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(20), lease=lease))
+        await asyncio.sleep(lapses + 0.0001 - loop.time())
+        await rig.lease(ttl_s=5)
+        await asyncio.sleep(0.1)
+        assert rig.sim(servo).output == 1
+
+    play(scene)

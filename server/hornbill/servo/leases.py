@@ -23,6 +23,7 @@ class Leases:
 
     def __init__(self) -> None:
         self._lease: Lease | None = None
+        self._unseen: list[Lease] = []
 
     def current(self, now: Instant) -> Lease | None:
         """The live lease, or None."""
@@ -34,6 +35,8 @@ class Leases:
         held = self.current(now)
         if held is not None:
             raise self._held(held, now)
+        if self._lease is not None:
+            self._unseen.append(self._lease)
         self._lease = Lease(secrets.token_hex(16), holder, ttl_s, now + ttl_s)
         return self._lease
 
@@ -52,7 +55,9 @@ class Leases:
         return lease
 
     def lapsed(self, now: Instant) -> Lease | None:
-        """The lease that has run out unseen, once; asked by whoever owns the timer."""
+        """A lease that has run out unseen, each one once, also when another has been granted since."""
+        if self._unseen:
+            return self._unseen.pop(0)
         lease = self._lease
         if lease is None or lease.expires_at > now:
             return None

@@ -106,8 +106,7 @@ class Motion:
 
     def tick(self) -> None:
         """Notice a lease that ran out; call it at least every 50 ms."""
-        lease = self._leases.lapsed(self._base.now())
-        if lease is not None:
+        while (lease := self._leases.lapsed(self._base.now())) is not None:
             self.lease_ended(lease, f"The lease of {lease.holder} ran out.")
 
     def lease_ended(self, lease: Lease, why: str) -> None:

@@ -34,6 +34,15 @@ def test_a_lapsed_lease_is_no_lease_and_is_handed_out_once() -> None:
         leases.renew(lease.id, now=12.1)
 
 
+def test_a_lapse_is_seen_even_when_somebody_else_was_quicker_with_a_new_lease() -> None:
+    leases = Leases()
+    old = leases.grant("Rig", 1.0, now=0.0)
+    new = leases.grant("Page", 5.0, now=1.01)
+    assert leases.lapsed(1.02) is old
+    assert leases.lapsed(1.03) is None
+    assert leases.current(1.03) is new
+
+
 def test_somebody_elses_id_moves_nothing() -> None:
     leases = Leases()
     leases.grant("Rig", 5.0, now=0.0)
