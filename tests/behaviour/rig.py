@@ -141,6 +141,13 @@ class Socket:
                     if message["type"] == kind:
                         return message
 
+    async def closed(self, within_s: float = 10.0) -> int:
+        """The code with which the server closed the socket; messages before it are passed over."""
+        async with asyncio.timeout(within_s):
+            while (event := await self._from_app.get())["type"] != "websocket.close":
+                pass
+            return int(event["code"])
+
     def heard(self) -> list[dict[str, Any]]:
         """Everything that waits."""
         found: list[dict[str, Any]] = []
@@ -173,7 +180,7 @@ def play(
         async def open_port(address: str, _bitrate: int) -> CanPort:
             if address == "memory:broken":
                 raise PortOpenFailed("The adapter is broken. Take another.", address=address)
-            return bus.port("host")
+            return bus.port(address.removeprefix("memory:"))
 
         host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
         app = _api()

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.hub import ReadingChanged
+from hornbill.servo.hub import Change, ReadingChanged, Sampled
 from hornbill.servo.servo import Servo, State
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.recipe import Recipe
@@ -300,5 +300,94 @@ def test_effects_follow_their_cause_at_once() -> None:
         told = {change.key for change in rig.changes if isinstance(change, ReadingChanged)}
         assert "speed_limit_cw" in told
         assert json(await rig.call("GET", path))["in_effect"] is True
+
+    play(scene)
+
+
+def test_a_save_is_not_called_read_back_when_a_row_was_not() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await asyncio.sleep(3)
+        started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+        while rig.sim(servo).starts < 2:
+            await asyncio.sleep(0.001)
+        rig.sim(servo).conditions.refuse_keys.add("angle_p_gain")
+        job = rig.host.jobs.get(started["id"])
+        await rig.host.jobs.wait(job)
+        assert job.state == "failed"
+
+    play(scene)
+
+
+def test_a_value_whose_write_was_not_answered_is_stale() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+
+        def deafen(change: Change) -> None:
+            if isinstance(change, Sampled) and change.key == "angle_p_gain":
+                rig.sim(servo).conditions.drop_responses_pct = 100
+
+        forget = rig.host.hub.listen(deafen)  # it answers the read before the write, and nothing after
+        refused = await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 41})
+        problem(refused, "no_answer", 504)
+        forget()
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]
+        assert shown["stale"] is True
+
+    play(scene)
+
+
+def test_of_two_who_change_the_same_revision_at_once_one_is_refused() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        path = f"/servos/{servo.uid}/parameters"
+        revision = json(await rig.call("GET", path))["revision"]
+        answers = await asyncio.gather(
+            *(
+                rig.call("PATCH", path, {"values": {"angle_p_gain": value}}, **{"If-Match": revision})
+                for value in (41, 42)
+            )
+        )
+        assert sorted(answer.status_code for answer in answers) == [200, 412]
+
+    play(scene)
+
+
+def test_what_another_tool_changed_unseen_is_a_stale_revision_too() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        path = f"/servos/{servo.uid}/parameters"
+        revision = json(await rig.call("GET", path))["revision"]
+        rig.sim(servo).memory.put(0x2C, 77)
+        answer = await rig.call("PATCH", path, {"values": {"angle_p_gain": 41}}, **{"If-Match": revision})
+        problem(answer, "stale_revision", 412)
+        assert rig.writes() == []
+
+    play(scene)
+
+
+def test_a_servo_is_not_saved_in_the_middle_of_a_change() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await asyncio.sleep(3)
+        values = {"angle_p_gain": 41, "angle_d_gain": 31, "angle_dead_band": 1.0, "smoothing": False}
+        changing = asyncio.create_task(rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
+        while not rig.writes():
+            await asyncio.sleep(0.0002)
+        problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "busy", 409)
+        assert json(await changing)["outcome"] == "applied"
+
+    play(scene)
+
+
+def test_a_change_that_cannot_be_saved_is_refused_before_anything_is_written() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await rig.call("POST", "/stop")
+        count = len(rig.writes())
+        body = {"values": {"angle_p_gain": 41}, "save": True}
+        problem(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body), "stopped", 423)
+        assert len(rig.writes()) == count
+        assert rig.sim(servo).memory.get(0x2C) == 40
 
     play(scene)

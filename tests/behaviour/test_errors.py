@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
 from hornbill.sim.recipe import Recipe
+from hornbill.wire.messages import NodeStatus
 
 NOBODY = "0" * 32
 
@@ -246,5 +247,57 @@ def test_connecting_again_to_the_same_adapter_opens_it_anew_and_a_broken_one_lea
         problem(await rig.call("PUT", "/bus", {"address": "memory:broken"}), "bus_open_failed", 502)
         assert json(await rig.call("GET", "/bus"))["address"] == "memory:host"
         await rig.ready()
+
+    play(scene)
+
+
+def test_two_who_connect_at_once_leave_one_connection() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 5}, lease=lease))
+        rig.sim(servo).conditions.drop_responses_pct = 100
+        await asyncio.gather(
+            rig.call("PUT", "/bus", {"address": "memory:other"}),
+            rig.call("DELETE", "/bus"),
+            rig.call("PUT", "/bus", {"address": "memory:third"}),
+        )
+        since = asyncio.get_running_loop().time() + 0.5
+        await asyncio.sleep(3.5)
+        said = [one for one in rig.transfers() if one.source == 127 and one.type_id == NodeStatus.TYPE.id]
+        assert len([one for one in said if one.at > since]) == 3, "one participant speaks, once a second"
+        assert json(await rig.call("GET", "/bus"))["state"] == "active"
+
+    play(scene)
+
+
+def test_a_lease_id_that_is_none_is_answered_and_the_socket_lives() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await rig.lease()
+        path, body = f"/servos/{servo.uid}/command", {"type": "angle", "value": 1}
+        answer = await rig.http.request("POST", path, json=body, headers=[(b"Lease", "é".encode("latin-1"))])
+        problem(answer, "lease_held", 409)
+        problem(await rig.call("PUT", "/leases/é"), "unknown_lease", 404)
+        page = Socket(rig.app)
+        page.say(type="heartbeat", lease="é")
+        assert (await page.hear("error"))["code"] == "unknown_lease"
+        await page.close()
+
+    play(scene)
+
+
+@pytest.mark.parametrize("value", ["9" * 400, '"\\ud800"', "NaN", "1e400"])
+@pytest.mark.parametrize("key", ["angle_p_gain", "torque_mode", "command_angle"])
+def test_values_that_json_can_write_and_nothing_can_hold(key: str, value: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        headers = {"Content-Type": "application/json", "Lease": lease}
+        body = f'{{"value": {value}}}'
+        answer = await rig.http.request("PUT", f"/servos/{servo.uid}/parameters/{key}", content=body, headers=headers)
+        assert answer.status_code == 422
+        assert answer.json()["code"] in ("invalid_value", "out_of_range")
+        assert rig.writes() == []
 
     play(scene)

@@ -11,6 +11,9 @@ from hornbill.servo.servo import State
 from hornbill.sim.bench import demo_fleet
 from hornbill.sim.recipe import Recipe
 from hornbill.units import Uid
+from hornbill.wire.datatype import Kind
+from hornbill.wire.messages import ActuatorStatus
+from hornbill.wire.transfer import Transfer
 
 DYNAMIC = [Recipe("BLA21-06U-A0", "1.300", uid=bytes([n] * 16)) for n in range(1, 5)]
 
@@ -155,3 +158,88 @@ def test_twenty_percent_of_frames_lost_and_everything_is_still_read() -> None:
             assert all(register.raw is not None for register in servo.registers.values())
 
     play(scene, *(replace(PLAIN, node_id=20 + n, servo_id=n) for n in range(3)))
+
+
+def test_what_runs_since_long_is_not_taken_for_rom_because_it_restarted_once() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        sim = rig.sim(servo)
+        await asyncio.sleep(5)
+        sim.conditions.mute = True
+        rig.bench.power(servo.uid, False)
+        await asyncio.sleep(0.3)
+        rig.bench.power(servo.uid, True)
+        await asyncio.sleep(60)
+        sim.memory.put(0x2C, 77)  # another tool wrote RAM meanwhile
+        sim.conditions.mute = False
+        await asyncio.sleep(5)
+        assert servo.raw("angle_p_gain") == 77
+        assert servo.registers["angle_p_gain"].rom is None
+
+    play(scene)
+
+
+def test_what_we_wrote_is_not_taken_for_rom_after_connecting_anew_to_a_young_servo() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 41}}))
+        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+        await rig.ready()
+        assert servo.registers["angle_p_gain"].rom != 41
+
+    play(scene)
+
+
+def test_a_servo_back_from_silence_is_not_ready_before_it_was_read_again() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        sim = rig.sim(servo)
+        await asyncio.sleep(5)
+        sim.conditions.mute = True
+        await asyncio.sleep(10)
+        assert servo.state is State.OFFLINE
+        sim.memory.put(0x2C, 77)  # another tool
+        sim.conditions.mute = False
+        while not servo.online:
+            await asyncio.sleep(0.0005)
+        sim.conditions.drop_responses_pct = 100
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]
+        assert shown["value"] == 77 or shown["stale"]
+        assert servo.state is State.IDENTIFYING
+        await asyncio.sleep(3)
+        sim.conditions.drop_responses_pct = 0
+        await asyncio.sleep(4)
+        assert servo.raw("angle_p_gain") == 77
+        assert servo.state is State.READY
+
+    play(scene)
+
+
+def test_a_store_that_fails_does_not_keep_a_servo_from_being_stopped_and_watched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def scene(rig: Rig) -> None:
+        def fail(*_args: object) -> None:
+            raise OSError("disk full")
+
+        monkeypatch.setattr(rig.host.store.servos, "met", fail)
+        servo = (await rig.ready())[0]
+        await asyncio.sleep(3)
+        reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["current_voltage"]
+        assert reading["stale"] is False
+        assert reading["age_s"] < 2.5
+
+    play(scene)
+
+
+def test_a_servo_that_says_infinity_breaks_nothing() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        said = bytearray(ActuatorStatus(1, 0.0, 0.0, 0.0, 0).encode())
+        said[1:3] = b"\x00\x7c"  # a float16 of that value
+        kind, now = ActuatorStatus.TYPE.id, asyncio.get_running_loop().time()
+        transfer = Transfer(Kind.MESSAGE, kind, 11, 0, 16, 0, bytes(said), now)
+        rig.host.connected().participant.subscriptions.dispatch(transfer)
+        assert json(await rig.call("GET", f"/servos/{servo.uid}"))["angle_deg"] < 1
+
+    play(scene)

@@ -3,6 +3,8 @@
 import asyncio
 from itertools import pairwise
 
+import pytest
+
 from behaviour.rig import PLAIN, Rig, Socket, json, play
 from hornbill.api import outbox
 from hornbill.sim.recipe import Recipe
@@ -171,6 +173,23 @@ def test_a_page_that_comes_late_is_given_the_last_angles_and_events_at_once() ->
         times = (await page.hear("telemetry"))["channels"]["current_angle"]["t"]
         assert len(times) > 150
         assert times == sorted(times)
+        await page.close()
+
+    play(scene)
+
+
+def test_a_page_whose_writer_fails_is_told_to_connect_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+
+        def fail(_box: outbox.Outbox) -> list[bytes]:
+            raise RuntimeWarning("a defect")
+
+        page = Socket(rig.app)
+        await page.hear("hello")
+        monkeypatch.setattr(outbox.Outbox, "take", fail)
+        page.say(type="subscribe", topics=["servos"])
+        assert await page.closed() == 1011
         await page.close()
 
     play(scene)

@@ -261,3 +261,132 @@ def test_torque_goes_off_on_a_lapse_even_when_somebody_else_takes_the_lease_in_t
         assert rig.sim(servo).output == 1
 
     play(scene)
+
+
+def test_a_servo_that_restarts_under_command_is_not_commanded_again() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await asyncio.sleep(3)
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(90), lease=lease))
+        await asyncio.sleep(1)
+        rig.bench.power(servo.uid, False)
+        await asyncio.sleep(0.7)
+        rig.bench.power(servo.uid, True)
+        fastest = 0.0
+        for _ in range(3000):
+            await asyncio.sleep(0.001)
+            fastest = max(fastest, abs(rig.sim(servo).speed_rpm))
+        assert fastest < 40, "soft start is slow"
+        assert servo.state is not State.OFFLINE
+
+    play(scene)
+
+
+def test_what_its_own_time_out_took_is_not_given_back_by_the_keep_alive() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(90), lease=lease))
+        await asyncio.sleep(1)
+        rig.bus.loss(100)
+        await asyncio.sleep(2)
+        assert rig.sim(servo).output == 1
+        rig.bus.loss(0)
+        await asyncio.sleep(5)
+        assert rig.sim(servo).output == 1
+        assert rig.events("let_go")
+
+    play(scene)
+
+
+def test_the_old_target_is_not_sent_after_the_new_one() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path = f"/servos/{servo.uid}/command"
+        json(await rig.call("POST", path, command(10), lease=lease))
+        await asyncio.sleep(0.3)
+        rig.sim(servo).conditions.drop_responses_pct = 100
+        moving = asyncio.create_task(rig.call("POST", path, command(50), lease=lease))
+        await asyncio.sleep(0.31)
+        rig.sim(servo).conditions.drop_responses_pct = 0
+        answer = json(await moving)
+        assert answer["value"] == 50.0
+        await asyncio.sleep(1)
+        sent = [raw for _, name, raw in rig.writes() if name == "0x00"]
+        assert 100 not in sent[sent.index(500) :]
+        assert rig.sim(servo).output == 0
+
+    play(scene)
+
+
+def test_turning_torque_on_anew_forgets_what_was_commanded_before() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path = f"/servos/{servo.uid}"
+        json(await rig.call("POST", path + "/command", command(60), lease=lease))
+        await asyncio.sleep(1)
+        rig.sim(servo).memory.put(0x20, 1)  # another tool turned it off
+        rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+        rig.bench.turn_by_hand(servo.uid, 5.0)
+        rig.bus.history.clear()
+        rig.sim(servo).conditions.drop_responses_pct = 60
+        answer = None
+        while answer is None or answer.status_code != 200:
+            answer = await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease)
+        rig.sim(servo).conditions.drop_responses_pct = 0
+        await asyncio.sleep(2)
+        assert abs(rig.sim(servo).angle_deg - 5) < 1
+        assert 600 not in {raw for _, name, raw in rig.writes() if name == "0x00"}
+
+    play(scene)
+
+
+def test_nothing_can_be_energised_while_the_bus_is_being_left() -> None:
+    async def scene(rig: Rig) -> None:
+        deaf, other = await rig.ready(2)
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{other.uid}/torque", {"mode": "off"}))
+        json(await rig.call("POST", f"/servos/{deaf.uid}/command", command(5), lease=lease))
+        rig.sim(deaf).conditions.drop_responses_pct = 100
+        leaving = asyncio.create_task(rig.call("DELETE", "/bus"))
+        await asyncio.sleep(0.05)
+        problem(
+            await rig.call("POST", f"/servos/{other.uid}/torque", {"mode": "on"}, lease=lease), "bus_disconnected", 503
+        )
+        json(await leaving)
+        assert rig.sim(other).output == 1
+        assert any(event.uid == deaf.uid for event in rig.events("no_answer")), "it was not confirmed, and that is said"
+
+    play(scene, PLAIN, MODE_ON)
+
+
+@pytest.mark.parametrize("value", [1e308, -1e308])
+def test_a_huge_clamped_command_is_clamped(value: float) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        answer = await rig.call("POST", f"/servos/{servo.uid}/command", command(value, clamp=True), lease=lease)
+        assert json(answer)["clamped"] is True
+
+    play(scene)
+
+
+def test_a_failure_in_one_tick_does_not_end_the_watch_over_leases(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease(ttl_s=1)
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", command(5), lease=lease))
+
+        def fail(_now: float) -> None:
+            raise RuntimeError("a defect")
+
+        monkeypatch.setattr(rig.host.fleet, "tick", fail)
+        await asyncio.sleep(0.2)
+        monkeypatch.undo()
+        await asyncio.sleep(1)
+        assert rig.sim(servo).output == 1
+
+    play(scene)

@@ -2,7 +2,10 @@
 
 import asyncio
 
+import pytest
+
 from behaviour.rig import PLAIN, Rig, json, play, problem
+from hornbill.servo.hub import Change, ReadingChanged, StopChanged
 from hornbill.servo.servo import State
 from hornbill.sim.recipe import Recipe
 
@@ -181,5 +184,189 @@ def test_one_press_that_arrives_by_two_roads_is_one_stop() -> None:
         third = json(await rig.call("POST", "/stop?by=Page 1"))
         assert third["at"] > first["at"]
         assert all(one["confirmed"] for one in third["servos"])
+
+    play(scene)
+
+
+def test_a_restart_job_that_waits_does_not_restart_the_servo_after_a_stop() -> None:
+    far = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom={"soft_start": 0}, angle_deg=20)
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/restart"), 202)
+        json(await rig.call("POST", "/stop"))
+        await asyncio.sleep(6)
+        assert rig.sim(servo).starts == 1
+        assert json(await rig.call("GET", f"/jobs/{job['id']}"))["error"]["code"] == "stopped"
+        assert rig.sim(servo).output == 1
+
+    play(scene, far)
+
+
+def test_a_save_job_that_waits_does_not_save_the_stop() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+        json(await rig.call("POST", "/stop"))
+        await asyncio.sleep(8)
+        assert rig.sim(servo).starts == 1
+        assert rig.sim(servo).memory.stored(0x20) == 0
+
+    play(scene)
+
+
+def test_a_servo_stopped_while_it_starts_is_not_believed_to_have_torque_off_in_rom() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await rig.call("POST", "/stop")
+        rig.bench.power(servo.uid, False)
+        await asyncio.sleep(0.5)
+        rig.bench.power(servo.uid, True)
+        await asyncio.sleep(6)
+        assert rig.sim(servo).output == 1
+        assert rig.sim(servo).memory.stored(0x20) == 0
+        assert servo.registers["torque_mode"].rom in (0, None)
+
+    play(scene)
+
+
+def test_a_new_servo_with_torque_on_is_shown_unconfirmed_until_it_is_stopped() -> None:
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        await rig.call("POST", "/stop")
+        sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
+        await asyncio.sleep(6)
+        assert sim.output == 1
+        state = json(await rig.call("GET", "/stop"))
+        assert [one["confirmed"] for one in state["servos"]] == [True, True]
+
+    play(scene)
+
+
+def test_a_servo_whose_rows_cannot_be_read_is_stopped_all_the_same() -> None:
+    """It answers who it is, and then its answers to most reads are lost."""
+
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        await rig.call("POST", "/stop")
+        sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
+        async with asyncio.timeout(10):
+            while len(rig.host.fleet.all()) < 2:
+                await asyncio.sleep(0.0005)
+        sim.conditions.drop_responses_pct = 100
+        await asyncio.sleep(0.3)
+        assert sim.output == 1
+
+    play(scene)
+
+
+def test_a_servo_that_somebody_turns_on_again_is_no_longer_called_confirmed() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await rig.call("POST", "/stop")
+        seen: list[bool] = []
+
+        def watch(change: Change) -> None:
+            if isinstance(change, StopChanged) and rig.host.stop.latch is not None:
+                seen.append(rig.host.stop.latch.servos[servo.uid].confirmed)
+
+        rig.host.hub.listen(watch)
+        rig.sim(servo).memory.put(0x20, 0)
+        rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+        await asyncio.sleep(3)
+        assert seen == [False, True]
+        assert rig.sim(servo).output == 1
+
+    play(scene)
+
+
+def test_a_second_press_is_sent_to_every_servo_again() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        json(await rig.call("POST", "/stop"))
+        rig.sim(servo).memory.put(0x20, 0)  # another tool turned it on
+        rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+        assert rig.sim(servo).output == 0
+        json(await rig.call("POST", "/stop"))
+        await asyncio.sleep(0.01)
+        assert rig.sim(servo).output == 1
+
+    play(scene)
+
+
+def test_a_failure_of_ours_does_not_end_the_repetition_of_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        write, failed = rig.host.asker.write, 0
+
+        async def fail_once(*args: object) -> int:
+            nonlocal failed
+            failed += 1
+            if failed == 1:
+                raise RuntimeError("a defect")
+            return await write(*args)  # pyright: ignore[reportArgumentType]
+
+        monkeypatch.setattr(rig.host.asker, "write", fail_once)
+        json(await rig.call("POST", "/stop"))
+        assert rig.sim(servo).output == 1
+
+    play(scene)
+
+
+def test_clearing_a_stop_does_not_let_go_of_a_servo_that_has_not_answered_yet() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        rig.bus.loss(100)
+        json(await rig.call("POST", "/stop"))
+        json(await rig.call("DELETE", "/stop"))
+        said = rig.events("stop_cleared")[0]
+        assert servo.title in said.text
+        rig.bus.loss(0)
+        await asyncio.sleep(1)
+        assert rig.sim(servo).output == 1
+
+    play(scene)
+
+
+def test_a_stop_with_the_brake_is_not_undone_by_a_torque_off_that_was_still_owed() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease(ttl_s=1)
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
+        rig.bus.loss(100)
+        await asyncio.sleep(1.5)
+        json(await rig.call("POST", "/stop", {"mode": "brake"}))
+        rig.bus.loss(0)
+        await asyncio.sleep(2)
+        assert rig.sim(servo).output == 2
+
+    play(scene)
+
+
+def test_a_stop_in_the_instant_of_an_answer_leaves_nothing_repeating() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path, done = f"/servos/{servo.uid}", False
+
+        def press(change: Change) -> None:
+            nonlocal done
+            if isinstance(change, ReadingChanged) and change.key == "command_angle" and not done:
+                done = True
+                asyncio.get_running_loop().call_soon(rig.host.stop.now, "off", "test", "")
+
+        rig.host.hub.listen(press)
+        problem(await rig.call("POST", path + "/command", {"type": "angle", "value": 90}, lease=lease), "stopped", 423)
+        assert done
+        await asyncio.sleep(1)
+        assert rig.writes()[-1][1:] == ("0x20", 1)
+        json(await rig.call("DELETE", "/stop"))
+        rig.bench.turn_by_hand(servo.uid, 10.0)
+        json(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease))
+        await asyncio.sleep(2)
+        assert abs(rig.sim(servo).angle_deg - 10) < 1
+        assert (
+            not rig.host.motion.driven(servo.uid) or len({raw for _, name, raw in rig.writes() if name == "0x00"}) == 2
+        )
 
     play(scene)

@@ -1,6 +1,7 @@
 """Owns the WebSocket: one reader and one writer a socket, batched, and an orderly end whichever way it goes."""
 
 import asyncio
+import logging
 
 from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketDisconnect
@@ -8,6 +9,8 @@ from starlette.websockets import WebSocketDisconnect
 from hornbill.api.outbox import Outbox
 from hornbill.api.session import Session
 from hornbill.servo.host import Host
+
+log = logging.getLogger(__name__)
 
 router = APIRouter()
 
@@ -58,3 +61,6 @@ async def _write(socket: WebSocket, outbox: Outbox) -> None:
             await asyncio.sleep(BATCH_S)
     except (WebSocketDisconnect, RuntimeError):
         pass  # the page is gone; the reader notices as well and ends the session
+    except Exception:  # a page that hears nothing more must not believe that nothing happens
+        log.exception("a socket's writer failed")
+        await socket.close(1011)

@@ -9,6 +9,7 @@ from pydantic import WithJsonSchema, create_model
 from hornbill.api import models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.problems import declared
+from hornbill.errors import HornbillError
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import COMMANDS
 from hornbill.schema.parameter import Parameter
@@ -94,16 +95,24 @@ def _whole_set(made: APIRouter, catalog: Catalog) -> None:
         """Several rows, all or nothing: validated, written, read back; on any failure undone."""
         assert isinstance(body, models.ParametersPatch)
         host.connected()
+        saves = body.save and not body.dry_run
+        if saves:
+            host.saving.check(servo, lease)
         outcome = await host.changes.apply(
             servo, body.values, lease, dry_run=body.dry_run, revision=None if revision is None else revision.strip('"'),
         )  # fmt: skip
-        job = host.saving.save(servo, lease) if body.save and outcome.outcome == "applied" else None
+        job, failure = None, outcome.failure
+        if saves and outcome.outcome == "applied":
+            try:
+                job = host.saving.save(servo, lease)
+            except HornbillError as error:  # what was written stays written, and that is what must be said
+                failure = error
         return models.ParametersPatched(
             outcome=outcome.outcome,  # pyright: ignore[reportArgumentType]
             changes=[models.Change.model_validate(change) for change in outcome.changes],
             revision=servo.revision,
             job=None if job is None else job.id,
-            failure=None if outcome.failure is None else outcome.failure.detail,
+            failure=None if failure is None else failure.detail,
         )
 
 

@@ -1,5 +1,6 @@
 """Owns the one table from errors to HTTP answers, as application/problem+json."""
 
+import json
 from typing import Any
 
 import orjson
@@ -59,7 +60,8 @@ def problem(error: errors.HornbillError) -> Problem:
 def answer(error: errors.HornbillError) -> Response:
     """The HTTP response for an error."""
     shown = problem(error)
-    return Response(orjson.dumps(shown.model_dump(), default=str), shown.status, media_type=MEDIA_TYPE)
+    # It may repeat what was sent: whole numbers of any size and half surrogates, which orjson refuses.
+    return Response(json.dumps(shown.model_dump(), default=str), shown.status, media_type=MEDIA_TYPE)
 
 
 def declared(*codes: str) -> dict[int | str, dict[str, Any]]:

@@ -98,10 +98,17 @@ class Asker:
 
     async def _get_set(self, servo: Servo, parameter: Parameter, value: Value, patience: Patience) -> Raw:
         request = GetSetRequest(0, value, parameter.name)
+        node = _node(servo)
+        if value != EMPTY:
+            servo.note_write(parameter.key)
         try:
-            response = await self._ask(_node(servo), servo.title, request, GetSetResponse, patience)
-        except NoAnswer as error:
-            error.facts["key"] = parameter.key
+            response = await self._ask(node, servo.title, request, GetSetResponse, patience)
+        except BaseException as error:
+            if isinstance(error, NoAnswer):
+                error.facts["key"] = parameter.key
+            if value != EMPTY:  # it may have been carried out all the same
+                servo.forget(parameter.key)
+                self._hub.tell(ReadingChanged(servo.uid, parameter.key))
             raise
         raw = _integer_of(response, parameter)
         if raw is None:

@@ -99,9 +99,13 @@ class Changes:
 
     def number(self, row: Parameter, value: object) -> float:
         """`value` as the number a command needs. Raises InvalidValue."""
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        try:
+            found = math.nan if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
+        except OverflowError:
+            found = math.inf
+        if not math.isfinite(found):
             raise InvalidValue(f"{row.label} is a number in {row.unit}. Enter {scale.allowed(row)}.", key=row.key)
-        return float(value)
+        return found
 
     def plan(self, servo: Servo, values: Mapping[str, object]) -> dict[str, Raw]:
         """Raw values to write, every one checked. Raises the first problem; nothing is sent.
@@ -146,11 +150,13 @@ class Changes:
 
         Raises what `plan` raises, StaleRevision, LeaseHeld, Busy, NoAnswer (before anything was written).
         """
-        if revision is not None and revision != servo.revision:
-            raise StaleRevision(
-                f"{servo.title} was changed since revision {revision}; it is now at {servo.revision}. Read it again.",
-                revision=servo.revision,
-            )
+        async with servo.changing:  # or one's roll-back would undo what the other wrote meanwhile
+            return await self._apply(servo, values, lease_id, dry_run=dry_run, revision=revision)
+
+    async def _apply(
+        self, servo: Servo, values: Mapping[str, object], lease_id: str | None, *, dry_run: bool, revision: str | None
+    ) -> Outcome:
+        self._check_revision(servo, revision)
         self._leases.allow_write(lease_id, self._base.now())
         for key in values:
             self.row(servo, key)
@@ -159,6 +165,7 @@ class Changes:
             await self._asker.read(servo, servo.registers[key].parameter)
         if MOVES_THE_HORN & set(values):
             await self._asker.read(servo, servo.registers["torque_mode"].parameter)
+        self._check_revision(servo, revision)  # another tool may have written, and only now we know
         wanted = self.plan(servo, values)
         order = sorted(wanted, key=lambda key: key == "torque_mode")
         writes = [_Write(servo.registers[key].parameter, servo.raw(key), wanted[key]) for key in order]
@@ -170,6 +177,14 @@ class Changes:
             return await self._write_all(servo, writes, lease_id)
         finally:
             self._hub.tell(ServoChanged(servo.uid))
+
+    @staticmethod
+    def _check_revision(servo: Servo, revision: str | None) -> None:
+        if revision is not None and revision != servo.revision:
+            raise StaleRevision(
+                f"{servo.title} was changed since revision {revision}; it is now at {servo.revision}. Read it again.",
+                revision=servo.revision,
+            )
 
     async def _write_all(self, servo: Servo, writes: list[_Write], lease_id: str | None) -> Outcome:
         done: list[_Write] = []

@@ -2,9 +2,10 @@
 
 import asyncio
 import logging
+import math
 from collections.abc import Callable
 
-from hornbill.errors import NoAnswer, PortError, Unknown
+from hornbill.errors import HornbillError, NoAnswer, PortError, Unknown
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
@@ -27,6 +28,9 @@ SOFT_START_LIMIT_S = 20.0
 RETRY_S = 1.0
 FRESH_UPTIME_S = 2
 """A node first heard with at most this uptime has just started, so nobody has written to it yet."""
+
+RESTARTED_UPTIME_S = 5
+"""The same for one whose restart was noticed, which was heard until then: some of its messages may have been lost."""
 
 DEGREES_PER_UNIT = 100.0
 """Position of uavcan.equipment.actuator.Status read literally: 0.001 per 0.1 degree (errata B1)."""
@@ -59,7 +63,10 @@ class Fleet:
         self._just_restarted: set[int] = set()
         self._fresh: dict[int, tuple[int, Instant]] = {}
         self._directory = Directory()
+        self.on_sight: Callable[[Servo], None] = lambda _servo: None
+        """Called as soon as it is known which servo is on a node id, before its rows are read."""
         self.on_arrival: Callable[[Servo], None] = lambda _servo: None
+        """Called when its rows have been read."""
         for kept in inventory.all():
             self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label)
 
@@ -83,6 +90,7 @@ class Fleet:
         """Follow this bus from now on; the answer is who lives on it."""
         self._directory = Directory()
         self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))
+        self._directory.on_appeared.append(lambda record: self._foreign.pop(record.node_id, None))
         self._directory.follow(participant)  # first, so that it knows of a restart before we look
         participant.subscribe(NodeStatus, self._on_node_status)
         participant.subscribe(ActuatorStatus, self._on_actuator_status)
@@ -101,7 +109,8 @@ class Fleet:
             servo.status, servo.status_at = status, now
             if before is None or (before.health, before.mode) != (status.health, status.mode):
                 self._hub.tell(ServoChanged(servo.uid))
-            if servo.identified:
+            record = self._directory.records.get(node)
+            if servo.identified and record is not None and record.unique_id is not None:
                 return
         # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
         if restarted:
@@ -109,7 +118,8 @@ class Fleet:
             self._ask_again_at.pop(node, None)
             if servo is not None:
                 self._noticed_restart(servo)
-        if restarted or status.uptime_sec <= FRESH_UPTIME_S or self._was_granted(node, now):
+        young = status.uptime_sec <= (RESTARTED_UPTIME_S if restarted else FRESH_UPTIME_S)
+        if young or self._was_granted(node, now):
             self._fresh.setdefault(node, (status.uptime_sec, now))
         if node not in self._foreign and node not in self._asking and now >= self._ask_again_at.get(node, now):
             self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
@@ -117,7 +127,7 @@ class Fleet:
     def _on_actuator_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
         """A Status (10 Hz a servo): the angle. Its force and speed fields are not used by these servos."""
         servo = self._by_node.get(transfer.source)
-        if servo is None or status.position != status.position:
+        if servo is None or not math.isfinite(status.position):
             return
         servo.angle_deg = round(status.position * DEGREES_PER_UNIT, 2)
         servo.angle_at = transfer.at
@@ -180,10 +190,7 @@ class Fleet:
         return granted is not None and now - granted < 2.0
 
     def _noticed_restart(self, servo: Servo) -> None:
-        servo.identified = False
-        servo.soft_start_since = None
-        servo.forget_readings()
-        servo.boots += 1
+        servo.restarted()
         self._hub.tell(ServoChanged(servo.uid))
         if servo.busy is None:
             text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
@@ -205,26 +212,35 @@ class Fleet:
                 self._recall_rom(servo)
             servo.identified = True
             self._fresh.pop(node, None)
-            self.remember(servo)
             self._told_all(servo)
             self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid))
             self.on_arrival(servo)
+            self.remember(servo)
         except NoAnswer as error:
             log.info("node %d: %s", node, identification.lost(error))
             self._ask_again_at[node] = self._base.now() + RETRY_S
         except PortError as error:
             log.debug("node %d: %s", node, error.detail)
+        except Exception:  # nobody waits for this task: it must say itself what went wrong, and try again
+            log.exception("node %d could not be identified", node)
+            self._ask_again_at[node] = self._base.now() + RETRY_S
         finally:
             self._asking.pop(node, None)
 
     def _welcome(self, node: NodeId, identity: Identity) -> Servo:
         servo = self._servos.setdefault(identity.uid, Servo(identity.uid, self.catalog))
+        record = self._directory.records.get(node)
         if servo.node_id is not None and servo.node_id != node:
             self._by_node.pop(servo.node_id, None)
-            servo.boots += 1
+            servo.restarted()
+        elif not servo.online:
+            servo.identified = False
+            servo.forget_readings()
+            away = None if record is None or servo.status_at is None else record.heard - servo.status_at
+            if record is not None and away is not None and record.status.uptime_sec < away:
+                servo.restarted()
         servo.node_id = node
         servo.online = True
-        record = self._directory.records.get(node)
         if record is not None:
             servo.status, servo.status_at = record.status, record.heard
             self._directory.identify(node, bytes.fromhex(identity.uid))
@@ -235,6 +251,7 @@ class Fleet:
         self._by_node[node] = servo
         identification.apply(servo, identity)
         self._hub.tell(ServoChanged(servo.uid))
+        self.on_sight(servo)
         return servo
 
     async def _after_soft_start(self, servo: Servo, node: int) -> None:
@@ -243,25 +260,29 @@ class Fleet:
         try:
             await identification.read_rows(self._asker, servo, rows)
             for key in learn:
-                servo.registers[key].rom = servo.registers[key].raw
+                if not servo.registers[key].written:
+                    servo.registers[key].rom = servo.registers[key].raw
             self.remember(servo)
             self._told_all(servo)
-        except (NoAnswer, PortError) as error:
+        except HornbillError as error:
             log.info("%s: after soft start: %s", servo.title, error.detail)
         finally:
             self._asking.pop(node, None)
 
     def remember(self, servo: Servo) -> None:
-        """Keep what is known of a servo beyond this process: who it is, and what its ROM holds."""
-        self._inventory.met(
-            servo.uid,
-            ServoFacts(
-                name=servo.name, model=servo.model.name if servo.model else None, model_number=servo.model_number,
-                hardware_version=servo.hardware_version, firmware=servo.firmware, serial=servo.serial_number,
-                production_date=servo.production_date, node_id=servo.node_id, servo_id=servo.servo_id,
-            ),
+        """Keep what is known of a servo beyond this process: who it is, and what its ROM holds. Never raises."""
+        facts = ServoFacts(
+            name=servo.name, model=servo.model.name if servo.model else None, model_number=servo.model_number,
+            hardware_version=servo.hardware_version, firmware=servo.firmware, serial=servo.serial_number,
+            production_date=servo.production_date, node_id=servo.node_id, servo_id=servo.servo_id,
         )  # fmt: skip
-        self._inventory.keep_rom(servo.uid, servo.rom())
+        try:
+            self._inventory.met(servo.uid, facts)
+            self._inventory.keep_rom(servo.uid, servo.rom())
+        except Exception:  # a full disk must not keep anybody from watching and stopping this servo
+            log.exception("%s could not be kept in the store", servo.title)
+            text = f"What is known of {servo.title} could not be stored. Check the data folder and its disk."
+            self._hub.tell(Happened("warning", "store_failed", text, servo.uid))
 
     def _recall_rom(self, servo: Servo) -> None:
         """ROM changes only by a save, and a save restarts the servo: what was known holds while it has run on."""

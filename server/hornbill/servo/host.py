@@ -1,6 +1,7 @@
 """Owns Host: the servo layer put together, and its connection to at most one bus."""
 
 import asyncio
+import logging
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
@@ -28,6 +29,8 @@ from hornbill.store.store import Store
 from hornbill.units import Instant
 from hornbill.wire.port import CanPort, PortState
 from hornbill.wire.services import SoftwareVersion
+
+log = logging.getLogger(__name__)
 
 TICK_S = 0.025
 """How often leases, silence and soft starts are looked at; a lease that lapses is acted on within this."""
@@ -87,7 +90,9 @@ class Host:
             self.fleet,
         )  # fmt: skip
         self.polling = Polling(self.asker, self.base)
-        self.fleet.on_arrival = self._arrived
+        self.fleet.on_sight = self.stop.on_arrival
+        self.fleet.on_arrival = self.polling.begin
+        self._switching = asyncio.Lock()
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
     async def connect(self, address: str, bitrate: int) -> Connection:
@@ -95,10 +100,14 @@ class Host:
 
         The adapter that is connected already is closed first: most cannot be opened twice.
         """
-        if self.connection is not None and self.connection.port.address == address:
-            await self.disconnect()
-        port = await self._open_port(address, bitrate)
-        await self.disconnect()
+        async with self._switching:
+            if self.connection is not None and self.connection.port.address == address:
+                await self._leave()
+            port = await self._open_port(address, bitrate)
+            await self._leave()
+            return self._join(port, address, bitrate)
+
+    def _join(self, port: CanPort, address: str, bitrate: int) -> Connection:
         node_id, unique_id, version = self._own
         writable = frozenset(row.name for row in self.catalog.parameters.values() if row.writable)
         participant = Participant(
@@ -119,11 +128,17 @@ class Host:
 
     async def disconnect(self) -> None:
         """Leave the bus: what is under command is let go with torque off first. Twice is harmless."""
+        async with self._switching:
+            await self._leave()
+
+    async def _leave(self) -> None:
         connection = self.connection
         if connection is None:
             return
+        self.motion.leaving = True
         await self.motion.close()
         self.connection, self.asker.participant = None, None
+        self.motion.leaving = False
         await connection.participant.close()
         await self.fleet.detach()
         await connection.port.close()
@@ -157,10 +172,6 @@ class Host:
         self.store.servos.label(servo.uid, servo.label)
         self.hub.tell(ServoChanged(servo.uid))
 
-    def _arrived(self, servo: Servo) -> None:
-        self.polling.begin(servo)
-        self.stop.on_arrival(servo)
-
     def _granted_at(self, node_id: int) -> Instant | None:
         return None if self.connection is None else self.connection.granted.get(node_id)
 
@@ -177,8 +188,11 @@ class Host:
         while True:
             await asyncio.sleep(TICK_S)
             now = self.base.now()
-            self.motion.tick()
-            self.fleet.tick(now)
+            try:
+                self.motion.tick()
+                self.fleet.tick(now)
+            except Exception:  # a lease that lapses later must be noticed all the same
+                log.exception("a tick failed")
             connection = self.connection
             if connection is not None and now - second >= 1.0:
                 seen = connection.port.statistics

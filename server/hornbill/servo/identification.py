@@ -81,12 +81,13 @@ async def read_rows(asker: Asker, servo: Servo, keys: list[str] | None = None) -
 
 
 def learn_rom(servo: Servo, *, soft_start: bool) -> None:
-    """Take what RAM holds for what ROM holds: true only right after a start, before anybody wrote (section 4.11).
+    """Take what RAM holds for what ROM holds: true only right after a start, and of no row we wrote since (4.11).
 
     During soft start the five rows it overrides say nothing about ROM (section 4.14).
     """
     for key, register in servo.registers.items():
-        if register.parameter.rom and register.at is not None and not (soft_start and key in SOFT_START_ROWS):
+        told = register.parameter.rom and register.at is not None and not register.written
+        if told and not (soft_start and key in SOFT_START_ROWS):
             register.rom = register.raw
 
 

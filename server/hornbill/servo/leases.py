@@ -43,7 +43,7 @@ class Leases:
     def renew(self, lease_id: str, now: Instant) -> Lease:
         """Another `ttl_s` from now. Raises Unknown(unknown_lease) once it has ended: ask for a new one."""
         lease = self.current(now)
-        if lease is None or not secrets.compare_digest(lease.id, lease_id):
+        if lease is None or not _is(lease, lease_id):
             raise Unknown("unknown_lease", "This lease has ended. Ask for a new one: POST /api/v1/leases.")
         lease.expires_at = now + lease.ttl_s
         return lease
@@ -67,7 +67,7 @@ class Leases:
     def require(self, lease_id: str | None, now: Instant) -> Lease:
         """The live lease of whoever wants to move something. Raises LeaseRequired or LeaseHeld."""
         lease = self.current(now)
-        if lease is not None and lease_id is not None and secrets.compare_digest(lease.id, lease_id):
+        if lease is not None and _is(lease, lease_id):
             return lease
         if lease is not None:
             raise self._held(lease, now)
@@ -80,7 +80,7 @@ class Leases:
     def allow_write(self, lease_id: str | None, now: Instant) -> None:
         """Parameters need the lease only while somebody else holds it. Raises LeaseHeld."""
         lease = self.current(now)
-        if lease is not None and (lease_id is None or not secrets.compare_digest(lease.id, lease_id)):
+        if lease is not None and not _is(lease, lease_id):
             raise self._held(lease, now)
 
     @staticmethod
@@ -91,3 +91,8 @@ class Leases:
             holder=lease.holder,
             expires_in_s=round(left, 3),
         )
+
+
+def _is(lease: Lease, lease_id: str | None) -> bool:
+    """Compared as bytes: texts other than ASCII would raise instead of being no lease."""
+    return lease_id is not None and secrets.compare_digest(lease.id.encode(), lease_id.encode(errors="replace"))

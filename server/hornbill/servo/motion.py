@@ -1,12 +1,19 @@
 """Owns Motion: commands under a live lease, kept alive while it lives, and torque off the moment it does not."""
 
 import asyncio
-import logging
-from collections.abc import Coroutine
 from dataclasses import dataclass
-from typing import Any
 
-from hornbill.errors import HornbillError, LeaseRequired, NoAnswer, PortError, Refused
+from hornbill.errors import (
+    BusDisconnected,
+    Busy,
+    HornbillError,
+    LeaseHeld,
+    LeaseRequired,
+    NoAnswer,
+    Refused,
+    Stopped,
+    TorqueOff,
+)
 from hornbill.schema.parameter import DUMMY
 from hornbill.servo import permission
 from hornbill.servo.asking import COMMAND, READ, STOP, TORQUE, Asker, Patience
@@ -18,8 +25,6 @@ from hornbill.servo.stop import MODES, Stop
 from hornbill.servo.timebase import TimeBase
 from hornbill.units import Raw, Uid
 
-log = logging.getLogger(__name__)
-
 FRESH_S = 1.0
 """How old a reading may be that decides whether a command is let through."""
 
@@ -29,11 +34,10 @@ OFF_TRIES = 10
 
 @dataclass(slots=True)
 class Driven:
-    """A servo under command: whose lease, what was last sent, and the task that keeps repeating it."""
+    """A servo under command: whose lease, and the task that keeps repeating the command."""
 
     servo: Servo
     lease_id: str
-    target: Target | None = None
     alive: asyncio.Task[None] | None = None
 
 
@@ -47,8 +51,10 @@ class Motion:
         self._leases = leases
         self._driven: dict[Uid, Driven] = {}
         self._sending: dict[asyncio.Task[Raw], Uid] = {}
-        self._quenching: set[asyncio.Task[None]] = set()
+        self._quenching: dict[asyncio.Task[None], Servo] = {}
         self.stop: Stop | None = None
+        self.leaving = False
+        """The bus is being left: nothing may be put under command any more."""
 
     def driven(self, uid: Uid) -> bool:
         """Whether somebody has this servo under command."""
@@ -66,10 +72,13 @@ class Motion:
         target = permission.target(servo, kind, value, clamp=clamp)
         lease = self.may_move(servo, lease_id)
         driven = self._drive(servo, lease)
-        await self._send(servo, target, COMMAND)
-        driven.target = target
-        self._note_command(servo, target)
-        self._keep_alive(driven)
+        self._pause(driven)  # or the old target could leave after the new one
+        try:
+            await self._send(driven, target, COMMAND)
+        except NoAnswer:
+            if not await self._holds(driven, target):
+                raise
+        self._keep_alive(driven, target)
         return target
 
     async def torque_on(self, servo: Servo, lease_id: str | None) -> Raw:
@@ -81,7 +90,8 @@ class Motion:
         lease = self.may_move(servo, lease_id)
         mode = servo.registers["torque_mode"].parameter
         driven = self._drive(servo, lease)
-        raw = await self._send(servo, Target(mode, 0, clamped=False), TORQUE)
+        self._pause(driven)
+        raw = await self._send(driven, Target(mode, 0, clamped=False), TORQUE)
         await self._freshen(servo, "angle", max_age_s=0.0)
         angle = await self._asker.read(servo, servo.registers["current_angle"].parameter, READ)
         row = permission.row_for(servo, "angle")
@@ -89,10 +99,8 @@ class Motion:
         if raw == 0 and low <= angle <= high:
             self.may_move(servo, lease_id)
             hold = Target(row, angle, clamped=False)
-            await self._send(servo, hold, COMMAND)
-            driven.target = hold
-            self._note_command(servo, hold)
-            self._keep_alive(driven)
+            await self._send(driven, hold, COMMAND)
+            self._keep_alive(driven, hold)
         return raw
 
     async def torque_away(self, servo: Servo, mode: str) -> Raw:
@@ -114,7 +122,7 @@ class Motion:
         driven = [one for one in self._driven.values() if one.lease_id == lease.id]
         for one in driven:
             self._let_go(one.servo.uid)
-            self._spawn(self._quench(one.servo))
+            self._owe_torque_off(one.servo)
         names = ", ".join(one.servo.title for one in driven)
         self._hub.tell(LeaseChanged())
         if driven:
@@ -124,6 +132,8 @@ class Motion:
         """Drop every command that is waiting or being repeated, at once. Stop calls it before its first frame."""
         for uid in {*self._driven, *self._sending.values()}:
             self._let_go(uid)
+        for task in self._quenching:  # stop writes to these servos itself, and perhaps the brake
+            task.cancel()
 
     async def released(self, within_s: float) -> None:
         """Answer when every torque-off under way is confirmed, or after that time."""
@@ -131,18 +141,21 @@ class Motion:
             await asyncio.wait(set(self._quenching), timeout=within_s)
 
     async def close(self) -> None:
-        """Torque off on what is still under command, then end every task."""
+        """Torque off on what is still under command, then end every task. Set `leaving` before."""
         for one in list(self._driven.values()):
             self._let_go(one.servo.uid)
-            self._spawn(self._quench(one.servo))
+            self._owe_torque_off(one.servo)
         await self.released(0.3)
-        for task in [*self._sending, *self._quenching]:
+        for task, servo in self._quenching.items():
+            self._say_unanswered(servo)
             task.cancel()
 
     def may_move(self, servo: Servo, lease_id: str | None) -> Lease:
         """The lease to move it under. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, NotInThisModel."""
         if self.stop is not None:
             self.stop.check()
+        if self.leaving:
+            raise BusDisconnected("The bus is being disconnected, so nothing is moved any more.")
         lease = self._leases.require(lease_id, self._base.now())
         permission.check_ready(servo)
         permission.row_for(servo, "angle")
@@ -164,18 +177,40 @@ class Motion:
             driven = self._driven[servo.uid] = Driven(servo, lease.id)
         return driven
 
-    async def _send(self, servo: Servo, target: Target, patience: Patience) -> Raw:
+    async def _send(self, driven: Driven, target: Target, patience: Patience) -> Raw:
+        servo = driven.servo
         task = asyncio.get_running_loop().create_task(self._asker.write(servo, target.parameter, target.raw, patience))
         self._sending[task] = servo.uid
         task.add_done_callback(lambda done: self._sending.pop(done, None))
         try:
-            return await task
+            raw = await task
         except asyncio.CancelledError:
             if asyncio.current_task().cancelling():  # pyright: ignore[reportOptionalMemberAccess]
                 raise
-            if self.stop is not None:
-                self.stop.check()
-            raise LeaseRequired("The lease ended while the command was waiting. Torque is off.") from None
+            self._check(driven)
+            raise
+        self._check(driven)
+        return raw
+
+    def _check(self, driven: Driven) -> None:
+        """Raises Stopped, LeaseRequired or TorqueOff when the servo was let go while something was under way."""
+        if self._driven.get(driven.servo.uid) is driven:
+            return
+        if self.stop is not None:
+            self.stop.check()
+        lease = self._leases.current(self._base.now())
+        if lease is None or lease.id != driven.lease_id:
+            raise LeaseRequired("The lease ended while the command was under way. Torque goes off.")
+        raise TorqueOff(f"Torque was taken from {driven.servo.title} while the command was under way.")
+
+    async def _holds(self, driven: Driven, target: Target) -> bool:
+        """Whether a command that was not answered arrived: a read may be repeated where the command may not."""
+        try:
+            held = await self._asker.read(driven.servo, target.parameter, READ)
+        except (NoAnswer, Refused):
+            return False
+        self._check(driven)
+        return held == target.raw
 
     def _note_command(self, servo: Servo, target: Target) -> None:
         now = self._base.now()
@@ -184,25 +219,67 @@ class Motion:
                 servo.note(other, DUMMY, now)
         self._hub.tell(ServoChanged(servo.uid))
 
-    def _keep_alive(self, driven: Driven) -> None:
+    def _keep_alive(self, driven: Driven, target: Target) -> None:
+        self._note_command(driven.servo, target)
+        self._pause(driven)
+        driven.alive = asyncio.get_running_loop().create_task(self._repeat(driven, target))
+
+    @staticmethod
+    def _pause(driven: Driven) -> None:
         if driven.alive is not None:
             driven.alive.cancel()
-        driven.alive = asyncio.get_running_loop().create_task(self._repeat(driven))
+            driven.alive = None
 
-    async def _repeat(self, driven: Driven) -> None:
-        servo = driven.servo
-        if servo.raw("timeout_action") == 0:
-            return
-        interval = max(0.02, min(60.0, (servo.raw("timeout_time") or 1000) / 1000 / 3))
-        while driven.target is not None:
-            await asyncio.sleep(interval)
+    async def _repeat(self, driven: Driven, target: Target) -> None:
+        """Feed the servo's own time-out (0x26, 0x27) with its command, but never give back what was taken.
+
+        After a restart, in protection, and when the time-out may have struck, the horn would jump to where it was
+        commanded before: then the servo is left alone until somebody commands it again.
+        """
+        servo, boots, fed, pause = driven.servo, driven.servo.boots, self._base.now(), True
+        while True:
+            time_out = (servo.raw("timeout_time") or 1000) / 1000
+            interval = max(0.02, min(60.0, time_out / 3))
+            if pause:
+                await asyncio.sleep(interval)
+            if servo.raw("timeout_action") == 0:
+                fed = self._base.now()
+                continue
             try:
-                self._leases.require(driven.lease_id, self._base.now())
-                await self._send(servo, driven.target, COMMAND)
-            except (NoAnswer, Refused, PortError) as error:
-                log.info("keep-alive: %s", error.detail)
-            except HornbillError:
+                self._check(driven)
+                self.may_move(servo, driven.lease_id)
+                if servo.boots != boots:
+                    raise Busy(f"{servo.title} restarted.")
+                if self._base.now() - fed > max(time_out, 3 * interval):
+                    raise Busy(f"{servo.title} did not answer for longer than its time-out (0x27).")
+                await self._send(driven, target, Patience(COMMAND.priority, min(COMMAND.timeout_s, interval / 2), 1))
+                fed, pause = self._base.now(), True
+            except NoAnswer as error:
+                if not await self._runs_on(servo, boots):
+                    self._say_let_go(driven, error)
+                    return
+                pause = False
+            except HornbillError as error:
+                self._say_let_go(driven, error)
                 return
+
+    async def _runs_on(self, servo: Servo, boots: int) -> bool:
+        """Whether a servo that missed a command has not restarted, by its uptime."""
+        before, at, node = servo.status, servo.status_at, servo.node_id
+        if before is None or at is None or node is None:
+            return False
+        try:
+            uptime = (await self._asker.node_info(node)).status.uptime_sec
+        except HornbillError:
+            return False
+        expected = before.uptime_sec + self._base.now() - at
+        return servo.boots == boots and 0 < before.uptime_sec <= uptime and uptime > expected - 1.5
+
+    def _say_let_go(self, driven: Driven, error: HornbillError) -> None:
+        servo = driven.servo
+        if self._driven.get(servo.uid) is driven and not isinstance(error, Stopped | LeaseRequired | LeaseHeld):
+            text = f"{error.detail} {servo.title} is not kept under its last command any more. Command it again."
+            self._hub.tell(Happened("warning", "let_go", text, servo.uid))
 
     def _let_go(self, uid: Uid) -> None:
         # an "on" that still waits in a queue must not leave after the "off" that follows
@@ -211,14 +288,12 @@ class Motion:
                 task.cancel()
         driven = self._driven.pop(uid, None)
         if driven is not None:
-            driven.target = None
-            if driven.alive is not None:
-                driven.alive.cancel()
+            self._pause(driven)
 
-    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._quenching.add(task)
-        task.add_done_callback(self._quenching.discard)
+    def _owe_torque_off(self, servo: Servo) -> None:
+        task = asyncio.get_running_loop().create_task(self._quench(servo))
+        self._quenching[task] = servo
+        task.add_done_callback(lambda done: self._quenching.pop(done, None))
 
     async def _quench(self, servo: Servo) -> None:
         assert self.stop is not None
@@ -226,7 +301,10 @@ class Motion:
             async with asyncio.timeout(QUENCH_LIMIT_S):
                 await self.stop.quench(servo, "off")
         except TimeoutError:
-            text = f"{servo.title} did not answer to torque off. If it can move, cut its supply."
-            self._hub.tell(Happened("failure", "no_answer", text, servo.uid))
+            self._say_unanswered(servo)
         else:
             self._hub.tell(ServoChanged(servo.uid))
+
+    def _say_unanswered(self, servo: Servo) -> None:
+        text = f"{servo.title} did not answer to torque off. If it can move, cut its supply."
+        self._hub.tell(Happened("failure", "no_answer", text, servo.uid))

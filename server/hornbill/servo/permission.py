@@ -76,10 +76,9 @@ def target(servo: Servo, kind: str, value: float, *, clamp: bool) -> Target:
     """
     row = row_for(servo, kind)
     low, high = bounds(servo, kind, row)
-    wanted = round(value * row.per_unit) if clamp else None
-    if wanted is not None:
-        raw = min(max(wanted, low), high)
-        return Target(row, raw, raw != wanted)
+    if clamp:
+        wanted = value * row.per_unit
+        return Target(row, round(min(max(wanted, low), high)), clamped=not low - 0.5 < wanted < high + 0.5)
     raw = scale.to_raw(row, value)
     if not low <= raw <= high:
         lowest, highest = low / row.per_unit, high / row.per_unit

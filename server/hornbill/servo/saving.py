@@ -82,17 +82,23 @@ class Saving:
         """Restart the servo; what is only in RAM is lost, and it may soft-start to 0 degrees. Raises as `save`."""
         return self._begin("restart", State.RESTARTING, servo, lease_id, RESTART_STEPS, self._restart)
 
+    def check(self, servo: Servo, lease_id: str | None) -> None:
+        """Whether a save or a restart could begin now. Raises Stopped, LeaseHeld, Busy, NoAnswer."""
+        self._stop.check()
+        self._leases.allow_write(lease_id, self._base.now())
+        permission.check_writable(servo)
+        if self._motion.driven(servo.uid):
+            raise Busy(f"{servo.title} is under command. Turn motion off first: a restart drops its torque.")
+
     def _begin(
         self, kind: str, state: State, servo: Servo, lease_id: str | None, steps: Mapping[str, str], work: Work
     ) -> Job:
         running = self._jobs.running(servo.uid)
         if running is not None and running.kind == kind:
             return running
-        self._stop.check()
-        self._leases.allow_write(lease_id, self._base.now())
-        permission.check_writable(servo)
-        if self._motion.driven(servo.uid):
-            raise Busy(f"{servo.title} is under command. Turn motion off first: a restart drops its torque.")
+        if servo.changing.locked():
+            raise Busy(f"{servo.title} is being changed right now. Try again when that has ended.")
+        self.check(servo, lease_id)
         servo.busy = state
         self._hub.tell(ServoChanged(servo.uid))
         listed = [Step(name, text) for name, text in steps.items()]
@@ -114,6 +120,7 @@ class Saving:
         job.done("check", f"{len(rows)} rows read")
         job.begin("write")
         boots = servo.boots
+        self._stop.check()
         try:
             if not await self._asker.opcode(servo, Opcode.SAVE):
                 raise Refused(f"{servo.title} refused to save (ok = 0). RAM is unchanged; ROM holds what it held.")
@@ -128,10 +135,10 @@ class Saving:
         identification.learn_rom(servo, soft_start=False)
         self._fleet.remember(servo)
         self._tell_rows(servo)
-        wrong = [key for key in rows if servo.raw(key) != wanted[key]]
+        wrong = [key for key in rows if servo.registers[key].rom != wanted[key]]
         if wrong:
             listed = ", ".join(self._difference(servo, key, wanted[key]) for key in wrong)
-            raise HornbillError(f"ROM of {servo.title} does not hold what RAM held before the save: {listed}.")
+            raise HornbillError(f"ROM of {servo.title} was not found to hold what RAM held before the save: {listed}.")
         job.done("read_back", f"{len(rows)} rows read back after the restart, all as saved")
         return {"saved": rows, "node_id": servo.node_id}
 
@@ -159,6 +166,7 @@ class Saving:
             await asyncio.sleep(LOOK_AGAIN_S)
 
     async def _ask_restart(self, servo: Servo) -> None:
+        self._stop.check()
         try:
             if not await self._asker.restart(servo, MAGIC):
                 raise Refused(f"{servo.title} refused to restart (ok = 0).")
@@ -204,7 +212,7 @@ class Saving:
             self._hub.tell(ReadingChanged(servo.uid, key))
 
     def _difference(self, servo: Servo, key: str, wanted: int | None) -> str:
-        row, held = servo.registers[key].parameter, servo.raw(key)
+        row, held = servo.registers[key].parameter, servo.registers[key].rom
         before = "unknown" if wanted is None else scale.to_text(row, wanted)
         after = "unknown" if held is None else scale.to_text(row, held)
         return f"{row.label} {before} → {after}"

@@ -1,5 +1,6 @@
 """Owns Servo: what the host knows of one servo, and how old that knowledge is. Asks nothing of the bus."""
 
+import asyncio
 import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -39,12 +40,16 @@ class State(StrEnum):
 
 @dataclass(slots=True)
 class Register:
-    """One parameter of one servo. `raw` is RAM as last read at `at`; `rom` is what is known to be in ROM."""
+    """One parameter of one servo. `raw` is RAM as last read at `at`; `rom` is what is known to be in ROM.
+
+    `written`: we wrote to it since the servo started, so that RAM no longer tells what ROM holds.
+    """
 
     parameter: Parameter
     raw: Raw | None = None
     at: Instant | None = None
     rom: Raw | None = None
+    written: bool = False
 
 
 @dataclass(slots=True)
@@ -72,6 +77,7 @@ class Servo:
     angle_at: Instant | None = None
     angle_polled_at: Instant | None = None
     boots: int = 0
+    changing: asyncio.Lock = field(default_factory=asyncio.Lock, repr=False)
     registers: dict[str, Register] = field(default_factory=dict[str, Register])
     changed: int = 0
     session: str = field(default_factory=lambda: secrets.token_hex(3))
@@ -157,9 +163,9 @@ class Servo:
         self.model, self.firmware = model, firmware
         self.registers = {key: Register(row, *self._known(key)) for key, row in rows.items()}
 
-    def _known(self, key: str) -> tuple[Raw | None, Instant | None, Raw | None]:
+    def _known(self, key: str) -> tuple[Raw | None, Instant | None, Raw | None, bool]:
         old = self.registers.get(key)
-        return (None, None, None) if old is None else (old.raw, old.at, old.rom)
+        return (None, None, None, False) if old is None else (old.raw, old.at, old.rom, old.written)
 
     def note(self, key: str, raw: Raw, at: Instant) -> bool:
         """Remember what RAM held at an instant; true when it differs from what was known."""
@@ -172,11 +178,32 @@ class Servo:
             self.changed += 1
         return changed
 
+    def note_write(self, key: str) -> None:
+        """Remember that we are about to write a row."""
+        register = self.registers.get(key)
+        if register is not None:
+            register.written = True
+
+    def forget(self, key: str) -> None:
+        """What RAM holds in a row is not known any more."""
+        register = self.registers.get(key)
+        if register is not None:
+            register.at = None
+
     def forget_readings(self) -> None:
-        """After a restart nothing read before it is known of RAM; ROM knowledge stays."""
+        """After silence nothing read before it is known of RAM; ROM changes only by a restart."""
         for register in self.registers.values():
             if register.parameter.access != "r" or register.parameter.rom:
                 register.at = None
+
+    def restarted(self) -> None:
+        """The servo started anew: RAM is what ROM holds, and ROM may hold something else, for a save restarts."""
+        self.identified = False
+        self.soft_start_since = None
+        self.boots += 1
+        self.forget_readings()
+        for register in self.registers.values():
+            register.rom, register.written = None, False
 
     def unsaved(self) -> list[str]:
         """Keys whose RAM differs from what is known to be in ROM; rows of unknown ROM are not claimed."""

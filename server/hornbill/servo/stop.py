@@ -1,16 +1,19 @@
 """Owns Stop: torque off (or brake) written to every known servo at once, repeated until answered, and latched."""
 
 import asyncio
+import logging
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
-from hornbill.errors import NoAnswer, PortError, Refused, Stopped
+from hornbill.errors import HornbillError, Stopped
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.asking import STOP, Asker
 from hornbill.servo.hub import Change, Happened, Hub, ReadingChanged, StopChanged
 from hornbill.servo.servo import Servo
 from hornbill.servo.timebase import TimeBase
 from hornbill.units import Instant, Raw, Uid
+
+log = logging.getLogger(__name__)
 
 MODES: dict[str, Raw] = {"off": 1, "brake": 2}
 """Values of 0x20 that take the output away (section 4.13): 0 is ON and is not here."""
@@ -36,9 +39,6 @@ class Confirmation:
     def confirmed(self) -> bool:
         """Whether the servo said that its torque is off."""
         return self.ms is not None
-
-
-_NEVER = Confirmation(Uid(""), "")
 
 
 @dataclass(slots=True)
@@ -105,23 +105,20 @@ class Stop:
         self._end_tasks()
         servos = [servo for servo in self._known() if servo.node_id is not None]
         for servo in servos:
-            self.latch.servos[servo.uid] = Confirmation(servo.uid, servo.title)
             self._begin(servo, self.latch)
         self._hub.tell(StopChanged())
         self._hub.tell(Happened("failure", "stopped", f"Stopped by {by}. Torque goes {mode} on every servo."))
         return self.latch
 
     def _go_on(self, latch: Latch) -> None:
-        """The same press, by its other road: send again at once where no answer came yet."""
+        """The same press, by its other road: send again at once, and keep the times of the first."""
         for servo in self._known():
-            if servo.node_id is not None and not latch.servos.get(servo.uid, _NEVER).confirmed:
-                latch.servos.setdefault(servo.uid, Confirmation(servo.uid, servo.title))
-                self._begin(servo, latch)
+            if servo.node_id is not None:
+                self._begin(servo, latch, anew=False)
 
     def on_arrival(self, servo: Servo) -> None:
         """A servo that comes back while the latch is set is stopped too: it may have started with torque on."""
         if self.latch is not None:
-            self.latch.servos[servo.uid] = Confirmation(servo.uid, servo.title)
             self._begin(servo, self.latch)
             self._hub.tell(StopChanged())
 
@@ -133,15 +130,19 @@ class Stop:
         servo = next((one for one in self._known() if one.uid == change.uid), None)
         if servo is not None and servo.raw(self._row.key) == 0 and (task is None or task.done()):
             self._begin(servo, self.latch)
+            self._hub.tell(StopChanged())
 
     def clear(self, by: str) -> None:
-        """Unlatch. Moves nothing and turns nothing on."""
+        """Unlatch. Moves and turns on nothing; a servo that has not answered yet is written to until it does."""
         if self.latch is None:
             return
+        open_ones = ", ".join(one.label for one in self.latch.servos.values() if not one.confirmed)
         self.latch = None
-        self._end_tasks()
         self._hub.tell(StopChanged())
-        self._hub.tell(Happened("notice", "stop_cleared", f"Stop cleared by {by}. Torque stays off until turned on."))
+        text = f"Stop cleared by {by}. Torque stays off until turned on."
+        if open_ones:
+            text += f" Not confirmed: {open_ones}. Torque may still be on there; it is turned off when it answers."
+        self._hub.tell(Happened("warning" if open_ones else "notice", "stop_cleared", text))
 
     async def confirmed(self, within_s: float) -> None:
         """Answer when every servo has confirmed, or after that time."""
@@ -160,7 +161,9 @@ class Stop:
             task.cancel()
         self._tasks.clear()
 
-    def _begin(self, servo: Servo, latch: Latch) -> None:
+    def _begin(self, servo: Servo, latch: Latch, *, anew: bool = True) -> None:
+        if anew or servo.uid not in latch.servos:
+            latch.servos[servo.uid] = Confirmation(servo.uid, servo.title)
         old = self._tasks.pop(servo.uid, None)
         if old is not None:
             old.cancel()
@@ -169,7 +172,9 @@ class Stop:
         )
 
     def _confirm(self, latch: Latch, uid: Uid) -> None:
-        latch.servos[uid].ms = round((self._base.now() - latch.at) * 1000, 2)
+        one = latch.servos[uid]
+        if one.ms is None:
+            one.ms = round((self._base.now() - latch.at) * 1000, 2)
         if latch is self.latch:
             self._hub.tell(StopChanged())
 
@@ -180,8 +185,10 @@ class Stop:
             try:
                 if await self._asker.write(servo, self._row, wanted, STOP) == wanted:
                     break
-            except (NoAnswer, Refused, PortError):
-                pass
+            except HornbillError as error:
+                log.debug("%s: torque %s: %s", servo.title, mode, error.detail)
+            except Exception:  # whatever it is, the servo still has to be stopped
+                log.exception("%s: torque %s", servo.title, mode)
             tries += 1
             await asyncio.sleep(AGAIN_S if tries <= SOON else AGAIN_LATER_S)
         if confirm is not None:
