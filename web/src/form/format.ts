@@ -35,9 +35,9 @@ export function angle(value: number | null | undefined): string {
   return value === null || value === undefined ? `${NONE}°` : withUnit(signed(value, 1), "°");
 }
 
-/** "0.1 s", "14 s", "3 min", "2 h": as exact as it is useful. */
-export function age(seconds: number): string {
-  if (seconds < 9.95) return withUnit(seconds.toFixed(1), "s");
+/** "0.1 s", "14 s", "3 min", "2 h": as exact as it is useful. `decimals` 0: calm enough for a sentence. */
+export function age(seconds: number, decimals = 1): string {
+  if (seconds < 9.95) return withUnit(seconds.toFixed(decimals), "s");
   if (seconds < 120) return withUnit(String(Math.floor(seconds)), "s");
   if (seconds < 7200) return withUnit(String(Math.floor(seconds / 60)), "min");
   return withUnit(String(Math.floor(seconds / 3600)), "h");

@@ -12,7 +12,8 @@ interface Props {
   ramOnly: number;
   torqueChanged: boolean;
   sideEffect: string;
-  busy: boolean;
+  busy: "applying" | "saving" | null;
+  online: boolean;
   problem: string | null;
   onDiscard: () => void;
   onDiff: () => void;
@@ -24,7 +25,8 @@ export function SaveBar(props: Props) {
   const { name, staged, wrong, ramOnly, busy, problem } = props;
   const said = text.save;
   const parts = said.parts(staged, ramOnly);
-  const waits = busy || !up.value;
+  const waiting = !up.value ? said.noLink : props.online ? null : said.offline(name);
+  const waits = busy !== null || waiting !== null;
   return (
     <section
       class="save-bar"
@@ -55,10 +57,15 @@ export function SaveBar(props: Props) {
       </div>
       {busy && (
         <span class="k-intent working">
-          <Spinner /> {said.working}
+          <Spinner /> {said.working[busy]}
         </span>
       )}
-      <Button look="plain" testid="discard" disabled={busy || staged + wrong === 0} onClick={props.onDiscard}>
+      <Button
+        look="plain"
+        testid="discard"
+        disabled={busy !== null || staged + wrong === 0}
+        onClick={props.onDiscard}
+      >
         {said.discard}
       </Button>
       <Button testid="diff" onClick={props.onDiff}>
@@ -66,7 +73,7 @@ export function SaveBar(props: Props) {
       </Button>
       <Button look="two" testid="apply" live disabled={waits || staged === 0} onClick={props.onApply}>
         {said.apply(staged)}
-        <small>{up.value ? said.applySub : said.noLink}</small>
+        <small>{waiting ?? said.applySub}</small>
       </Button>
       <Button
         look="two primary"
@@ -76,7 +83,7 @@ export function SaveBar(props: Props) {
         onClick={props.onSave}
       >
         {staged > 0 ? said.save : said.saveOnly}
-        <small>{up.value ? props.sideEffect : said.noLink}</small>
+        <small>{waiting ?? props.sideEffect}</small>
       </Button>
     </section>
   );

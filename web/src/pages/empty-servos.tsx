@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Bus, Servo } from "../api/types";
 import { number } from "../form/format";
-import { bus } from "../state/desk";
+import { bus, connected } from "../state/desk";
 import { pending, replaceAll } from "../state/fleet";
 import { text } from "../text/en";
 import { Button } from "../ui/button";
@@ -13,7 +13,6 @@ import { Glyph } from "../ui/glyph";
 export function EmptyServos({ loading }: { loading: boolean }) {
   const state = bus.value;
   if (loading) return <p class="notice-line">{text.empty.loading}</p>;
-  const connected = state !== null && state.state !== "disconnected" && state.state !== "lost";
   const look = async () => {
     try {
       bus.value = await ask<Bus>("GET", "/bus");
@@ -28,12 +27,12 @@ export function EmptyServos({ loading }: { loading: boolean }) {
       <div>
         <h2>{text.empty.title}</h2>
         <p class="strong">
-          {connected && state
+          {connected.value && state
             ? text.empty.evidence(number(state.rx_fps, 0), String(state.errors))
             : text.empty.noBus}
         </p>
         <ul>
-          {connected ? (
+          {connected.value ? (
             <>
               {pending.value.length > 0 && <li>{text.empty.waiting}</li>}
               <li>{text.empty.supply}</li>
@@ -44,7 +43,7 @@ export function EmptyServos({ loading }: { loading: boolean }) {
             <li>{text.empty.pick}</li>
           )}
         </ul>
-        {connected ? (
+        {connected.value ? (
           <Button live onClick={() => void look()}>
             {text.empty.again}
           </Button>
@@ -56,8 +55,19 @@ export function EmptyServos({ loading }: { loading: boolean }) {
   );
 }
 
+/** The way back to a bus while servos are known from before. */
+export function Reconnect() {
+  return (
+    <section class="reconnect">
+      <p class="strong">{text.empty.noBus}</p>
+      <p class="second">{text.empty.pick}</p>
+      <Connect />
+    </section>
+  );
+}
+
 function Connect() {
-  const address = useSignal("");
+  const address = useSignal(bus.peek()?.address ?? "");
   const busy = useSignal(false);
   const problem = useSignal<string | null>(null);
   const connect = async () => {

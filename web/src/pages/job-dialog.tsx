@@ -37,7 +37,9 @@ function Progress({ job, values }: { job: Job; values: number }) {
     ? text.job.title(name)
     : job.state === "succeeded"
       ? text.job.done(name)
-      : text.job.failed(name);
+      : unsure(job)
+        ? text.job.unsure(name)
+        : text.job.failed(name);
   const subtitle = !over
     ? text.job.keepOn
     : job.state === "succeeded"
@@ -73,6 +75,11 @@ function Progress({ job, values }: { job: Job; values: number }) {
       </div>
     </Dialog>
   );
+}
+
+// Once the servo was told to write, only what is read back tells what ROM holds.
+function unsure(job: Job): boolean {
+  return job.steps.some(step => step.name === "write" && step.state === "done");
 }
 
 // Times of the job are the server's; while it runs, our own clock since the dialog saw it tells how long.
@@ -118,6 +125,8 @@ function TimeScale({ elapsed }: { elapsed: number }) {
 function Step({ step, job }: { step: JobStep; job: Job }) {
   const one = servo(job.uid);
   const running = step.state === "running";
+  const failed = step.state === "failed";
+  const never = step.state === "waiting" && ended(job);
   const live =
     running && job.step?.includes("soft") && one
       ? text.job.liveAngle(angle(angleOf(one, now.value).value))
@@ -131,11 +140,15 @@ function Step({ step, job }: { step: JobStep; job: Job }) {
     <li class={`step ${step.state}`} data-testid={`step-${step.name}`} data-state={step.state}>
       <StepMark state={step.state} />
       <span class="step-text">
-        <span class={running ? "strong" : ""}>{step.text}</span>
+        <span class={running || failed ? "strong" : ""}>
+          {failed ? text.job.notConfirmed(step.text) : step.text}
+        </span>
         {under !== "" && <small class="second">{under}</small>}
       </span>
-      <span class="small dim">{step.state === "skipped" ? text.job.stepState.skipped : took}</span>
-      <span class="hidden-text">{text.job.stepState[step.state]}</span>
+      <span class="small dim">
+        {never ? text.job.never : step.state === "skipped" ? text.job.stepState.skipped : took}
+      </span>
+      {!never && <span class="hidden-text">{text.job.stepState[step.state]}</span>}
     </li>
   );
 }
@@ -155,6 +168,6 @@ function StepMark({ state }: { state: JobStep["state"] }) {
       </span>
     );
   }
-  if (state === "failed") return <Glyph kind="failure" size={14} />;
+  if (state === "failed") return <Glyph kind="failure" />;
   return <span class="ring" data-skipped={state === "skipped"} aria-hidden="true" />;
 }

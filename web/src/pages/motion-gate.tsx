@@ -1,28 +1,30 @@
 /** Owns what stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
 import { angle } from "../form/format";
 import { now } from "../state/clock";
-import { stopped } from "../state/desk";
+import { lease, stopped } from "../state/desk";
 import { angleOf, type KnownServo, nameOf } from "../state/fleet";
 import { limitsOf } from "../state/here";
-import { enableMotion, motion, refusal } from "../state/motion";
+import { enableMotion, holder, motion, refusal } from "../state/motion";
 import { text } from "../text/en";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
 import { JogDial } from "./jog-dial";
+import { isStale } from "./servo-row";
 
 export function MotionGate({ one }: { one: KnownServo }) {
   const present = motion.value;
   const name = nameOf(one);
   const asking = present.phase === "asking";
   const against = hindrance(one);
-  const why = refusal.value ?? (present.phase === "off" ? present.why : null);
-  const at = angleOf(one, now.value).value;
+  const why = against ? null : (refusal.value ?? (present.phase === "off" ? present.why : null));
+  const { value: at, age } = angleOf(one, now.value);
+  const stale = isStale(one, age);
   const limits = limitsOf(one.uid);
   const outside = at !== null && limits !== null && (at > limits.cw + 0.05 || at < limits.ccw - 0.05);
   return (
     <section class="gate">
-      <JogDial angle={at} command={null} limits={limits} stale={!one.online} />
+      <JogDial angle={at} command={null} limits={limits} stale={stale} />
       <div class="gate-text">
         <h2>{text.motion.off(name)}</h2>
         <p>{text.motion.what}</p>
@@ -57,7 +59,11 @@ export function MotionGate({ one }: { one: KnownServo }) {
 /** What keeps motion from being turned on, known before anybody asks. */
 function hindrance(one: KnownServo): string | null {
   if (stopped.value) return text.motion.whileStopped;
+  const held = lease.value;
+  const left = held && held.holder !== holder() ? held.endsAt - now.value : 0;
+  if (held && left > 0) return text.motion.heldBy(held.holder, left);
   const name = nameOf(one);
+  if (!one.known_model && one.state === "ready") return text.motion.whileUnknown(name);
   switch (one.state) {
     case "ready":
     case "soft_start":

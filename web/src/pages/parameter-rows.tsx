@@ -2,6 +2,7 @@
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
+import { NONE } from "../form/format";
 import { ParameterRow } from "../form/row";
 import { apply } from "../state/apply";
 import { type Catalog, catalog } from "../state/catalog";
@@ -47,6 +48,10 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly }: Props) {
         </p>
       </div>
     );
+  }
+  const one = servo(sheet.uid);
+  if (has?.length === 0 && one && !one.known_model && one.state !== "identifying") {
+    return <p class="notice-line scroll">{text.params.unknownModel(String(one.hardware_version ?? NONE))}</p>;
   }
   if (!known || !has) return <p class="notice-line scroll">{text.params.reading}</p>;
 

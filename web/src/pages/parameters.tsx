@@ -122,7 +122,8 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           ramOnly={ramOnly.length}
           torqueChanged={values.has("torque_mode") || one.unsaved.includes("torque_mode")}
           sideEffect={sideEffect(prediction, name)}
-          busy={sheet.busy.value !== null}
+          busy={sheet.busy.value}
+          online={one.online}
           problem={problem}
           onDiscard={() => {
             sheet.drafts.clear();

@@ -1,7 +1,7 @@
 /** Owns the readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
 import { age, angle, NONE, number, withUnit } from "../form/format";
 import { now } from "../state/clock";
-import { servo } from "../state/fleet";
+import { angleOf, servo } from "../state/fleet";
 import { up } from "../state/link";
 import { sheetOf } from "../state/parameters";
 import { staleAfter, watched } from "../state/watch";
@@ -20,9 +20,18 @@ export function liveOf(uid: string, key: string): Live {
   const grant = watched.value;
   const hz = grant?.uid === uid && grant.channels.includes(key) ? grant.granted_hz : 1;
   const sample = telemetry.latest(uid, key, at);
-  if (!sample) return { value: null, age: null, stale: true };
+  if (!sample) return { ...lastRead(uid, key, at), stale: true };
   const reachable = up.value && servo(uid)?.online === true;
   return { value: sample.value, age: sample.age, stale: !reachable || sample.age > staleAfter(hz) };
+}
+
+// Before the stream brings anything: what was read last, with its age.
+function lastRead(uid: string, key: string, at: number): { value: number | null; age: number | null } {
+  const one = servo(uid);
+  if (key === "current_angle" && one) return angleOf(one, at);
+  const reading = sheetOf(uid).reading(key).value;
+  if (typeof reading?.value !== "number" || reading.readAt === null) return { value: null, age: null };
+  return { value: reading.value, age: at - reading.readAt };
 }
 
 export function Readouts({ uid }: { uid: string }) {
@@ -48,7 +57,13 @@ export function Readouts({ uid }: { uid: string }) {
         intent={!inactive}
       />
       <Readout label={said.speed} live={speed} shown={show(speed, 0, "rpm")} testid="speed-readout" />
-      <Readout label={said.torque} live={torque} shown={show(torque, 0, "%")} testid="torque-readout" />
+      <Readout
+        label={said.torque}
+        live={torque}
+        about={said.about}
+        shown={show(torque, 0, "%")}
+        testid="torque-readout"
+      />
       <Readout
         label={said.board}
         live={board}
@@ -72,18 +87,21 @@ interface Props {
   live: Live;
   shown: string;
   note?: string;
+  /** Said before the figure. */
+  about?: string;
   testid: string;
   intent?: boolean;
 }
 
-function Readout({ label, live, shown, note, testid, intent = false }: Props) {
+function Readout({ label, live, shown, note, about, testid, intent = false }: Props) {
   const old = live.stale && live.age !== null;
   return (
     <div data-stale={live.stale}>
       <dt class={intent && !live.stale ? "k-intent" : ""}>
-        {old ? <b>{text.side.old(label, age(live.age ?? 0))}</b> : label}
+        {old ? <b title={text.servos.head.age}>{`${label}, ${age(live.age ?? 0)}`}</b> : label}
       </dt>
       <dd class={live.stale ? "dim" : intent ? "k-intent" : ""} data-testid={testid}>
+        {about && <span class="note">{about} </span>}
         {shown}
         {note && <span class="note"> {note}</span>}
       </dd>

@@ -26,12 +26,9 @@ export function DiffDialog({ sheet, name, keys, onClose }: DiffProps) {
       testid="diff-dialog"
       onClose={onClose}
       foot={
-        <>
-          <span class="grow" />
-          <span data-first-focus>
-            <Button onClick={onClose}>{text.close}</Button>
-          </span>
-        </>
+        <span data-first-focus>
+          <Button onClick={onClose}>{text.close}</Button>
+        </span>
       }
     >
       <ChangeList sheet={sheet} keys={keys} withRam />
@@ -64,7 +61,6 @@ export function SaveDialog({ sheet, one, keys, prediction, onClose, onConfirm }:
       onClose={onClose}
       foot={
         <>
-          <span class="grow" />
           <span data-first-focus>
             <Button onClick={onClose}>{text.cancel}</Button>
           </span>

@@ -5,7 +5,7 @@ import { everyFrame } from "../plots/frames";
 import { Sparkline } from "../plots/sparkline";
 import { now } from "../state/clock";
 import { angleOf, type KnownServo, nameOf, servo } from "../state/fleet";
-import { conditionHere, limitsOf } from "../state/here";
+import { conditionHere, limitsOf, polled } from "../state/here";
 import { connection, up } from "../state/link";
 import { sheetOf } from "../state/parameters";
 import { pathOf } from "../state/route";
@@ -52,7 +52,7 @@ export function ServoRow({ uid }: { uid: string }) {
         </span>
         <small>{text.servos.firmware(one.firmware ?? NONE)}</small>
       </span>
-      <span role="cell" class="c-health">
+      <span role="cell" class="c-health" title={`${condition.headline}. ${condition.line}`}>
         <Glyph kind={condition.kind} />
         <span>
           <span class={condition.kind === "ok" ? "" : condition.kind === "offline" ? "strong dim" : "strong"}>
@@ -75,7 +75,8 @@ export function ServoRow({ uid }: { uid: string }) {
   );
 }
 
-function isStale(one: KnownServo, old: number | null): boolean {
+/** Whether an angle of this age is to be shown as old. */
+export function isStale(one: KnownServo, old: number | null): boolean {
   return !up.value || !one.online || old === null || old > ANGLE_STALE_S;
 }
 
@@ -121,7 +122,11 @@ function NameCell({ one }: { one: KnownServo }) {
       </span>
       <small>
         {one.model ?? text.servos.unknownModel}
-        {one.serial ? `, ${one.serial}` : ""}
+        {one.serial && (
+          <>
+            , <span>{one.serial}</span>
+          </>
+        )}
       </small>
     </>
   );
@@ -148,12 +153,9 @@ function Spark({ one }: { one: KnownServo }) {
   return <canvas ref={canvas} class="spark" role="img" aria-label={text.servos.sparkline(nameOf(one))} />;
 }
 
-/** Figures polled seldom are old after this; the row's own age column is the angle's. */
-const SUPPLY_STALE_S = 15;
-
 function SupplyCell({ one }: { one: KnownServo }) {
-  const volt = slow(one, "current_voltage");
-  const degrees = slow(one, "current_temperature");
+  const volt = polled(one, "current_voltage");
+  const degrees = polled(one, "current_temperature");
   return (
     <span role="cell" class="c-supply">
       <span class={volt.stale ? "dim" : ""}>
@@ -164,19 +166,6 @@ function SupplyCell({ one }: { one: KnownServo }) {
       </small>
     </span>
   );
-}
-
-function slow(one: KnownServo, key: string): { value: number | null; stale: boolean } {
-  if (!one.online) return { value: null, stale: true };
-  const at = now.value;
-  const sample = telemetry.latest(one.uid, key, at);
-  const reading = sheetOf(one.uid).reading(key).value;
-  const told = reading?.readAt == null ? null : at - reading.readAt;
-  if (sample && (told === null || sample.age <= told)) {
-    return { value: sample.value, stale: !up.value || sample.age > SUPPLY_STALE_S };
-  }
-  const value = typeof reading?.value === "number" ? reading.value : null;
-  return { value, stale: !up.value || told === null || told > SUPPLY_STALE_S };
 }
 
 function AgeCell({ one }: { one: KnownServo }) {

@@ -1,13 +1,15 @@
 /** Owns the Servos page: every servo a row, who is waiting for a node id, and what to do when there is none. */
 import { useComputed, useSignal } from "@preact/signals";
 import { needsAttention } from "../state/condition";
+import { connected } from "../state/desk";
 import { all, type KnownServo, loaded, nameOf } from "../state/fleet";
 import { conditionHere } from "../state/here";
+import { up } from "../state/link";
 import { text } from "../text/en";
 import { Button } from "../ui/button";
 import { Search } from "../ui/search";
 import { Segments } from "../ui/segments";
-import { EmptyServos } from "./empty-servos";
+import { EmptyServos, Reconnect } from "./empty-servos";
 import { ServoRow } from "./servo-row";
 import { usePending, Waiting } from "./waiting";
 
@@ -39,7 +41,9 @@ export function ServosPage() {
     <div class="page">
       <div class="page-head">
         <h1>{text.servos.title}</h1>
-        <span class="dim">{text.servos.known(counts.known, counts.online)}</span>
+        {counts.known > 0 && (
+          <span class="dim">{text.servos.known(counts.known, up.value ? counts.online : null)}</span>
+        )}
         {counts.known > 0 && (
           <>
             <Search
@@ -65,6 +69,7 @@ export function ServosPage() {
         )}
       </div>
       <div class="scroll">
+        {counts.known > 0 && !connected.value && <Reconnect />}
         {counts.known > 0 && (
           <div role="table" aria-label={text.servos.title} class="servos">
             <Head />

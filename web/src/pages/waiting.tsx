@@ -35,7 +35,7 @@ export function Waiting() {
   return (
     <>
       {pending.value.map(one => (
-        <div key={one.uid_part} class="waiting" data-testid={`waiting-${one.uid_part}`}>
+        <div key={one.uid_part} class="node-waiting" data-testid={`waiting-${one.uid_part}`}>
           <Glyph kind="identifying" />
           <span class="strong">{text.servos.waiting}</span>
           <span class="mono dim">{shorten(one.uid_part)}</span>

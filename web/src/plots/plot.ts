@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import type { TelemetryStore } from "../telemetry/store";
 import { everyFrame } from "./frames";
 import { palette } from "./palette";
-import { type Columns, calmRange, merge } from "./series";
+import { type Cell, type Columns, calmRange, merge } from "./series";
 
 export interface PlotText {
   angle: string;
@@ -139,17 +139,20 @@ export class AnglePlotter {
     plot.ctx.font = `${12 * ratio}px ${colours.font}`;
     const { angle, command, x } = this.#columns;
     const at = -this.seconds * 0.42;
-    const place = (column: (number | null | undefined)[]): number | null => {
+    const place = (column: Cell[]): { x: number; value: number } | null => {
       for (let i = x.length - 1; i >= 0; i--) {
         const value = column[i];
-        if ((x[i] ?? 0) <= at && value !== null && value !== undefined) return value;
+        const t = x[i] ?? 0;
+        if (t <= at && value !== null && value !== undefined) return { x: t, value };
       }
       return null;
     };
     const names = [
-      { value: place(command), name: this.#text.command, colour: colours.intent },
-      { value: place(angle), name: this.#text.angle, colour: colours.ink },
-    ].flatMap(one => (one.value === null ? [] : [{ ...one, top: plot.valToPos(one.value, "y", true) }]));
+      { at: place(command), name: this.#text.command, colour: colours.intent },
+      { at: place(angle), name: this.#text.angle, colour: colours.ink },
+    ].flatMap(({ at, ...one }) =>
+      at === null ? [] : [{ ...one, x: at.x, top: plot.valToPos(at.value, "y", true) }],
+    );
     names.sort((one, other) => one.top - other.top);
     const low = plot.bbox.top + 14 * ratio;
     const high = plot.bbox.top + plot.bbox.height - 6 * ratio;
@@ -163,7 +166,7 @@ export class AnglePlotter {
     names.forEach((one, i) => {
       plot.ctx.fillStyle = one.colour;
       plot.ctx.textAlign = "left";
-      plot.ctx.fillText(one.name, plot.valToPos(at, "x", true), tops[i] ?? low);
+      plot.ctx.fillText(one.name, plot.valToPos(one.x, "x", true), tops[i] ?? low);
     });
     plot.ctx.restore();
   }

@@ -50,8 +50,10 @@ export class Sparkline {
     const scale = this.#scale(window.v, height);
     const x = (t: number) => ((t - end + SPAN_S) / SPAN_S) * (width - PAD - 1);
 
+    const newest = window.t.at(-1);
+    const live = this.online && newest !== undefined && end - newest < GAP_S;
     context.lineWidth = 1;
-    if (this.limits && scale.limited) {
+    if (live && this.limits && scale.limited) {
       context.strokeStyle = colours.limit;
       context.setLineDash([1, 3]);
       for (const limit of [this.limits.cw, this.limits.ccw])
@@ -60,7 +62,7 @@ export class Sparkline {
     context.setLineDash([]);
     context.strokeStyle = colours.line;
     const zero = scale.y(0);
-    if (zero > 0 && zero < height) line(context, 0, zero, width, zero);
+    if (live && zero > 0 && zero < height) line(context, 0, zero, width, zero);
 
     this.#curve(
       context,
@@ -73,10 +75,16 @@ export class Sparkline {
     );
     const last = this.#curve(context, angles, end, x, scale.y, this.online ? colours.ink : colours.ink3, []);
     if (last === null) {
-      this.#say(context, colours.ink3, width, height);
+      this.#say(context, colours.ink3, width, height / 2 + 4);
       return;
     }
-    const live = this.online && end - last.t < GAP_S;
+    if (!live) {
+      // Dots go on where the curve would.
+      context.strokeStyle = colours.ink3;
+      context.setLineDash([1, 3]);
+      line(context, x(last.t), scale.y(last.v), width, scale.y(last.v));
+      context.setLineDash([]);
+    }
     context.beginPath();
     context.arc(x(last.t), scale.y(last.v), live ? 3 : 2.5, 0, 2 * Math.PI);
     if (live) {
@@ -88,7 +96,8 @@ export class Sparkline {
       context.lineWidth = 1.2;
       context.fill();
       context.stroke();
-      this.#say(context, colours.ink3, width, height);
+      const low = scale.y(last.v) > height - 18;
+      this.#say(context, colours.ink3, width, low ? 12 : height - 2);
     }
   }
 
@@ -147,11 +156,11 @@ export class Sparkline {
     return last;
   }
 
-  #say(context: CanvasRenderingContext2D, colour: string, width: number, height: number): void {
+  #say(context: CanvasRenderingContext2D, colour: string, width: number, base: number): void {
     context.fillStyle = colour;
     context.font = `12px ${palette().font}`;
     context.textAlign = "right";
-    context.fillText(this.noData, width, height - 2);
+    context.fillText(this.noData, width, base);
   }
 }
 

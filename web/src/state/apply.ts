@@ -7,7 +7,7 @@ import { text } from "../text/en";
 import { catalog } from "./catalog";
 import { staged } from "./draft";
 import { peekServo } from "./fleet";
-import { setJob, settled } from "./jobs";
+import { jobs, setJob, settled } from "./jobs";
 import type { Outcome, Sheet } from "./parameters";
 
 /** The save under way or just ended, for the dialog; `shown` is false once it was hidden. */
@@ -18,10 +18,10 @@ export const sheetProblem = signal<{ uid: string; text: string } | null>(null);
 
 /** Writes the staged values to RAM, all or nothing. Answers whether everything asked for is there. */
 export async function apply(sheet: Sheet): Promise<boolean> {
+  sheetProblem.value = null;
   const values = staged(sheet.drafts.map.peek(), key => sheet.held(key));
   if (values.size === 0) return true;
   sheet.busy.value = "applying";
-  sheetProblem.value = null;
   sheet.setOutcomes([...values.keys()].map(key => [key, { kind: "pending" }]));
   try {
     const answer = await ask<ParametersPatched>("PATCH", `/servos/${sheet.uid}/parameters`, {
@@ -98,7 +98,8 @@ export async function applyAndSave(sheet: Sheet, keys: string[]): Promise<void> 
     const job = await ask<Job>("POST", `/servos/${sheet.uid}/save`, {
       headers: { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` },
     });
-    setJob(job);
+    // What the socket told of it meanwhile is newer than this answer.
+    if (!jobs.peek().has(job.id)) setJob(job);
     saving.value = { uid: sheet.uid, job: job.id, keys, shown: true };
     const end = await settled(job.id);
     await sheet.load();
@@ -106,7 +107,7 @@ export async function applyAndSave(sheet: Sheet, keys: string[]): Promise<void> 
       const at = end.ended_at ?? Date.now() / 1000;
       const left = new Set(peekServo(sheet.uid)?.unsaved ?? []);
       sheet.setOutcomes(keys.filter(key => !left.has(key)).map(key => [key, { kind: "saved", at }]));
-    } else if (!saving.peek()?.shown) {
+    } else {
       sheetProblem.value = { uid: sheet.uid, text: end.error?.detail ?? text.job.state[end.state] };
     }
   } catch (error) {

@@ -51,6 +51,7 @@ const facts = (more: Partial<Facts> = {}): Facts => ({
   torque: "on",
   temperature: null,
   now: 114,
+  connected: true,
   stop: null,
   ...more,
 });
@@ -87,6 +88,7 @@ describe("conditionOf", () => {
       "offline",
       "Offline for 14\u202fs",
     ],
+    ["silent while it restarts", { online: false, state: "restarting" }, "busy", "Restarting"],
     ["never heard", { online: false, state: "offline", angleAt: null }, "offline", "Offline"],
     ["health without bits", { health: "critical" }, "failure", "Failure: it reports a critical state"],
     ["words not read yet", { faults: { notification: null, warning: null, failure: null } }, "ok", "OK"],
@@ -98,6 +100,12 @@ describe("conditionOf", () => {
     const hot = servo({ state: "protected", ...bits("warning", 1 << 8) });
     expect(conditionOf(hot, facts({ temperature: 81 })).headline).toBe("Protected: 81\u202f°C, output off");
     expect(conditionOf(hot, facts()).headline).toBe("Protected: temperature high");
+  });
+
+  test("an offline servo's remedy is where the fault is", () => {
+    const away = servo({ online: false, state: "offline" });
+    expect(conditionOf(away, facts()).line).toMatch(/^Last seen .*\. Check its supply$/);
+    expect(conditionOf(away, facts({ connected: false })).line).toMatch(/\. Connect the bus$/);
   });
 
   test("a well servo says what its output does", () => {

@@ -20,6 +20,8 @@ export interface Facts {
   temperature: number | null;
   /** Our monotonic clock. */
   now: number;
+  /** Whether there is a bus to hear servos on. */
+  connected: boolean;
   stop: Stop | null;
 }
 
@@ -40,7 +42,8 @@ export function conditionOf(servo: KnownServo, facts: Facts): Condition {
 
 function judge(servo: KnownServo, facts: Facts): Condition {
   const said = text.state;
-  if (!servo.online || servo.state === "offline") return offline(servo, facts);
+  // Silent while it saves or restarts is as it should be: its job says so, and ends it.
+  if (!servo.online && servo.state !== "saving" && servo.state !== "restarting") return offline(servo, facts);
   const failure = bits(servo, "failure", facts.faults);
   if (failure.length > 0) return fromBits("failure", failure);
   switch (servo.state) {
@@ -67,18 +70,22 @@ function judge(servo: KnownServo, facts: Facts): Condition {
   if (servo.health === "warning") {
     return { kind: "warning", headline: said.warning(said.health.warning), line: "" };
   }
-  return { kind: "ok", headline: said.ok, line: said.torque[String(facts.torque)] ?? "" };
+  return {
+    kind: "ok",
+    headline: said.ok,
+    line: servo.known_model ? (said.torque[String(facts.torque)] ?? "") : text.servos.unknownLine,
+  };
 }
 
 function offline(servo: KnownServo, facts: Facts): Condition {
   const silent = servo.angleAt === null ? null : Math.max(0, facts.now - servo.angleAt);
-  if (silent === null)
-    return { kind: "offline", headline: text.state.offlineUnknown, line: text.state.neverSeen };
-  const at = Date.now() / 1000 - silent;
+  const remedy = facts.connected ? text.state.checkSupply : text.state.connectBus;
+  const seen =
+    silent === null ? text.state.neverSeen : text.state.lastSeen(clock(Date.now() / 1000 - silent));
   return {
     kind: "offline",
-    headline: text.state.offline(age(Math.floor(silent))),
-    line: text.state.lastSeen(clock(at)),
+    headline: silent === null ? text.state.offlineUnknown : text.state.offline(age(Math.floor(silent), 0)),
+    line: `${seen}. ${remedy}`,
   };
 }
 

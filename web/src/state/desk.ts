@@ -5,6 +5,11 @@ import { monotonic } from "./clock";
 
 export const bus = signal<Bus | null>(null);
 
+/** Whether there is a bus to hear servos on; true while that is not known. */
+export const connected = computed(
+  () => bus.value === null || (bus.value.state !== "disconnected" && bus.value.state !== "lost"),
+);
+
 export interface HeldLease extends LeaseView {
   /** When it ends, on our monotonic clock. */
   endsAt: number;

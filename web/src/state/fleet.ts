@@ -100,6 +100,8 @@ export interface Angle {
 export function angleOf(one: KnownServo, at: number): Angle {
   const sample = telemetry.latest(one.uid, "current_angle", at);
   const told = one.angleAt === null ? null : Math.max(0, at - one.angleAt);
+  // Of a silent one a page that came late heard old samples only: they do not tell how late.
+  if (!one.online && told !== null) return { value: one.angle_deg, age: told };
   if (sample && (told === null || sample.age <= told)) return sample;
   return { value: one.angle_deg, age: told };
 }

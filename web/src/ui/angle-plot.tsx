@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import "uplot/dist/uPlot.min.css";
 import { age, number, withUnit } from "../form/format";
+import { liveOf } from "../pages/readouts";
 import { AnglePlotter } from "../plots/plot";
 import { monotonic, now } from "../state/clock";
 import { nameOf, servo } from "../state/fleet";
@@ -33,6 +34,7 @@ export function AnglePlot({ uid }: { uid: string }) {
     return () => drawn.destroy();
   }, [uid]);
   const grant = watched.value?.uid === uid ? watched.value : null;
+  const quiet = grant !== null && liveOf(uid, "current_angle").stale;
   useEffect(() => {
     if (!plotter.current) return;
     plotter.current.pausedAt = pausedAt.value;
@@ -45,7 +47,11 @@ export function AnglePlot({ uid }: { uid: string }) {
       <header>
         <b>{said.angle}</b>
         <span class="second small">
-          {grant ? said.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0)) : said.rateUnknown}
+          {quiet
+            ? text.servos.noData
+            : grant
+              ? said.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0))
+              : said.rateUnknown}
         </span>
         <span class="grow" />
         {paused !== null && (

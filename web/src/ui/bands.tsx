@@ -17,9 +17,18 @@ export function Bands() {
     <div class="bands">
       <LinkBand />
       {unsent.value && (
-        <div class="link-band" role="alert">
+        <div class="link-band unsent" role="alert">
           <Glyph kind="failure" />
-          {unsent.value}
+          {up.value ? text.stop.unsentPast : unsent.value}
+          {up.value && (
+            <Button
+              onClick={() => {
+                unsent.value = null;
+              }}
+            >
+              {text.close}
+            </Button>
+          )}
         </div>
       )}
       {stop.value?.latched && <StopBand stop={stop.value} />}
@@ -108,7 +117,6 @@ function StopBand({ stop }: { stop: Stop }) {
           }}
           foot={
             <>
-              <span class="grow" />
               <span data-first-focus>
                 <Button
                   onClick={() => {
@@ -125,7 +133,9 @@ function StopBand({ stop }: { stop: Stop }) {
           }
         >
           <p>{text.stop.clearText}</p>
-          {silent.length > 0 && <p class="strong">{text.stop.clearSilent(names(silent))}</p>}
+          {silent.length > 0 && (
+            <p class="strong">{text.stop.clearSilent(names(silent), silent.length > 1)}</p>
+          )}
         </Dialog>
       )}
     </section>

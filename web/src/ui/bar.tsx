@@ -118,31 +118,29 @@ function CountsCell() {
     return found;
   }).value;
   const shown = ORDER.filter(one => counts.has(one.kind));
-  // Narrow: only the two worst keep their words; the others keep shape and figure.
+  const count = (kind: keyof typeof text.state.counts, worded: boolean) => {
+    const words = text.state.counts[kind](counts.get(kind) ?? 0);
+    return (
+      <span key={kind} title={words}>
+        <Glyph kind={kind} size={worded ? 16 : 12} />
+        {worded ? words : counts.get(kind)}
+        {!worded && <span class="hidden-text">{words}</span>}
+      </span>
+    );
+  };
+  // Narrow: only the two worst keep their words; the others keep shape and figure, beside the caption.
   const worded = new Set(
     [...shown].sort((a, b) => b.worst - a.worst).slice(0, narrow.value ? 2 : ORDER.length),
   );
   return (
     <div class="bar-cell">
-      <span class="cap">{text.bar.servos}</span>
+      <span class="cap counts">
+        {text.bar.servos}
+        {shown.map(one => !worded.has(one) && count(one.kind, false))}
+      </span>
       <span class="val counts">
         {shown.length === 0 && text.bar.noServos}
-        {shown.map(one => {
-          const words = text.state.counts[one.kind](counts.get(one.kind) ?? 0);
-          return (
-            <span key={one.kind} title={words}>
-              <Glyph kind={one.kind} />
-              {worded.has(one) ? (
-                words
-              ) : (
-                <>
-                  {counts.get(one.kind)}
-                  <span class="hidden-text">{words}</span>
-                </>
-              )}
-            </span>
-          );
-        })}
+        {shown.map(one => worded.has(one) && count(one.kind, true))}
       </span>
     </div>
   );

@@ -54,12 +54,12 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
         onKeyDown={cycle}
         {...(testid ? { "data-testid": testid } : {})}
       >
-        <header>
+        <div class="dialog-head">
           <h2 id={heading}>{title}</h2>
           {subtitle && <p class="second">{subtitle}</p>}
-        </header>
+        </div>
         <div class="dialog-body">{children}</div>
-        <footer>{foot}</footer>
+        <div class="dialog-foot">{foot}</div>
       </div>
     </div>
   );

@@ -38,20 +38,20 @@ const SHAPES: Record<Kind, () => preact.JSX.Element> = {
   ),
   protected: () => (
     <>
-      <path d="M8 .8l6.4 2v4.6c0 3.8-2.6 6.4-6.4 7.8-3.8-1.4-6.4-4-6.4-7.800V2.800z" fill="currentColor" />
+      <path d="M8 .8l6.4 2v4.6c0 3.8-2.6 6.4-6.4 7.8-3.8-1.4-6.4-4-6.4-7.8V2.8z" fill="currentColor" />
       <path d="M6.2 5v6M9.8 5v6" stroke={CUT} stroke-width="1.7" />
     </>
   ),
   failure: () => (
     <>
       <path d="M1 1h14v14H1z" fill="currentColor" />
-      <path d="M4.8 4.800l6.4 6.400M11.2 4.800l-6.4 6.4" stroke={CUT} stroke-width="1.9" />
+      <path d="M4.8 4.8l6.4 6.4M11.2 4.8l-6.4 6.4" stroke={CUT} stroke-width="1.9" />
     </>
   ),
   busy: () => (
     <>
-      <path d="M12.6 5.200A5.6 5.6 0 1 1 8 2.4" fill="none" stroke="currentColor" stroke-width="1.7" />
-      <path d="M7.4-.2l3.6 2.7-3.6 2.700z" fill="currentColor" />
+      <path d="M12.6 5.2A5.6 5.6 0 1 1 8 2.4" fill="none" stroke="currentColor" stroke-width="1.7" />
+      <path d="M7.4-.2l3.6 2.7-3.6 2.7z" fill="currentColor" />
     </>
   ),
   identifying: () => (
@@ -63,7 +63,7 @@ const SHAPES: Record<Kind, () => preact.JSX.Element> = {
         fill="none"
         stroke="currentColor"
         stroke-width="1.8"
-        stroke-dasharray="1.6 2.170"
+        stroke-dasharray="1.6 2.17"
       />
       <circle cx="8" cy="8" r="1.6" fill="currentColor" />
     </>
@@ -77,9 +77,9 @@ const SHAPES: Record<Kind, () => preact.JSX.Element> = {
         fill="none"
         stroke="currentColor"
         stroke-width="1.6"
-        stroke-dasharray="3.6 2.680"
+        stroke-dasharray="3.6 2.68"
       />
-      <path d="M4.2 11.800l7.6-7.6" stroke="currentColor" stroke-width="1.6" />
+      <path d="M4.2 11.8l7.6-7.6" stroke="currentColor" stroke-width="1.6" />
     </>
   ),
 };

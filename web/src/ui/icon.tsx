@@ -1,24 +1,21 @@
 /** Owns the page's own icons: 18 px grid, 1.5 px stroke, square caps, in the colour of their text. */
 
 const PATHS = {
-  servos:
-    "M3 7.5h9v8H3zM1.5 12.500H3M12 12.500h1.500M7.5 7.500V5M6 4.500a1.5 1.5 0 1 1 2.4 1.200M8.5 3.500L15 5.5",
+  servos: "M3 7.5h9v8H3zM1.5 12.5H3M12 12.5h1.5M7.5 7.5V5M6 4.5a1.5 1.5 0 1 1 2.4 1.2M8.5 3.5L15 5.5",
   parameters:
-    "M1.5 4.500H10M13 4.500h3.500M10 3v3h3V3zM1.5 9H4M7 9h9.500M4 7.500v3h3v-3zM1.5 13.500H9M12 13.500h4.500M9 12v3h3v-3z",
-  motion: "M2.5 13a7 7 0 1 1 13 0M9 11l3.5-4.500M9 12.500a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3z",
-  keys: "M1.5 4.500h15v9h-15zM4 7h1M7 7h1M10 7h1M13 7h1M5 10.800h8",
-  search: "M7.5 12.500a5 5 0 1 0 0-10 5 5 0 0 0 0 10zM11.3 11.300L16 16",
-  pencil: "M3 15l.8-3.200L12 3.600l2.4 2.4-8.2 8.200zM10.5 5.100l2.4 2.4",
-  pause: "M6 3.500v11M12 3.500v11",
-  play: "M5.5 3.500l8 5.5-8 5.500z",
-  download: "M9 2.500v8.500M5.5 8L9 11.5 12.5 8M3 15h12",
-  diff: "M9 2.500v7M5.5 6h7M5.5 13.500h7",
-  tick: "M3.5 9.500l3.5 3.5 7.5-8",
-  cross: "M4.5 4.500l9 9M13.5 4.500l-9 9",
+    "M1.5 4.5H10M13 4.5h3.5M10 3v3h3V3zM1.5 9H4M7 9h9.5M4 7.5v3h3v-3zM1.5 13.5H9M12 13.5h4.5M9 12v3h3v-3z",
+  motion: "M2.5 13a7 7 0 1 1 13 0M9 11l3.5-4.5M9 12.5a1.5 1.5 0 1 0 0-3 1.5 1.5 0 0 0 0 3z",
+  keys: "M1.5 4.5h15v9h-15zM4 7h1M7 7h1M10 7h1M13 7h1M5 10.8h8",
+  search: "M7.5 12.5a5 5 0 1 0 0-10 5 5 0 0 0 0 10zM11.3 11.3L16 16",
+  pencil: "M3 15l.8-3.2L12 3.6l2.4 2.4-8.2 8.2zM10.5 5.1l2.4 2.4",
+  pause: "M6 3.5v11M12 3.5v11",
+  play: "M5.5 3.5l8 5.5-8 5.5z",
+  download: "M9 2.5v8.5M5.5 8L9 11.5 12.5 8M3 15h12",
+  tick: "M3.5 9.5l3.5 3.5 7.5-8",
   half: "M9 3a6 6 0 1 0 0 12 6 6 0 0 0 0-12z",
-  none: "M9 3a6 6 0 1 0 0 12A6 6 0 0 0 9 3zM4.8 4.800l8.4 8.4",
+  none: "M9 3a6 6 0 1 0 0 12A6 6 0 0 0 9 3zM4.8 4.8l8.4 8.4",
   down: "M4.5 7L9 11.5 13.5 7",
-  lock: "M4 8.500h10v7H4zM6 8.500V6a3 3 0 0 1 6 0v2.5",
+  lock: "M4 8.5h10v7H4zM6 8.5V6a3 3 0 0 1 6 0v2.5",
 } as const;
 
 export type IconName = keyof typeof PATHS;
@@ -46,10 +43,10 @@ export function Spinner({ size = 16 }: { size?: number }) {
 export function Mark({ size = 34 }: { size?: number }) {
   return (
     <svg class="icon" width={size} height={size} viewBox="0 0 34 34" aria-hidden="true">
-      <path d="M13 9.500C18 7 26 8.5 33 17.500c-5-2-8.5-2.2-12-.7A9 9 0 1 1 13 9.500z" fill="currentColor" />
+      <path d="M13 9.5C18 7 26 8.5 33 17.5c-5-2-8.5-2.2-12-.7A9 9 0 1 1 13 9.5z" fill="currentColor" />
       <circle cx="12.5" cy="18.8" r="5" fill="var(--panel)" />
       <circle cx="12.5" cy="18.8" r="2.3" fill="currentColor" />
-      <path d="M10 6.500C14 3.2 20 2.8 25 6" fill="none" stroke="var(--limit)" stroke-width="2.4" />
+      <path d="M10 6.5C14 3.2 20 2.8 25 6" fill="none" stroke="var(--limit)" stroke-width="2.4" />
     </svg>
   );
 }

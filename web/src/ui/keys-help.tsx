@@ -10,12 +10,9 @@ export function KeysHelp({ onClose }: { onClose: () => void }) {
       onClose={onClose}
       testid="keys-dialog"
       foot={
-        <>
-          <span class="grow" />
-          <span data-first-focus>
-            <Button onClick={onClose}>{text.close}</Button>
-          </span>
-        </>
+        <span data-first-focus>
+          <Button onClick={onClose}>{text.close}</Button>
+        </span>
       }
     >
       <dl class="keys">

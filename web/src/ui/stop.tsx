@@ -55,12 +55,12 @@ function Octagon() {
   return (
     <svg class="icon" width="30" height="30" viewBox="0 0 30 30" aria-hidden="true">
       <path
-        d="M9.4 1.500h11.200l7.9 7.900v11.200l-7.9 7.900H9.400L1.5 20.600V9.400z"
+        d="M9.4 1.5h11.2l7.9 7.9v11.2l-7.9 7.9H9.4L1.5 20.6V9.4z"
         fill="none"
         stroke="currentColor"
         stroke-width="2.2"
       />
-      <path d="M10.5 10.500h9v9h-9z" fill="currentColor" />
+      <path d="M10.5 10.5h9v9h-9z" fill="currentColor" />
     </svg>
   );
 }

@@ -16,7 +16,6 @@ export const theme = { label: "Theme", light: "Light", dark: "Dark", auto: "Auto
 export const bar = {
   bus: (address: string) => `Bus ${address}`.trim(),
   busLoad: (address: string, load: string) => `Bus ${address}, load ${load}`,
-  noBus: "Bus",
   busState: {
     disconnected: "Not connected",
     connecting: "Connecting",
@@ -36,12 +35,11 @@ export const bar = {
   you: "You",
   youFor: (name: string) => `You, ${name}`,
   held: (holder: string, left: number) => `${holder}, ${left}\u202fs left`,
-  refused: "Refused while stopped",
+  refused: "Refused: stopped",
   demo: "Demo",
 };
 
 export const link = {
-  connecting: "Connecting to hornbill.",
   lost: (s: number) =>
     `No link to hornbill for ${s}\u202fs. Values are old; controls wait. It reconnects by itself.`,
   up: "Link to hornbill is up",
@@ -81,7 +79,9 @@ export const stop = {
   clear: "Clear stop…",
   clearTitle: "Clear the stop?",
   clearText: "Nothing moves by this. Torque stays off on every servo until somebody turns it on.",
-  clearSilent: (names: string) => `${names} has not confirmed that torque is off.`,
+  unsentPast: "A stop did not reach hornbill. Press Stop again if it is needed.",
+  clearSilent: (names: string, many: boolean) =>
+    `${names} ${many ? "have" : "has"} not confirmed that torque is off.`,
   clearConfirm: "Clear stop",
   brake: "on the brake",
   off: "off",

@@ -7,12 +7,12 @@ export const side = {
   command: "Command",
   inactive: "inactive",
   speed: "Speed",
-  torque: "Torque, about",
+  torque: "Torque",
+  about: "about",
   board: "Board",
   boardTolerance: "±5\u202f°C",
   supply: "Supply",
   supplyTolerance: "±0.5\u202fV",
-  old: (what: string, age: string) => `${what}, ${age} old`,
   rate: (got: string, asked: string) => `${got} of ${asked}\u202fHz`,
   rateUnknown: "waiting for data",
   pause: "Pause",
@@ -36,11 +36,9 @@ export const view = {
   limits: (low: string, high: string) => `Limits ${low} to ${high}`,
   none: "3D view not available",
   loading: "Opening the 3D view",
-  reset: "Reset view",
 };
 
 export const motion = {
-  title: "Motion",
   holder: (n: string) => `Page ${n}`,
   off: (name: string) => `Motion is off for ${name}`,
   enable: (name: string) => `Enable motion for ${name}`,
@@ -53,6 +51,7 @@ export const motion = {
   whileStopped: "Stopped: clear the stop first. It stands at the top left.",
   whileOffline: (name: string) => `${name} is offline. Check its supply.`,
   whileProtected: (name: string) => `${name} is protected: its output is off and comes back on by itself.`,
+  whileUnknown: (name: string) => `hornbill does not know the model of ${name}, and does not move it.`,
   whileBusy: (name: string) => `${name} is busy. Wait until it is ready.`,
   band: (name: string) => `Motion is on for ${name} only.`,
   bandText:
@@ -60,7 +59,6 @@ export const motion = {
   turnOff: "Turn motion off",
   angle: "Angle",
   command: "Command",
-  noCommand: "none yet",
   toGo: (deg: string) => `${deg} to go`,
   there: "At the command",
   drive: (rpm: string, pct: string) => `${rpm}, ${pct}`,
@@ -86,5 +84,4 @@ export const motion = {
   endedBy: (why: string) => `Motion ended: ${why}`,
   keyHint: ["1°", "10°", "0.1°"] as const,
   limitsUnknown: "The limits of this servo were not read yet.",
-  plot: "Angle",
 };

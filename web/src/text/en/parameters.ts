@@ -27,11 +27,12 @@ export const params = {
   notRead: (why: string) => `Parameters not read: ${why}`,
   unknownServo: "This servo is not known here.",
   toServos: "Go to Servos",
+  unknownModel: (hardware: string) =>
+    `hornbill does not know this model (hardware version ${hardware}): nothing is read or written. Update hornbill.`,
   noneChanged: "Nothing is changed here.",
   noneFound: (what: string) => `No parameter matches “${what}”.`,
   torqueOff: "Torque off",
   torqueOffFailed: (why: string) => `Torque off was not confirmed: ${why}`,
-  toMotion: "Motion",
   unlock: "Unlock",
   locked: "Locked.",
 };
@@ -46,13 +47,10 @@ export const rows = {
     unread: "Not read yet",
     lastRead: (age: string) => `Last read ${age} ago`,
     lastReadUnknown: "Last read before the link was lost",
-    romUnknown: "ROM not known",
-    readOnly: "Read only",
   },
   goTo: (name: string) => `Go to ${name}`,
   use: (value: string) => `Use ${value}`,
   again: "Try again",
-  keep: (value: string) => `Keep ${value}`,
   notStaged: "Not staged.",
   notWritten: (why: string) => `Not written: ${why}`,
   ramHolds: (value: string) => `RAM holds ${value}.`,
@@ -95,8 +93,9 @@ export const save = {
   applySub: "No restart. Lost at power-off",
   save: "Apply and save to ROM…",
   saveOnly: "Save to ROM…",
-  working: "Writing to RAM",
+  working: { applying: "Writing to RAM", saving: "Saving to ROM" },
   noLink: "Waiting for the link",
+  offline: (name: string) => `${name} is offline`,
   sub: {
     softStart: (name: string) => `${name} restarts, horn goes to 0.0°`,
     hold: (name: string) => `${name} restarts, then holds`,
@@ -138,8 +137,11 @@ export const job = {
   done: (name: string) => `Saved to ROM on ${name}`,
   doneText: (n: number) => `${count(n, "value", "values")} read back from ROM after the restart.`,
   failed: (name: string) => `Not saved on ${name}`,
+  unsure: (name: string) => `Save not verified on ${name}`,
+  notConfirmed: (step: string) => `${step}: not confirmed`,
+  never: "not reached",
   step: (n: number, all: number) =>
-    `Step ${n} of ${all}. Usually 1 to 3\u202fs. You can leave this page; the job goes on.`,
+    `Step ${n} of ${all}. Usually 1 to 3\u202fs. It goes on if you leave this page.`,
   hide: "Hide",
   close: "Close",
   state: {
@@ -157,5 +159,4 @@ export const job = {
     skipped: "left out",
   },
   liveAngle: (angle: string) => `At ${angle} now.`,
-  angleColumn: "angle",
 };
