@@ -28,7 +28,7 @@ export const params = {
   unknownServo: "This servo is not known here.",
   toServos: "Go to Servos",
   unknownModel: (hardware: string) =>
-    `hornbill does not know this model (hardware version ${hardware}): nothing is read or written. Update hornbill.`,
+    `hornbill does not know this model (hardware ${hardware}): nothing is read or written. Update hornbill.`,
   noneChanged: "Nothing is changed here.",
   noneFound: (what: string) => `No parameter matches “${what}”.`,
   torqueOff: "Torque off",
