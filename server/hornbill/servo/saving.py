@@ -128,7 +128,13 @@ class Saving:
         except NoAnswer:
             # the answer may be lost in the restart (errata C3): only what happens next tells
             job.done("write", "no answer yet; the restart will tell")
-        await self._come_back(job, servo, boots, may_need_restart=True)
+        try:
+            await self._come_back(job, servo, boots, may_need_restart=True)
+        except NoAnswer:
+            for register in servo.registers.values():
+                register.rom = None  # it may hold the old values or the new ones: nobody knows
+            self._tell_rows(servo)
+            raise
         await self._soft_start_over(job, servo)
         job.begin("read_back")
         await identification.read_rows(self._asker, servo, rows)
