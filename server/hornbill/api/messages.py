@@ -4,9 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hornbill.api.models import Bus, Job, LeaseView, Reading, Servo, Stop
+from hornbill.api.bus_models import Bus, DecodedTransfer, RawFrame
+from hornbill.api.models import Job, LeaseView, Reading, Servo, Stop
 
-Topic = Literal["servos", "telemetry", "events", "jobs", "bus"]
+Topic = Literal["servos", "telemetry", "events", "jobs", "bus", "frames"]
 
 
 class Message(BaseModel):
@@ -15,12 +16,29 @@ class Message(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
+class FrameFilter(Message):
+    """Which frames and transfers topic `frames` carries; what is not told is not filtered.
+
+    `view` raw: frames as they were; decoded: whole transfers, and frames nothing could be made of.
+    """
+
+    view: Literal["raw", "decoded"] = "decoded"
+    node_id: int | None = Field(default=None, ge=0, le=127, description="source or destination; 0 is anonymous")
+    type: str | None = Field(default=None, max_length=80, description="part of the DSDL name, upper or lower case")
+    kind: Literal["message", "request", "response"] | None = None
+    text: str | None = Field(
+        default=None, max_length=100, description="part of the summary, the identifier or the data"
+    )
+    problems_only: bool = False
+
+
 class Subscribe(Message):
-    """Start receiving topics, of all servos or of some."""
+    """Start receiving topics, of all servos or of some. `frames` replaces the filter of topic `frames`."""
 
     type: Literal["subscribe"]
     topics: list[Topic]
     uids: list[str] | None = None
+    frames: FrameFilter | None = None
 
 
 class Unsubscribe(Message):
@@ -139,6 +157,21 @@ class BusMessage(ServerMessageBase):
     bus: Bus
 
 
+class FramesMessage(ServerMessageBase):
+    """What was on the bus since the last one. Counts are since the subscription.
+
+    `received` frames, or transfers in the decoded view, of which `shown` passed the filter and were sent, and
+    `dropped` passed it but were too many for this socket.
+    """
+
+    type: Literal["frames"]
+    received: int
+    shown: int
+    dropped: int
+    frames: list[RawFrame]
+    transfers: list[DecodedTransfer]
+
+
 class LeaseMessage(ServerMessageBase):
     """Who holds motion control now; null when nobody does."""
 
@@ -170,6 +203,7 @@ ServerMessage = Annotated[
     | EventMessage
     | JobMessage
     | BusMessage
+    | FramesMessage
     | LeaseMessage
     | StopStateMessage
     | ErrorMessage,

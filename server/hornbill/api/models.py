@@ -1,4 +1,4 @@
-"""Owns the JSON shapes of REST that do not come from the tables: servo, reading, change, job, lease, stop, bus."""
+"""Owns the JSON shapes of REST that do not come from the tables: servo, reading, change, job, lease, stop."""
 
 from typing import Annotated, Any, Literal
 
@@ -254,74 +254,3 @@ class Stop(Model):
     by: str | None
     reason: str | None
     servos: list[StopServo]
-
-
-class AllocatorState(Model):
-    """What the node-id allocator is doing."""
-
-    state: Literal["on", "off", "standing_down"]
-    granted: int
-    pending: int
-    rival_node_id: int | None = Field(description="another allocator that answers on this bus")
-
-
-class Bus(Model):
-    """The bus as the adapter and the counters show it."""
-
-    state: Literal["disconnected", "connecting", "active", "passive", "bus_off", "lost"]
-    address: str | None
-    bitrate: int | None
-    sample_point: float | None
-    load_pct: float | None
-    load_cap_pct: float = Field(description="load that polling keeps within, the budget of the bus")
-    rx_fps: float
-    tx_fps: float
-    rx_frames: int
-    tx_frames: int
-    errors: int
-    allocator: AllocatorState | None
-
-
-class BusAddress(Model):
-    """Which adapter to open, in python-can's words."""
-
-    address: str = Field(examples=["socketcan:can0", "slcan:/dev/ttyACM0"])
-    bitrate: int = 1_000_000
-
-
-class Allocation(Model):
-    """One row of the allocation table."""
-
-    uid: UidField
-    node_id: int
-    pinned: bool
-    last_seen: float | None
-    online: bool
-
-
-class PendingAllocation(Model):
-    """A node heard asking for an id, and how far it has come."""
-
-    uid_part: str = Field(description="what is known of the unique id, in hex")
-    stage: int = Field(ge=0, le=3, description="how many of the three parts were heard")
-    attempts: int
-    waiting_s: float
-    age_s: float
-    refusal: str | None
-
-
-class Allocations(Model):
-    """The allocation table and who is waiting."""
-
-    allocations: list[Allocation]
-    pending: list[PendingAllocation]
-
-
-class Health(Model):
-    """The server serves."""
-
-    status: Literal["ok"]
-    version: str
-    uptime_s: float
-    bus: str
-    demo: bool

@@ -1,7 +1,8 @@
 """Owns the step from the servo layer's objects to the JSON shapes of models.py."""
 
-from hornbill.api import models
+from hornbill.api import bus_models, models
 from hornbill.api.problems import problem
+from hornbill.node.allocator import Allocator
 from hornbill.schema.scale import to_value
 from hornbill.servo.host import Host
 from hornbill.servo.jobs import Job
@@ -9,6 +10,7 @@ from hornbill.servo.leases import Lease
 from hornbill.servo.polling import BUDGET
 from hornbill.servo.reading import Reading
 from hornbill.servo.servo import Servo
+from hornbill.wire.port import NO_PORT
 
 
 def servo(host: Host, one: Servo) -> models.Servo:
@@ -102,42 +104,41 @@ def stop(host: Host) -> models.Stop:
     )
 
 
-def bus(host: Host) -> models.Bus:
+def bus(host: Host) -> bus_models.Bus:
     """The bus and its counters; disconnected when there is none."""
     connection = host.connection
-    if connection is None:
-        return models.Bus(
-            state="disconnected",
-            address=None,
-            bitrate=None,
-            sample_point=None,
-            load_pct=None,
-            load_cap_pct=BUDGET * 100,
-            rx_fps=0.0,
-            tx_fps=0.0,
-            rx_frames=0,
-            tx_frames=0,
-            errors=0,
-            allocator=None,
-        )
-    port, seen = connection.port, connection.port.statistics
-    allocator = connection.allocator
-    return models.Bus(
+    port = NO_PORT if connection is None else connection.port
+    seen = port.statistics
+    return bus_models.Bus(
         state=port.state.value,
-        address=port.address,
-        bitrate=port.bitrate,
-        sample_point=None,
-        load_pct=round(connection.load_pct, 2),
+        address=port.address or None,
+        bitrate=port.bitrate or None,
+        sample_point=port.sample_point,
+        trouble=port.trouble,
+        retry_in_s=port.retry_in_s,
+        reopened=seen.reopened,
+        load_pct=None if connection is None else round(connection.load_pct, 2),
         load_cap_pct=BUDGET * 100,
-        rx_fps=round(connection.rx_fps, 1),
-        tx_fps=round(connection.tx_fps, 1),
+        rx_fps=0.0 if connection is None else round(connection.rx_fps, 1),
+        tx_fps=0.0 if connection is None else round(connection.tx_fps, 1),
         rx_frames=seen.rx_frames,
         tx_frames=seen.tx_frames,
+        rx_dropped=seen.rx_dropped,
         errors=seen.errors,
-        allocator=models.AllocatorState(
-            state=allocator.state.value,
-            granted=len(host.store.allocations.entries()),
-            pending=len(allocator.pending(host.base.now())),
-            rival_node_id=None if allocator.rival is None else allocator.rival.node_id,
-        ),
+        error_frames=seen.error_frames,
+        unacknowledged=seen.unacknowledged,
+        ignored=seen.ignored,
+        bus_offs=seen.bus_offs,
+        allocator=None if connection is None else _allocator(host, connection.allocator),
+    )
+
+
+def _allocator(host: Host, allocator: Allocator) -> bus_models.AllocatorState:
+    return bus_models.AllocatorState(
+        state=allocator.state.value,
+        mode=allocator.mode.value,
+        granted=len(host.store.allocations.entries()),
+        pending=len(allocator.pending(host.base.now())),
+        free=allocator.free(host.base.now()),
+        rival_node_id=None if allocator.rival is None else allocator.rival.node_id,
     )

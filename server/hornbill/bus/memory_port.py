@@ -48,6 +48,19 @@ class MemoryPort:
         self._error_count = 0
         self._open = True
         self._mute = False
+        self.sample_point: float | None = None
+        self.retry_in_s: float | None = None
+
+    @property
+    def trouble(self) -> str | None:
+        """What a controller in this state needs; None while it works."""
+        match self.state:
+            case PortState.BUS_OFF:
+                return f"{self.address} is off the bus after too many errors. Restart it."
+            case PortState.PASSIVE:
+                return f"{self.address} hears no acknowledgement or too many errors. Check wiring and power of the bus."
+            case _:
+                return None
 
     @property
     def state(self) -> PortState:

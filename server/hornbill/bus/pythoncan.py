@@ -48,6 +48,9 @@ class PythonCanPort:
         self.address = address
         self.bitrate = bitrate
         self.statistics = PortStatistics()
+        self.sample_point: float | None = None
+        self.trouble: str | None = None
+        self.retry_in_s: float | None = None
         self._bus = bus
         self._loop = asyncio.get_running_loop()
         self._sink: FrameSink | None = None

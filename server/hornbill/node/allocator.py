@@ -92,6 +92,14 @@ class Rival:
     answers: int
 
 
+class AllocatorMode(StrEnum):
+    """What was chosen: to answer unless another allocator does, never, or whoever else answers."""
+
+    ON = "on"
+    OFF = "off"
+    INSIST = "insist"
+
+
 class AllocatorState(StrEnum):
     """What the allocator does, in one word."""
 
@@ -117,8 +125,8 @@ class Allocator:
         listening_since: Instant = float("-inf"),
     ) -> None:
         """`own_ids` are never given; `listening_since` is when `residents` began to hear the bus."""
-        self.enabled = True
-        """Whether to answer at all; requests are followed and shown all the same."""
+        self.mode = AllocatorMode.ON
+        """When off, requests are followed and shown all the same."""
         self.listening_since = listening_since
         self.rival: Rival | None = None
         self.on_granted: Hooks[Uid, NodeId] = Hooks()
@@ -138,9 +146,18 @@ class Allocator:
     @property
     def state(self) -> AllocatorState:
         """Off by choice, standing down for another allocator, or on."""
-        if not self.enabled:
-            return AllocatorState.OFF
-        return AllocatorState.STANDING_DOWN if self.rival is not None else AllocatorState.ON
+        match self.mode:
+            case AllocatorMode.OFF:
+                return AllocatorState.OFF
+            case AllocatorMode.ON if self.rival is not None:
+                return AllocatorState.STANDING_DOWN
+            case _:
+                return AllocatorState.ON
+
+    def free(self, now: Instant) -> int:
+        """How many node ids can still be given to nodes that never had one."""
+        taken = self._own_ids | set(self._table.entries().values()) | self._residents.occupied(now)
+        return sum(each not in taken for each in range(1, HIGHEST_DYNAMIC + 1))
 
     def handle(self, message: Allocation, transfer: Transfer, now: Instant) -> Allocation | None:
         """Take one Allocation message from the bus, ours excepted; the answer to broadcast at once, or None.

@@ -73,6 +73,21 @@ class GuardedPort:
         """The state of the port behind."""
         return self._port.state
 
+    @property
+    def sample_point(self) -> float | None:
+        """That of the port behind."""
+        return self._port.sample_point
+
+    @property
+    def trouble(self) -> str | None:
+        """That of the port behind."""
+        return self._port.trouble
+
+    @property
+    def retry_in_s(self) -> float | None:
+        """That of the port behind."""
+        return self._port.retry_in_s
+
     def listen(self, sink: FrameSink) -> None:
         """Received frames pass untouched."""
         self._port.listen(sink)

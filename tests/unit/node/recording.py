@@ -16,6 +16,9 @@ class RecordingPort:
         self.bitrate = 1_000_000
         self.statistics = PortStatistics()
         self.state = PortState.ACTIVE
+        self.sample_point: float | None = None
+        self.trouble: str | None = None
+        self.retry_in_s: float | None = None
         self.sent: list[Frame] = []
         self.calls: list[list[Frame]] = []
         self.closed = False

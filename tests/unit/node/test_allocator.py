@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.node.allocator import Allocator, AllocatorState, Pending, Rival
+from hornbill.node.allocator import Allocator, AllocatorMode, AllocatorState, Pending, Rival
 from hornbill.node.node_ids import find_free
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import Allocation
@@ -278,11 +278,11 @@ def test_strangers_without_number_do_not_fill_the_memory() -> None:
 
 def test_switched_off_it_shows_who_waits_and_answers_nobody() -> None:
     it = allocator()
-    it.enabled = False
+    it.mode = AllocatorMode.OFF
     assert it.state is AllocatorState.OFF
     assert ask(it, A[:6], 0.0, first=True) is None
     assert [each.partial for each in it.pending(0.0)] == [A[:6].hex()]
-    it.enabled = True
+    it.mode = AllocatorMode.ON
     assert exchange(it, A, 1.0) == 125
 
 

@@ -1666,8 +1666,19 @@ export interface components {
          * @description What the node-id allocator is doing.
          */
         AllocatorState: {
+            /**
+             * Free
+             * @description node ids that can still be given
+             */
+            free: number;
             /** Granted */
             granted: number;
+            /**
+             * Mode
+             * @description what was chosen; insist answers beside another allocator
+             * @enum {string}
+             */
+            mode: "on" | "off" | "insist";
             /** Pending */
             pending: number;
             /**
@@ -1739,8 +1750,20 @@ export interface components {
             allocator: components["schemas"]["AllocatorState"] | null;
             /** Bitrate */
             bitrate: number | null;
+            /** Bus Offs */
+            bus_offs: number;
+            /**
+             * Error Frames
+             * @description errors seen on the wire, whoever sent
+             */
+            error_frames: number;
             /** Errors */
             errors: number;
+            /**
+             * Ignored
+             * @description standard, remote and CAN FD frames: not DroneCAN on classic CAN
+             */
+            ignored: number;
             /**
              * Load Cap Pct
              * @description load that polling keeps within, the budget of the bus
@@ -1748,21 +1771,49 @@ export interface components {
             load_cap_pct: number;
             /** Load Pct */
             load_pct: number | null;
+            /**
+             * Reopened
+             * @description how often it was opened again by itself
+             */
+            reopened: number;
+            /**
+             * Retry In S
+             * @description when it is opened again by itself; null while it works
+             */
+            retry_in_s: number | null;
+            /**
+             * Rx Dropped
+             * @description frames the adapter brought that we could not take
+             */
+            rx_dropped: number;
             /** Rx Fps */
             rx_fps: number;
             /** Rx Frames */
             rx_frames: number;
-            /** Sample Point */
+            /**
+             * Sample Point
+             * @description 0..1, null where the adapter does not tell
+             */
             sample_point: number | null;
             /**
              * State
              * @enum {string}
              */
             state: "disconnected" | "connecting" | "active" | "passive" | "bus_off" | "lost";
+            /**
+             * Trouble
+             * @description what is wrong with the adapter and what helps; null while it works
+             */
+            trouble: string | null;
             /** Tx Fps */
             tx_fps: number;
             /** Tx Frames */
             tx_frames: number;
+            /**
+             * Unacknowledged
+             * @description our transmissions nobody acknowledged
+             */
+            unacknowledged: number;
         };
         /**
          * BusAddress
@@ -1773,6 +1824,7 @@ export interface components {
              * Address
              * @example socketcan:can0
              * @example slcan:/dev/ttyACM0
+             * @example file:recording.log
              */
             address: string;
             /**
@@ -1963,6 +2015,54 @@ export interface components {
             reads: number[];
         };
         /**
+         * DecodedTransfer
+         * @description One transfer, in the form of `hornbill decode`, and a sentence on it for people.
+         */
+        DecodedTransfer: {
+            /**
+             * Can Id
+             * @description 8 hex digits
+             */
+            can_id: string;
+            /** Data Type Id */
+            data_type_id: number;
+            /** Destination */
+            destination: number | null;
+            /** Fields */
+            fields: {
+                [key: string]: unknown;
+            } | null;
+            /** Frames */
+            frames: number;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "message" | "request" | "response";
+            /** Payload */
+            payload: string;
+            /** Priority */
+            priority: number;
+            /** Sent */
+            sent: boolean;
+            /** Source */
+            source: number;
+            /** Summary */
+            summary: string;
+            /**
+             * Timestamp
+             * @description seconds since 1970 UTC
+             */
+            timestamp: number;
+            /** Transfer Id */
+            transfer_id: number;
+            /**
+             * Type
+             * @description full DSDL name; null for a type that is not known
+             */
+            type: string | null;
+        };
+        /**
          * EffectRule
          * @description `parameters` have no effect while every condition of `when` holds.
          *
@@ -2109,6 +2209,74 @@ export interface components {
             notification: number | null;
             /** Warning */
             warning: number | null;
+        };
+        /**
+         * FrameFilter
+         * @description Which frames and transfers topic `frames` carries; what is not told is not filtered.
+         *
+         *     `view` raw: frames as they were; decoded: whole transfers, and frames nothing could be made of.
+         */
+        FrameFilter: {
+            /**
+             * Kind
+             * @default null
+             */
+            kind: ("message" | "request" | "response") | null;
+            /**
+             * Node Id
+             * @description source or destination; 0 is anonymous
+             * @default null
+             */
+            node_id: number | null;
+            /**
+             * Problems Only
+             * @default false
+             */
+            problems_only: boolean;
+            /**
+             * Text
+             * @description part of the summary, the identifier or the data
+             * @default null
+             */
+            text: string | null;
+            /**
+             * Type
+             * @description part of the DSDL name, upper or lower case
+             * @default null
+             */
+            type: string | null;
+            /**
+             * View
+             * @default decoded
+             * @enum {string}
+             */
+            view: "raw" | "decoded";
+        };
+        /**
+         * FramesMessage
+         * @description What was on the bus since the last one. Counts are since the subscription.
+         *
+         *     `received` frames, or transfers in the decoded view, of which `shown` passed the filter and were sent, and
+         *     `dropped` passed it but were too many for this socket.
+         */
+        FramesMessage: {
+            /** Dropped */
+            dropped: number;
+            /** Frames */
+            frames: components["schemas"]["RawFrame"][];
+            /** Received */
+            received: number;
+            /** Seq */
+            seq: number;
+            /** Shown */
+            shown: number;
+            /** Transfers */
+            transfers: components["schemas"]["DecodedTransfer"][];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "frames";
         };
         /**
          * Group
@@ -2761,6 +2929,22 @@ export interface components {
             value: number;
         };
         /**
+         * RawFrame
+         * @description One frame as it was on the bus; `problem` says why nothing could be made of it.
+         */
+        RawFrame: {
+            /** Can Id */
+            can_id: string;
+            /** Data */
+            data: string;
+            /** Problem */
+            problem: string | null;
+            /** Sent */
+            sent: boolean;
+            /** Timestamp */
+            timestamp: number;
+        };
+        /**
          * Reading
          * @description One parameter as last read from RAM, beside what is known of ROM and what this model allows.
          */
@@ -2875,7 +3059,7 @@ export interface components {
             /** Voltage Class */
             voltage_class: string;
         };
-        ServerMessage: components["schemas"]["Hello"] | components["schemas"]["ServosMessage"] | components["schemas"]["TelemetryMessage"] | components["schemas"]["ParameterMessage"] | components["schemas"]["EventMessage"] | components["schemas"]["JobMessage"] | components["schemas"]["BusMessage"] | components["schemas"]["LeaseMessage"] | components["schemas"]["StopStateMessage"] | components["schemas"]["ErrorMessage"];
+        ServerMessage: components["schemas"]["Hello"] | components["schemas"]["ServosMessage"] | components["schemas"]["TelemetryMessage"] | components["schemas"]["ParameterMessage"] | components["schemas"]["EventMessage"] | components["schemas"]["JobMessage"] | components["schemas"]["BusMessage"] | components["schemas"]["FramesMessage"] | components["schemas"]["LeaseMessage"] | components["schemas"]["StopStateMessage"] | components["schemas"]["ErrorMessage"];
         /**
          * Servo
          * @description One servo, known by its unique id.
@@ -3181,11 +3365,13 @@ export interface components {
         };
         /**
          * Subscribe
-         * @description Start receiving topics, of all servos or of some.
+         * @description Start receiving topics, of all servos or of some. `frames` replaces the filter of topic `frames`.
          */
         Subscribe: {
+            /** @default null */
+            frames: components["schemas"]["FrameFilter"] | null;
             /** Topics */
-            topics: ("servos" | "telemetry" | "events" | "jobs" | "bus")[];
+            topics: ("servos" | "telemetry" | "events" | "jobs" | "bus" | "frames")[];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -3337,7 +3523,7 @@ export interface components {
          */
         Unsubscribe: {
             /** Topics */
-            topics: ("servos" | "telemetry" | "events" | "jobs" | "bus")[];
+            topics: ("servos" | "telemetry" | "events" | "jobs" | "bus" | "frames")[];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
