@@ -72,6 +72,7 @@ bench: setup                                  ## honest figures, as JSON lines
 
 generate: setup                               ## what is made from tables and API
 	@$(BIN)/python -m hornbill.generate
+	@$(BIN)/python tests/fidelity.py
 	@$(NPM) run --silent generate
 
 build: $(VENV)/.dev web/dist/index.html       ## sdist and wheel in dist/

@@ -2,7 +2,7 @@
 
 import asyncio
 import tempfile
-from collections.abc import AsyncGenerator, Awaitable, Callable
+from collections.abc import AsyncGenerator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 
@@ -12,26 +12,25 @@ from starlette.requests import HTTPConnection
 from hornbill import __version__, resources
 from hornbill.api.http import create_api
 from hornbill.api.origin import local_policy
-from hornbill.bus.address import open_port
+from hornbill.bus.adapters import Adapters
+from hornbill.bus.logfolder import LogFolder
 from hornbill.bus.memory import MemoryBus
-from hornbill.errors import PortError
+from hornbill.bus.recorder import Recorder
+from hornbill.connecting import EMBEDDED, BusPorts
+from hornbill.node.allocator import AllocatorMode
+from hornbill.posing import Poses
 from hornbill.schema.catalog import Catalog
-from hornbill.schema.scale import to_value
 from hornbill.servo.host import Host
-from hornbill.servo.servo import Servo
+from hornbill.servo.hub import Happened
 from hornbill.settings import Settings
 from hornbill.sim.bench import Bench, demo_fleet
 from hornbill.store.store import Store
-from hornbill.view.pose import Pose
 from hornbill.view.proxy import routes
 from hornbill.view.viewer import Viewer
-from hornbill.wire.port import CanPort
 
-DEMO_BUS = "memory:demo"
+LOGS = "logs"
+"""Where in the data folder logs of the bus are."""
 LOCAL_NAMES = frozenset(("127.0.0.1", "localhost", "::1", "testserver"))
-POSE_S = 0.04
-STALE_S = 0.5
-"""An angle is old after twice its period of 100 ms, and a little more for the way here (errata C11)."""
 
 
 def build(
@@ -54,26 +53,33 @@ def build(
             if demo:
                 folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hornbill-demo-")))
             store = stack.enter_context(Store(folder))
-            embedded = MemoryBus(fast=fast) if demo else None
+            # Simulated servos sit on the embedded bus, unless told to join the one of an adapter.
+            within = demo or (settings.sim_api and settings.bus is None)
+            ports = BusPorts(MemoryBus(fast=fast) if within else None, folder / LOGS)
             host = Host(
-                catalog, store, _opener(embedded), node_id=settings.node_id,
+                catalog, store, ports.open, node_id=settings.node_id,
                 unique_id=store.settings.own_unique_id(), version=_version(),
+                allocator=None if settings.allocator is None else AllocatorMode(settings.allocator),
             )  # fmt: skip
+            app.state.recorder = recorder = recorder_of(host, folder / LOGS)
+            stack.push_async_callback(recorder.stop)  # after the host: what it sends last is in the log
             stack.push_async_callback(host.close)
             app.state.host = host
+            app.state.adapters = adapters = Adapters(ports.own)
+            stack.callback(adapters.close)
             poses.follow(host, viewer)
-            if embedded is not None:
-                app.state.bench = bench = Bench(embedded.port, catalog, settings.seed)
-                for recipe in demo_fleet(catalog, settings.servos, settings.seed):
+            if demo or settings.sim_api:
+                app.state.bench = bench = Bench(await ports.places(settings.bus, stack), catalog, settings.seed)
+                for recipe in demo_fleet(catalog, settings.servos, settings.seed) if demo else ():
                     bench.add(recipe)
                 stack.push_async_callback(bench.close)
-                await host.connect(DEMO_BUS, embedded.bitrate)
+            else:
+                app.state.bench = bench = None
+            address = EMBEDDED if within else settings.bus
+            if address is not None:
+                await ports.join(host, address, settings.bitrate, log)
+            if bench is not None:
                 await bench.start()
-            elif settings.bus is not None:
-                try:
-                    await host.connect(settings.bus, settings.bitrate)
-                except PortError as error:
-                    log(f"{error.detail}\nThe page starts all the same; connect from there.")
             drawing = asyncio.create_task(poses.run())
             stack.callback(drawing.cancel)
             stack.callback(viewer.close)
@@ -89,59 +95,15 @@ def build(
     )
 
 
-class Poses:
-    """What the 3D view draws: a snapshot made on the event loop, for the view's own thread to take."""
-
-    def __init__(self) -> None:
-        self._snapshot: tuple[Pose, ...] = ()
-        self._host: Host | None = None
-        self._viewer: Viewer | None = None
-
-    def follow(self, host: Host, viewer: Viewer) -> None:
-        """Take the servos from here from now on."""
-        self._host, self._viewer = host, viewer
-
-    def poses(self) -> tuple[Pose, ...]:
-        """The last snapshot; any thread may ask."""
-        return self._snapshot
-
-    async def run(self) -> None:
-        """Make a snapshot 25 times a second while somebody looks, else twice."""
-        while True:
-            host, viewer = self._host, self._viewer
-            if host is not None:
-                now = host.base.now()
-                self._snapshot = tuple(_pose(servo, now) for servo in host.fleet.all())
-            await asyncio.sleep(POSE_S if viewer is not None and viewer.watched else 0.5)
-
-
-def _pose(servo: Servo, now: float) -> Pose:
-    def degrees(key: str) -> float | None:
-        register = servo.registers.get(key)
-        if register is None or register.raw is None:
-            return None
-        value = to_value(register.parameter, register.raw)
-        return float(value) if isinstance(value, int | float) else None
-
-    return Pose(
-        uid=servo.uid,
-        name=servo.title,
-        series=servo.model.series if servo.model else "",  # pyright: ignore[reportArgumentType] - the tables know two
-        angle_deg=servo.angle_deg,
-        command_deg=degrees("command_angle"),
-        limit_cw_deg=degrees("angle_limit_cw"),
-        limit_ccw_deg=degrees("angle_limit_ccw"),
-        stale=not servo.online or servo.angle_at is None or now - servo.angle_at > STALE_S,
+def recorder_of(host: Host, logs: Path) -> Recorder:
+    """What logs whichever bus is connected, into the folder `logs`."""
+    return Recorder(
+        LogFolder(logs),
+        listen=host.tap.listen,
+        address=lambda: "" if host.connection is None else host.connection.port.address,
+        utc=host.base.utc,
+        tell=lambda level, code, text: host.hub.tell(Happened(level, code, text)),
     )
-
-
-def _opener(embedded: MemoryBus | None) -> Callable[[str, int], Awaitable[CanPort]]:
-    async def open_one(address: str, bitrate: int) -> CanPort:
-        if embedded is not None and address == DEMO_BUS:
-            return embedded.port("demo")
-        return await open_port(address, bitrate=bitrate)
-
-    return open_one
 
 
 def _view_policy(policy: Callable[[HTTPConnection], str | None]) -> Callable[[HTTPConnection], bool]:

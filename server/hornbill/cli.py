@@ -5,8 +5,9 @@ import json
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -38,14 +39,28 @@ def demo(
 
 @app.command()
 def serve(
-    bus: Annotated[str | None, typer.Option(help="INTERFACE:CHANNEL, for example socketcan:can0")] = None,
+    bus: Annotated[
+        str | None, typer.Option(help="INTERFACE:CHANNEL, for example socketcan:can0; file:LOG plays a log")
+    ] = None,
     bitrate: Annotated[int | None, typer.Option(help="bit/s; 1000000 unless told")] = None,
     host: Host = None,
     port: Port = None,
     data_dir: Annotated[Path | None, typer.Option(help="folder of the database")] = None,
+    allocator: Annotated[
+        Literal["on", "off", "insist"] | None,
+        typer.Option(help="give node ids; insist: beside another allocator, too; as chosen last unless told"),
+    ] = None,
+    sim_api: Annotated[
+        bool | None,
+        typer.Option(
+            "--sim-api", help="let REST add simulated servos to the bus, or to one of their own"
+        ),
+    ] = None,
 ) -> None:
     """Serve the servos on a real adapter. Without --bus it starts disconnected."""
-    settings = _settings(bus=bus, bitrate=bitrate, host=host, port=port, data_dir=data_dir)
+    settings = _settings(
+        bus=bus, bitrate=bitrate, host=host, port=port, data_dir=data_dir, allocator=allocator, sim_api=sim_api
+    )
     _serve(settings, demo=False, announce="hornbill: open {url}")
 
 
@@ -62,7 +77,8 @@ def sim(
     from hornbill.simulating import simulate
 
     with _errors():
-        asyncio.run(simulate(bus, servos, model, firmware, node_id, seed, print))
+        say = partial(print, flush=True)  # whoever reads a pipe waits for it
+        asyncio.run(simulate(bus, servos, model, firmware, node_id, seed, say))
 
 
 @app.command("list")
@@ -130,6 +146,37 @@ def save(servo: Which, server: Server = HERE, as_json: AsJson = False) -> None:
     with _client(server) as client:
         uid = client.servo(servo)["uid"]
         _finish(client.ask("POST", f"/servos/{uid}/save", wait="true"), as_json)
+
+
+@app.command()
+def doctor(server: Server = HERE, as_json: AsJson = False) -> None:
+    """Say what is wrong with the bus and what helps. The exit code is 1 when there is a warning or a failure."""
+    with _client(server) as client:
+        examined = client.ask("GET", "/bus/doctor", all="true")
+    found = [one for one in examined if one["severity"] != "ok"]
+    if as_json:
+        _print_json(found)
+    else:
+        for one in found:
+            print(f"{one['severity'].capitalize()}: {one['text']}\n  {one['evidence']}")
+            if one["remedy"]:
+                print(f"  → {one['remedy']}")
+        passed = len(examined) - len(found)
+        print(f"{f'{len(found)} found' if found else 'Nothing wrong found'}: {passed} checks passed.")
+    if any(one["severity"] in ("warning", "failure") for one in found):
+        raise typer.Exit(1)
+
+
+@app.command()
+def decode(
+    log: Annotated[str, typer.Argument(metavar="LOG", help="candump -l, ASC, BLF or CSV file; - is standard input")],
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
+) -> None:
+    """Print the DroneCAN transfers of a recording, or live: candump -L can0 | hornbill decode -"""
+    from hornbill.decoding import decode_log
+
+    with _errors():
+        decode_log(log, as_json, sys.stdin.buffer, sys.stdout.buffer, lambda text: print(text, file=sys.stderr))
 
 
 @app.command()

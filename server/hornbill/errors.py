@@ -3,14 +3,17 @@
 HornbillError
 ├── TableError            a mistake in schemas/, with file and row
 ├── StoreFailed           store_failed: the database cannot be opened, is damaged, or is from a newer hornbill
+├── LogFailed             log_failed: a recording of frames cannot be read or written
 ├── PortError             the bus
 │   ├── PortOpenFailed    bus_open_failed: an address that cannot be opened, and the remedy
 │   └── BusDisconnected   bus_disconnected: no bus, or the bus was lost while we waited
+│       └── BusReadOnly   bus_read_only: the bus is a recording, so nothing can be sent
 ├── NoAnswer              no_answer: asked, and nothing came back in any of the tries
 ├── Refused               refused_by_servo: the servo answered, and said no
 ├── ForbiddenParameter    forbidden_parameter: 0x49, or a reserved register
 └── BadRequest            what was asked cannot be done, and nothing was changed
-    ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid
+    ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid, unknown_log,
+    │                     no_simulator
     ├── NotInThisModel    not_in_this_model
     ├── ReadOnly          read_only
     ├── OutOfRange        out_of_range
@@ -55,6 +58,13 @@ class StoreFailed(HornbillError):
     title = "The database cannot be used"
 
 
+class LogFailed(HornbillError):
+    """A recording of frames cannot be read or written; the message names the file."""
+
+    code = "log_failed"
+    title = "The log cannot be used"
+
+
 class PortError(HornbillError):
     """The bus cannot be opened or was lost."""
 
@@ -71,6 +81,13 @@ class BusDisconnected(PortError):
 
     code = "bus_disconnected"
     title = "No bus"
+
+
+class BusReadOnly(BusDisconnected):
+    """The bus is a recording that is played back: whatever would be sent reaches nobody."""
+
+    code = "bus_read_only"
+    title = "The bus is a recording"
 
 
 class NoAnswer(HornbillError):

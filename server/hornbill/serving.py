@@ -36,7 +36,7 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str) -> None:
     """Serve until interrupted; `announce` is printed once requests are answered, with the address in place of {url}."""
     config = uvicorn.Config(
         app, log_level="warning", access_log=False, ws="websockets-sansio", timeout_graceful_shutdown=2,
-        ws_max_size=1 << 20, lifespan="on",
+        ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on",
     )  # fmt: skip
     server = uvicorn.Server(config)
     running = asyncio.create_task(server.serve(sockets=[listening]))

@@ -1,6 +1,7 @@
 """Owns Settings: what flags and HORNBILL_… environment variables decide, once, at start."""
 
 from pathlib import Path
+from typing import Literal
 
 from platformdirs import user_data_path
 from pydantic import Field
@@ -18,6 +19,10 @@ class Settings(BaseSettings):
     bitrate: int = Field(default=1_000_000, gt=0)
     data_dir: Path = Field(default_factory=lambda: user_data_path("hornbill"))
     node_id: int = Field(default=127, ge=1, le=127, description="our own node id; 126 and 127 are for tools")
+    allocator: Literal["on", "off", "insist"] | None = Field(
+        default=None, description="node-id allocator; insist answers beside another one; as chosen last unless told"
+    )
     view: bool = Field(default=True, description="whether to start the 3D view")
     servos: int = Field(default=6, ge=1, le=100)
     seed: int = 1
+    sim_api: bool = Field(default=False, description="whether simulated servos can be added to the bus that is served")

@@ -1,15 +1,16 @@
-"""Owns `hornbill sim`: simulated servos on any bus, each with an adapter handle of its own, until interrupted."""
+"""Owns `hornbill sim`: simulated servos on any bus, all behind one adapter, until interrupted."""
 
 import asyncio
 from collections.abc import Callable
 from dataclasses import replace
 
-from hornbill.bus.address import open_port
+from hornbill.bus.reopening import adapter_port
+from hornbill.bus.sharing import SharedBus
 from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.bench import Bench
 from hornbill.sim.demo import demo_fleet
-from hornbill.wire.port import CanPort
+from hornbill.sim.recipe import Recipe
 
 
 async def simulate(
@@ -30,14 +31,18 @@ async def simulate(
         raise InvalidValue(f"{servos} servos are outside 1 to 100.")
     first = _first_id(node_id, servos)
     catalog = Catalog.load()
-    opened = [await open_port(bus) for _ in range(servos)]
-    ports: list[CanPort] = list(reversed(opened))
-    bench = Bench(lambda _name: ports.pop(), catalog, seed)
+    adapter = adapter_port(bus)
+    await adapter.open()
+    shared = SharedBus(adapter)
+    bench = Bench(shared.port, catalog, seed)
     for index, recipe in enumerate(demo_fleet(catalog, servos, seed)):
         if model is not None or firmware is not None:
-            recipe = replace(recipe, model=model or recipe.model, firmware=firmware or recipe.firmware, rom={})
+            recipe = Recipe(
+                model or recipe.model, firmware or recipe.firmware, servo_id=index + 1, node_id=recipe.node_id,
+                angle_deg=recipe.angle_deg, uid=recipe.uid, serial=recipe.serial,
+            )  # fmt: skip
         if first is not None:
-            recipe = replace(recipe, node_id=first + index)
+            recipe = replace(recipe, node_id=first + index, rom_sound=True)
         made = bench.add(recipe)
         say(f"{made.uid.hex()}  {recipe.model}  firmware {recipe.firmware}  node id {recipe.node_id or 'asked for'}")
     await bench.start()
@@ -45,6 +50,7 @@ async def simulate(
         await asyncio.get_running_loop().create_future()
     finally:
         await bench.close()
+        await shared.close()
 
 
 def _first_id(text: str, servos: int) -> int | None:

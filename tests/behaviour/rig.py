@@ -12,7 +12,10 @@ from fastapi import FastAPI
 
 from hornbill.api.http import create_api
 from hornbill.bus import clock
+from hornbill.bus.adapters import Adapters
 from hornbill.bus.memory import MemoryBus
+from hornbill.bus.memory_port import MemoryPort
+from hornbill.bus.reopening import ReopeningPort
 from hornbill.errors import PortOpenFailed
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.host import Host
@@ -25,7 +28,7 @@ from hornbill.store.store import Store
 from hornbill.units import Uid
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import ArrayCommand
-from hornbill.wire.port import CanPort
+from hornbill.wire.port import CanPort, PortStatistics
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import GetSetRequest, ValueKind
 from hornbill.wire.transfer import Transfer
@@ -37,6 +40,49 @@ Answer = httpx.Response
 PLAIN = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
 
 
+class Cable:
+    """The host's adapter on the bus, and what one can do to it with one's hands."""
+
+    def __init__(self, bus: MemoryBus) -> None:
+        self._bus = bus
+        self.plugged = True
+        self.inner: MemoryPort | None = None
+        self.openings = 0
+
+    async def unplug(self) -> None:
+        """Pull the adapter out: frames on their way are gone, and it cannot be opened."""
+        self.plugged = False
+        assert self.inner is not None
+        await self.inner.close()
+
+    def plug_in(self) -> None:
+        """Put it back."""
+        self.plugged = True
+
+    def bus_off(self) -> None:
+        """Put its controller off the bus, where it stays."""
+        assert self.inner is not None
+        self._bus.bus_off(self.inner)
+
+    def deafen(self, pct: float) -> None:
+        """Lose so many % of the frames that come in."""
+        assert self.inner is not None
+        self._bus.loss(pct, port=self.inner)
+
+    def port(self, address: str, bitrate: int) -> ReopeningPort:
+        """A port on it, not open yet."""
+
+        async def open_one(statistics: PortStatistics) -> CanPort:
+            if not self.plugged:
+                raise PortOpenFailed("There is no such adapter. Plug it in.", address=address)
+            self.inner = self._bus.port(address.removeprefix("memory:"), bitrate=bitrate)
+            self.inner.statistics = statistics
+            self.openings += 1
+            return self.inner
+
+        return ReopeningPort(open_one, address=address, bitrate=bitrate)
+
+
 @dataclass
 class Rig:
     """One bus with a host, an API client and a bench; `sent` is every transfer that was on the bus."""
@@ -46,6 +92,7 @@ class Rig:
     host: Host
     app: FastAPI
     http: httpx.AsyncClient
+    cable: Cable
     changes: list[Change] = field(default_factory=list[Change])
 
     async def ready(self, count: int = 1, within_s: float = 30.0) -> list[Servo]:
@@ -177,20 +224,24 @@ def play(
         bus = MemoryBus(history=200_000, fast=fast)
         kept = Store(store)
 
-        async def open_port(address: str, _bitrate: int) -> CanPort:
+        cable = Cable(bus)
+
+        async def open_port(address: str, bitrate: int) -> CanPort:
             if address == "memory:broken":
                 raise PortOpenFailed("The adapter is broken. Take another.", address=address)
-            return bus.port(address.removeprefix("memory:"))
+            port = cable.port(address, bitrate)
+            await port.open()
+            return port
 
         host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
         app = _api()
-        app.state.host = host
+        app.state.host, app.state.adapters = host, Adapters(looks={})
         transport = httpx.ASGITransport(app, raise_app_exceptions=True)
-        bench = Bench(bus.port, CATALOG, seed)
+        bench = app.state.bench = Bench(bus.port, CATALOG, seed)
         for recipe in recipes or (PLAIN,):
             bench.add(recipe)
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1", timeout=None) as client:
-            rig = Rig(bus, bench, host, app, client)
+            rig = Rig(bus, bench, host, app, client, cable)
             host.hub.listen(rig.changes.append)
             try:
                 if connect:

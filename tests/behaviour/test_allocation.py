@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import bench.allocation
 from hornbill.bus.clock import run
 from hornbill.bus.memory import MemoryBus
 from hornbill.node.allocation import serve_allocation
@@ -19,13 +20,9 @@ from hornbill.sim.bench import Bench
 from hornbill.sim.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
-from hornbill.wire.datatype import Kind
-from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Allocation
 from hornbill.wire.port import CanPort
-from hornbill.wire.reassembly import Reassembler
-from hornbill.wire.transfer import Transfer, split
 from unit.node.allocatee import Allocatee
+from unit.node.ideal import IdealAllocator
 from unit.node.peer import Peer, participant
 
 CATALOG = Catalog.load()
@@ -56,30 +53,6 @@ class Host:
         await self.node.close()
         await self.node.port.close()
         self.store.close()
-
-
-class Ideal:
-    """The fastest allocator there can be: answers in the same instant, knows no rule and no neighbour."""
-
-    def __init__(self, port: CanPort) -> None:
-        self._port = port
-        self._given: dict[bytes, int] = {}
-        self._gathered = b""
-        self._reassembler = Reassembler()
-        self._transfer_id = 0
-        port.listen(self._receive)
-
-    def _receive(self, frames: list[Frame]) -> None:
-        for transfer in self._reassembler.feed(frames):
-            message = Allocation.decode(transfer.payload)
-            if transfer.source or transfer.type_id != 1 or message is None:
-                continue
-            self._gathered = (b"" if message.first_part_of_unique_id else self._gathered) + message.unique_id
-            whole = len(self._gathered) == 16
-            node_id = self._given.setdefault(self._gathered, 125 - len(self._given)) if whole else 0
-            answer = Allocation(node_id, False, self._gathered[:16]).encode()
-            self._transfer_id = (self._transfer_id + 1) & 31
-            self._port.send(split(Transfer(Kind.MESSAGE, 1, 127, 0, 24, self._transfer_id, answer), Allocation.TYPE))
 
 
 def uid(number: int) -> bytes:
@@ -141,7 +114,7 @@ def test_sixteen_servos_take_no_longer_than_with_an_ideal_allocator(tmp_path: Pa
         bus = MemoryBus()
         host = None if ideal else Host.start(bus.port("host"), tmp_path / str(seed))
         if ideal:
-            Ideal(bus.port("ideal"))
+            IdealAllocator(bus.port("ideal"))
         servos = cold(bus, 16, seed=seed, uid_of=unlike)
         took = await until(lambda: all_have_ids(servos), limit=25)
         if host is not None:
@@ -150,6 +123,13 @@ def test_sixteen_servos_take_no_longer_than_with_an_ideal_allocator(tmp_path: Pa
 
     ours = [run(play(seed, ideal=False)) for seed in range(5)]
     best = [run(play(seed, ideal=True)) for seed in range(5)]
+    assert sum(ours) <= 1.05 * sum(best)
+
+
+def test_nor_do_simulated_servos_while_the_whole_server_identifies_and_polls_them() -> None:
+    """`make bench` does the same with sixteen servos and more seeds."""
+    ours = [bench.allocation.ours(seed, servos=6) for seed in (1, 2, 3)]
+    best = [bench.allocation.ideal(seed, servos=6) for seed in (1, 2, 3)]
     assert sum(ours) <= 1.05 * sum(best)
 
 

@@ -3,6 +3,8 @@
 from itertools import pairwise
 from random import Random
 
+import pytest
+
 from hornbill.sim.allocation import Allocatee
 from hornbill.wire.messages import Allocation
 from hornbill.wire.transfer import Transfer
@@ -34,6 +36,7 @@ def allocate(desk: Desk, node_id: int) -> None:
     desk.allocation(node_id, uid)
 
 
+@pytest.mark.states("B04")
 def test_the_first_request_comes_600_to_1000_ms_after_the_start_and_is_repeated() -> None:
     for seed in range(20):
         desk = Desk(node_id=0, seed=seed, up=False)
@@ -47,11 +50,13 @@ def test_the_first_request_comes_600_to_1000_ms_after_the_start_and_is_repeated(
         assert all(message == Allocation(0, True, desk.servo.uid[:6]) for _, message in sent)
 
 
+@pytest.mark.states("B04")
 def test_requests_are_anonymous_with_priority_24() -> None:
     desk = Desk(node_id=0)
     assert {(each.source, each.priority) for each in desk.wait(3.0)} == {(0, 24)}
 
 
+@pytest.mark.states("B04")
 def test_parts_of_6_6_and_4_bytes_lead_to_a_node_id() -> None:
     desk = Desk(node_id=0)
     uid = desk.servo.uid
@@ -73,6 +78,7 @@ def test_parts_of_6_6_and_4_bytes_lead_to_a_node_id() -> None:
     assert {each.source for each in heard} == {125}
 
 
+@pytest.mark.states("B04")
 def test_with_an_id_it_asks_no_more_and_hears_no_allocator() -> None:
     desk = Desk(node_id=0)
     allocate(desk, 33)
@@ -81,6 +87,7 @@ def test_with_an_id_it_asks_no_more_and_hears_no_allocator() -> None:
     assert desk.servo.node_id == 33
 
 
+@pytest.mark.states("B04")
 def test_every_allocation_message_restarts_the_timer() -> None:
     desk = Desk(node_id=0)
     for _ in range(10):
@@ -88,6 +95,7 @@ def test_every_allocation_message_restarts_the_timer() -> None:
         desk.allocation(0, b"other!", source=0)
 
 
+@pytest.mark.states("B04")
 def test_a_message_during_the_follow_up_delay_ends_that_attempt() -> None:
     desk = Desk(node_id=0)
     next_request(desk)
@@ -98,6 +106,7 @@ def test_a_message_during_the_follow_up_delay_ends_that_attempt() -> None:
     assert delay >= 0.599
 
 
+@pytest.mark.states("B04")
 def test_an_answer_to_somebody_else_or_from_another_node_that_asks_is_not_for_it() -> None:
     for message, source in ((b"other!", 126), (None, 0)):
         desk = Desk(node_id=0)
@@ -106,6 +115,7 @@ def test_an_answer_to_somebody_else_or_from_another_node_that_asks_is_not_for_it
         assert next_request(desk)[1].first_part_of_unique_id
 
 
+@pytest.mark.states("B04")
 def test_the_whole_id_without_a_node_id_assigns_nothing() -> None:
     desk = Desk(node_id=0)
     next_request(desk)
@@ -114,6 +124,7 @@ def test_the_whole_id_without_a_node_id_assigns_nothing() -> None:
     assert next_request(desk)[1].first_part_of_unique_id
 
 
+@pytest.mark.states("B03")
 def test_without_an_id_no_request_is_answered_and_no_command_obeyed() -> None:
     desk = Desk(node_id=0)
     assert desk.node_info() is None
@@ -122,6 +133,7 @@ def test_without_an_id_no_request_is_answered_and_no_command_obeyed() -> None:
     assert desk.servo.register(0x00) == 0
 
 
+@pytest.mark.states("B02")
 def test_a_static_id_is_used_at_once_and_never_asked_for() -> None:
     desk = Desk(node_id=17, up=False)
     desk.servo.power_on(START)
@@ -131,6 +143,7 @@ def test_a_static_id_is_used_at_once_and_never_asked_for() -> None:
     assert requests(heard) == []
 
 
+@pytest.mark.states("B47", "B51")
 def test_a_restart_asks_anew() -> None:
     desk = Desk(node_id=0)
     allocate(desk, 50)

@@ -9,28 +9,33 @@ from unit.sim.desk import TESTER, Desk
 FAIL = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
 
 
+@pytest.mark.states("B09", "B12")
 def test_a_read_answers_value_and_name_and_nothing_else() -> None:
     assert Desk().get_set("0x3E") == GetSetResponse(integer(80), EMPTY, EMPTY, EMPTY, "0x3E")
 
 
+@pytest.mark.states("B11", "B12")
 def test_a_write_answers_the_value_after_it() -> None:
     desk = Desk()
     assert desk.get_set("0x3E", integer(60)) == GetSetResponse(integer(60), EMPTY, EMPTY, EMPTY, "0x3E")
     assert desk.read("0x3E") == 60
 
 
+@pytest.mark.states("B09")
 def test_an_index_is_the_number_in_the_name_and_is_answered_with_the_name() -> None:
     desk = Desk()
     assert desk.get_set("", index=0x2C) == GetSetResponse(integer(40), EMPTY, EMPTY, EMPTY, "0x2C")
     assert desk.get_set("", integer(41), index=0x2C) == GetSetResponse(integer(41), EMPTY, EMPTY, EMPTY, "0x2C")
 
 
+@pytest.mark.states("B09", "B10")
 def test_a_name_wins_over_the_index() -> None:
     desk = Desk()
     assert desk.get_set("0x3E", index=0x2C) == GetSetResponse(integer(80), EMPTY, EMPTY, EMPTY, "0x3E")
     assert desk.get_set("nonsense", index=0x2C) == FAIL
 
 
+@pytest.mark.states("B10")
 @pytest.mark.parametrize("name", ["0x2a", "0X2A", "2A", "0x02A", " 0x2A", "0x2A ", "42", "0x", "x" * 92, "\x00"])
 def test_only_the_printed_spelling_is_a_name(name: str) -> None:
     assert Desk().get_set(name) == FAIL
@@ -43,11 +48,13 @@ def test_a_switch_takes_lower_case_and_answers_the_printed_name() -> None:
     assert answer.name == "0x2A"
 
 
+@pytest.mark.states("B10")
 @pytest.mark.parametrize("index", [0x60, 0x7F, 0x100, 0x12C, 0x1FFF])
 def test_an_index_beyond_the_list_fails(index: int) -> None:
     assert Desk().get_set("", index=index) == FAIL
 
 
+@pytest.mark.states("B13")
 @pytest.mark.parametrize("kind", [ValueKind.REAL, ValueKind.BOOLEAN, ValueKind.STRING])
 def test_other_kinds_than_integers_fail_and_change_nothing(kind: ValueKind) -> None:
     desk = Desk()
@@ -70,6 +77,7 @@ def test_a_request_to_another_node_is_not_answered() -> None:
     assert desk.raw_frames(frames) == []
 
 
+@pytest.mark.states("B10")
 def test_a_refused_key_fails_though_the_servo_has_it() -> None:
     desk = Desk()
     desk.servo.conditions.refuse_keys.add("angle_p_gain")

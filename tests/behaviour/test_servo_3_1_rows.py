@@ -6,7 +6,7 @@ The numbers stand here as the document prints them, not taken from the tables th
 import pytest
 
 from hornbill.sim.behaviour import Behaviour
-from unit.sim.desk import FIRMWARE, MODELS, Desk, integer
+from unit.sim.desk import FIRMWARE, MODELS, START, Desk
 
 ALWAYS = {
     *range(0x03), *range(0x08, 0x0D), *range(0x18, 0x1C), *range(0x20, 0x25), 0x26, 0x27,
@@ -17,12 +17,16 @@ FROM_1_100 = {0x25, 0x2A}
 PWM_FROM_1_100 = set(range(0x34, 0x38))
 FROM_1_200 = {0x2F}
 WRITE_ONLY = {0x10, 0x11, 0x12}
+RESERVED = {
+    *range(0x03, 0x08), *range(0x0D, 0x10), *range(0x13, 0x18), *range(0x1C, 0x20), 0x28, 0x29, 0x2B, 0x42, 0x43,
+    0x47, 0x48, *range(0x4A, 0x50), *range(0x54, 0x58), *range(0x5D, 0x60),
+}  # fmt: skip
 
 BLA21 = {0x2C: 40, 0x2D: 40, 0x2E: 3, 0x2F: 0, 0x30: 50, 0x31: 1, 0x32: 600, 0x33: 2_000, 0x3A: 300, 0x3B: -300}
 BLA15 = {0x2C: 60, 0x2D: 30, 0x2E: 3, 0x2F: 30, 0x30: 15, 0x31: 1, 0x32: 300, 0x33: 25_000, 0x3A: 150, 0x3B: -150}
 COMMON = {
     0x20: 0, 0x21: 1, 0x22: 1, 0x23: 0, 0x24: 0, 0x25: 0, 0x26: 1, 0x27: 1_000, 0x38: 1_799, 0x39: -1_800,
-    0x3C: 100, 0x3D: -100, 0x3E: 80, 0x3F: -40, 0x44: 0,
+    0x3C: 100, 0x3D: -100, 0x3E: 80, 0x3F: -40, 0x44: 0, 0x45: 0, 0x46: 0, 0x49: 0, 0x00: 0, 0x01: 0, 0x02: 0,
 }  # fmt: skip
 MODEL = {
     "BLA21-06U": {0x2A: 120, 0x40: 100, 0x41: 40},
@@ -32,16 +36,30 @@ MODEL = {
     "BLA15-12U": {0x2A: 10, 0x40: 200, 0x41: 40},
 }
 PWM = {0x34: 1_520, 0x35: 700, 0x36: 700, 0x37: 0}
-RANGES = {
-    "BLA21-06U-A0": {0x2A: (60, 120), 0x40: (74, 120), 0x41: (35, 74), 0x01: (-300, 300), 0x33: (1, 500_000)},
-    "BLA21-12U-AB": {0x2A: (35, 70), 0x40: (120, 240), 0x41: (35, 120), 0x34: (100, 10_000), 0x36: (0, 3_600)},
-    "BLA21-28U-A0": {0x2A: (16, 32), 0x40: (280, 500), 0x41: (35, 280), 0x2C: (1, 100), 0x2E: (0, 3_600)},
-    "BLA15-06U-A0": {0x2A: (10, 30), 0x40: (74, 120), 0x01: (-150, 150), 0x3A: (0, 300), 0x3B: (-300, 0)},
-    "BLA15-12U-A0": {0x2A: (7, 15), 0x41: (35, 120), 0x32: (0, 2_000), 0x27: (1, 60_000), 0x44: (-1_800, 1_799)},
+
+FURTHEST = 360_000_000
+COMMON_RANGES = {
+    0x00: (-FURTHEST, FURTHEST), 0x02: (-100, 100), 0x20: (0, 2), 0x21: (0, 1), 0x22: (0, 1), 0x23: (0, 1),
+    0x24: (0, 1), 0x25: (0, 1), 0x26: (0, 2), 0x27: (1, 60_000), 0x2C: (1, 100), 0x2D: (0, 100), 0x2E: (0, 3_600),
+    0x2F: (0, 100), 0x30: (1, 100), 0x31: (0, 100), 0x32: (0, 2_000), 0x33: (1, 500_000), 0x38: (0, FURTHEST),
+    0x39: (-FURTHEST, 0), 0x3A: (0, 300), 0x3B: (-300, 0), 0x3C: (0, 100), 0x3D: (-100, 0), 0x3E: (20, 80),
+    0x3F: (-40, 20), 0x44: (-1_800, 1_799), 0x45: (0, 254), 0x46: (0, 127),
+}  # fmt: skip
+MODEL_RANGES = {
+    "BLA21-06U": {0x01: (-300, 300), 0x2A: (60, 120), 0x40: (74, 120), 0x41: (35, 74)},
+    "BLA21-12U": {0x01: (-300, 300), 0x2A: (35, 70), 0x40: (120, 240), 0x41: (35, 120)},
+    "BLA21-28U": {0x01: (-300, 300), 0x2A: (16, 32), 0x40: (280, 500), 0x41: (35, 280)},
+    "BLA15-06U": {0x01: (-150, 150), 0x2A: (10, 30), 0x40: (74, 120), 0x41: (35, 74)},
+    "BLA15-12U": {0x01: (-150, 150), 0x2A: (7, 15), 0x40: (120, 240), 0x41: (35, 120)},
 }
+PWM_RANGES = {0x34: (100, 10_000), 0x35: (10, 10_000), 0x36: (0, 3_600), 0x37: (0, 1)}
+
+every_model = pytest.mark.parametrize("model", MODELS)
+every_firmware = pytest.mark.parametrize("firmware", FIRMWARE)
 
 
 def rows(model: str, firmware: str) -> set[int]:
+    """The registers that can be read."""
     found = set(ALWAYS)
     if firmware >= "1.100":
         found |= FROM_1_100
@@ -52,8 +70,21 @@ def rows(model: str, firmware: str) -> set[int]:
     return found
 
 
-@pytest.mark.parametrize("firmware", FIRMWARE)
-@pytest.mark.parametrize("model", MODELS)
+def ranges(model: str, firmware: str) -> dict[int, tuple[int, int]]:
+    """The registers that can be written, but for the actions and 0x49."""
+    found = COMMON_RANGES | MODEL_RANGES[model[:9]] | (PWM_RANGES if model.endswith("AB") else {})
+    return {at: limits for at, limits in found.items() if at in rows(model, firmware)}
+
+
+def commanded(model: str, firmware: str) -> Desk:
+    """A servo that takes speed and torque, whether it has 0x25 or not."""
+    rom = {"soft_start": 0} | ({} if firmware == "1.010" else {"speed_torque_control": 1})
+    return Desk(model, firmware, rom=rom, behaviour=Behaviour(cascade_without_switch=True))
+
+
+@pytest.mark.states("B14", "B75", "B83", "B101", "B105")
+@every_firmware
+@every_model
 def test_a_servo_answers_exactly_the_rows_it_has_and_their_defaults(model: str, firmware: str) -> None:
     desk = Desk(model, firmware)
     desk.settle()
@@ -61,44 +92,72 @@ def test_a_servo_answers_exactly_the_rows_it_has_and_their_defaults(model: str, 
     assert {at for at, raw in answers.items() if raw is not None} == rows(model, firmware)
     series = BLA21 if model.startswith("BLA21") else BLA15
     pwm = PWM if model.endswith("AB") else {}
-    for at, default in (COMMON | series | MODEL[model[:9]] | pwm).items():
+    identity = {0x45: 7, 0x46: 42}
+    for at, default in (COMMON | series | MODEL[model[:9]] | pwm | identity).items():
         if at in rows(model, firmware):
             assert answers[at] == default, hex(at)
 
 
-@pytest.mark.parametrize("firmware", FIRMWARE)
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.states("B02", "B22", "B105")
+@every_model
+def test_as_delivered_it_has_neither_servo_id_nor_node_id(model: str) -> None:
+    desk = Desk(model, servo_id=0, node_id=0, up=False)
+    desk.servo.power_on(START)
+    desk.wait(0.2)
+    assert (desk.servo.register(0x45), desk.servo.register(0x46), desk.servo.node_id) == (0, 0, 0)
+
+
+@pytest.mark.states("B14", "B101")
+@every_firmware
+@every_model
 def test_a_row_it_lacks_is_refused_when_written_too(model: str, firmware: str) -> None:
     desk = Desk(model, firmware)
-    for at in set(range(0x60)) - rows(model, firmware) - WRITE_ONLY:
-        assert desk.write(f"0x{at:02X}", 0) is None, hex(at)
-        assert desk.write(f"0x{at:02X}", 1) is None, hex(at)
+    lacking = set(range(0x60)) - rows(model, firmware) - WRITE_ONLY
+    assert lacking >= RESERVED
+    for at in lacking:
+        for raw in (0, 1, -1, 100):
+            assert desk.write(f"0x{at:02X}", raw) is None, hex(at)
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_model_and_hardware_version_name_the_model(model: str) -> None:
-    desk = Desk(model, "1.300")
-    assert desk.read("0x50") == (61 if model.startswith("BLA21") else 62)
-    voltage = {"06U": 6_000, "12U": 12_000, "28U": 28_000}[model[6:9]]
-    assert desk.read("0x53") == voltage + (50 if model.endswith("AB") else 10)
-    assert desk.read("0x52") == 1_300
-
-
-@pytest.mark.parametrize("model", RANGES)
-def test_ranges_are_those_of_the_model(model: str) -> None:
-    desk = Desk(model, rom={"speed_torque_control": 1})
-    for at, (low, high) in RANGES[model].items():
+@pytest.mark.states("B11", "B105")
+@every_firmware
+@every_model
+def test_both_ends_of_every_range_are_let_in_and_what_is_beyond_is_refused(model: str, firmware: str) -> None:
+    desk = commanded(model, firmware)
+    for at, (low, high) in ranges(model, firmware).items():
         name = f"0x{at:02X}"
-        assert (desk.write(name, low), desk.write(name, high)) == (low, high), name
-        assert (desk.write(name, low - 1), desk.write(name, high + 1)) == (None, None), name
+        assert (desk.write(name, low), desk.read(name)) == (low, low), name
+        assert (desk.write(name, high), desk.read(name)) == (high, high), name
+        for beyond in (low - 1, high + 1, -(2**63), 2**63 - 1):
+            assert desk.write(name, beyond) is None, (name, beyond)
         assert desk.read(name) == high, name
 
 
-def test_a_switch_clamps_instead() -> None:
-    desk = Desk(behaviour=Behaviour(out_of_range="clamp"))
-    assert (desk.write("0x3E", 200), desk.write("0x3E", -200), desk.write("0x00", 2**62)) == (80, 20, 360_000_000)
+@pytest.mark.states("B14")
+@every_firmware
+@every_model
+def test_nothing_else_can_be_written(model: str, firmware: str) -> None:
+    desk = Desk(model, firmware, rom={"soft_start": 0})
+    readable_only = rows(model, firmware) - set(ranges(model, firmware)) - {0x49}
+    assert readable_only == {*range(0x08, 0x0D), *range(0x18, 0x1C), *range(0x50, 0x54), *range(0x58, 0x5D)}
+    for at in readable_only:
+        assert desk.write(f"0x{at:02X}", desk.read(f"0x{at:02X}") or 0) is None
 
 
+@pytest.mark.states("B11", "B105")
+@pytest.mark.switch("out_of_range")
+@every_model
+def test_a_switch_clamps_instead(model: str) -> None:
+    desk = commanded(model, "1.300")
+    desk.servo.behaviour = Behaviour(out_of_range="clamp")
+    for at, (low, high) in ranges(model, "1.300").items():
+        name = f"0x{at:02X}"
+        assert (desk.write(name, low - 1), desk.write(name, 2**62)) == (low, high), name
+    desk.servo.behaviour = Behaviour(out_of_range="refuse")
+    assert desk.write("0x3E", 200) is None
+
+
+@pytest.mark.states("B14")
 @pytest.mark.parametrize("at", [*range(0x08, 0x0D), *range(0x18, 0x1C), *range(0x50, 0x54), *range(0x58, 0x5D)])
 def test_read_only_rows_refuse_every_write(at: int) -> None:
     desk = Desk(rom={"soft_start": 0})
@@ -108,6 +167,7 @@ def test_read_only_rows_refuse_every_write(at: int) -> None:
     assert desk.read(name) == before
 
 
+@pytest.mark.states("B44")
 @pytest.mark.parametrize("name", ["0x10", "0x11", "0x12"])
 def test_write_only_rows_cannot_be_read_and_a_0_does_nothing(name: str) -> None:
     desk = Desk()
@@ -115,10 +175,12 @@ def test_write_only_rows_cannot_be_read_and_a_0_does_nothing(name: str) -> None:
     assert desk.read(name) is None
     assert desk.write(name, 0) == 0
     assert desk.write(name, 2) is None
+    assert desk.write(name, -1) is None
     desk.wait(0.3)
     assert (desk.read("0x2C"), desk.servo.starts) == (77, 1)
 
 
+@pytest.mark.states("B14", "B44", "B83")
 def test_switches_answer_0_for_registers_without_a_row() -> None:
     desk = Desk(firmware="1.100", behaviour=Behaviour(reserved="zero", write_only="zero", pwm_rows="zero"))
     for name in ("0x03", "0x28", "0x4F", "0x5F", "0x10", "0x34", "0x37"):
@@ -130,27 +192,6 @@ def test_switches_answer_0_for_registers_without_a_row() -> None:
     assert desk.get_set("", index=0x60) == desk.get_set("0x2F")
 
 
-def test_0x49_reads_and_never_acts_but_every_write_to_it_is_recorded() -> None:
-    desk = Desk()
-    before = desk.read("0x49")
-    assert desk.servo.boot_loader_writes == []
-    desk.write("0x49", 1)
-    desk.get_set("", integer(2), index=0x49)
-    assert [raw for _, raw in desk.servo.boot_loader_writes] == [1, 2]
-    assert desk.read("0x49") == before
-    assert desk.wait(0.5)
-    assert desk.servo.starts == 1
-
-
+@pytest.mark.states("B32")
 def test_the_dummy_is_out_of_range_when_written() -> None:
     assert Desk().write("0x00", 555_555_555) is None
-
-
-def test_product_rows_are_those_of_the_one_servo() -> None:
-    one, other = Desk(seed=1), Desk(seed=2)
-    assert one.read("0x51") != other.read("0x51")
-    assert 2020 <= (one.read("0x58") or 0) <= 2030
-    assert 1 <= (one.read("0x59") or 0) <= 12
-    assert 1 <= (one.read("0x5A") or 0) <= 31
-    assert 0 <= (one.read("0x5B") or 0) <= 23
-    assert 0 <= (one.read("0x5C") or 0) <= 59

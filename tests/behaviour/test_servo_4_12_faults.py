@@ -1,8 +1,10 @@
 """Section 4.12: the four words of abnormality information. Bit numbers stand here as the document prints them."""
 
+from collections.abc import Callable
+
 import pytest
 
-from unit.sim.desk import Desk
+from unit.sim.desk import FREE, Desk
 
 NOTIFICATION, WARNING, FAILURE = "0x19", "0x1A", "0x1B"
 BITS = {
@@ -17,14 +19,52 @@ BITS = {
     "pwm_low": (NOTIFICATION, 21), "pwm_high": (NOTIFICATION, 22),
 }  # fmt: skip
 LEVEL = {NOTIFICATION: 0, WARNING: 1, FAILURE: 2}
+RESTARTS = ["clock_restart", "watchdog_restart", "ram_restart"]
+BROKEN = ["motor_driver", "motor_signal", "sensor_failure"]
 
 
+def push(desk: Desk, percent: int) -> None:
+    """Ask for more than the limit of 50 % lets through, against a load that this just holds."""
+    desk.under(load_pct=-0.8 * percent)
+    desk.write("0x02", percent)
+
+
+def lose_rom(desk: Desk) -> None:
+    desk.write("0x12", 1)
+    desk.power_cycle()
+
+
+CAUSES: dict[str, Callable[[Desk], object]] = {
+    "angle_limit_cw_reached": lambda desk: desk.write("0x00", 2_000),
+    "angle_limit_ccw_reached": lambda desk: desk.write("0x00", -2_000),
+    "speed_limit_cw_reached": lambda desk: desk.write("0x01", 90),
+    "speed_limit_ccw_reached": lambda desk: desk.write("0x01", -90),
+    "torque_limit_cw_reached": lambda desk: push(desk, 60),
+    "torque_limit_ccw_reached": lambda desk: push(desk, -60),
+    "pwm_missing": lambda desk: desk.under(pwm_us=None),
+    "pwm_low": lambda desk: desk.under(pwm_us=800.0),
+    "pwm_high": lambda desk: desk.under(pwm_us=2_300.0),
+    "temperature_high": lambda desk: desk.under(temperature_c=90.0),
+    "temperature_low": lambda desk: desk.under(temperature_c=-30.0),
+    "voltage_high": lambda desk: desk.under(voltage_v=11.0),
+    "voltage_low": lambda desk: desk.under(voltage_v=3.5),
+    "rom_lost": lose_rom,
+}
+"""Bits with a cause that a bench can bring about. The others tell of what is broken inside."""
+LIMITED = FREE | {
+    "speed_limit_cw": 40, "speed_limit_ccw": -40, "torque_limit_cw": 50, "torque_limit_ccw": -50,
+    "temperature_limit_lower": -20,
+}  # fmt: skip
+
+
+@pytest.mark.states("B53")
 def test_a_healthy_servo_reads_0() -> None:
     desk = Desk()
     desk.settle()
     assert [desk.read(name) for name in ("0x18", "0x19", "0x1A", "0x1B")] == [0, 0, 0, 0]
 
 
+@pytest.mark.states("B53", "B54", "B55", "B57")
 @pytest.mark.parametrize("key", BITS)
 def test_every_bit_shows_in_its_word_and_in_the_overview(key: str) -> None:
     desk = Desk("BLA21-06U-AB")
@@ -36,6 +76,37 @@ def test_every_bit_shows_in_its_word_and_in_the_overview(key: str) -> None:
     assert desk.read("0x18") == 1 << (bit // 8 * 8 + LEVEL[name])
 
 
+@pytest.mark.states("B54", "B55", "B56")
+@pytest.mark.parametrize("key", CAUSES)
+def test_a_cause_sets_its_bit_and_no_other(key: str) -> None:
+    desk = Desk("BLA21-06U-AB", rom=LIMITED)
+    desk.servo.conditions.pwm_us = 1_520
+    CAUSES[key](desk)
+    desk.wait(0.9)  # long enough to arrive at the angle limit, not for the pulses to take over
+    name, bit = BITS[key]
+    words = {each: desk.servo.register(int(each, 16)) for each in LEVEL}
+    assert words.pop(name) == 1 << bit
+    assert set(words.values()) == {0}
+
+
+@pytest.mark.states("B53", "B54", "B55", "B57")
+def test_what_no_cause_can_reach_is_what_breaks_inside() -> None:
+    assert set(BITS) - set(CAUSES) == {"sensor_weak", "sensor_strong", *BROKEN, *RESTARTS}
+    assert set(Desk("BLA21-06U-AB").servo.faults.keys) == set(BITS)
+
+
+@pytest.mark.states("B53")
+def test_bits_of_every_level_and_group_add_up() -> None:
+    desk = Desk("BLA21-06U-AB", rom=FREE)
+    for key in BITS:
+        desk.servo.faults.inject(key, True)
+    words = {name: sum(1 << bit for word, bit in BITS.values() if word == name) for name in LEVEL}
+    assert {name: desk.read(name) for name in LEVEL} == words
+    software, hardware, communication = 0b111 << 8, 0b110, 1 << 16
+    assert desk.read("0x18") == software | hardware | communication
+
+
+@pytest.mark.states("B60")
 @pytest.mark.parametrize("key", ["pwm_missing", "pwm_low", "pwm_high"])
 def test_a_model_without_pwm_has_no_pwm_bits(key: str) -> None:
     desk = Desk("BLA21-06U-A0")
@@ -45,6 +116,7 @@ def test_a_model_without_pwm_has_no_pwm_bits(key: str) -> None:
     assert desk.read("0x19") == 0
 
 
+@pytest.mark.states("B58")
 def test_a_bit_goes_with_its_cause() -> None:
     desk = Desk()
     desk.servo.faults.inject("sensor_weak", True)
@@ -53,7 +125,8 @@ def test_a_bit_goes_with_its_cause() -> None:
     assert desk.read(WARNING) == 0
 
 
-@pytest.mark.parametrize("key", ["clock_restart", "watchdog_restart", "ram_restart", "rom_lost"])
+@pytest.mark.states("B58", "B59")
+@pytest.mark.parametrize("key", [*RESTARTS, "rom_lost"])
 def test_what_tells_of_the_past_stays_until_the_next_start(key: str) -> None:
     desk = Desk()
     desk.servo.faults.inject(key, True)
@@ -66,6 +139,25 @@ def test_what_tells_of_the_past_stays_until_the_next_start(key: str) -> None:
     assert desk.read(name) == 0
 
 
+@pytest.mark.states("B57", "B59")
+@pytest.mark.parametrize("key", RESTARTS)
+def test_a_servo_that_restarts_by_itself_says_over_what(key: str) -> None:
+    desk = Desk(rom=FREE)
+    desk.wait(5.0)
+    desk.write("0x2C", 77)
+    desk.servo.faults.inject(key, True)
+    desk.wait(0.3)
+    assert desk.servo.starts == 2
+    assert desk.node_statuses(desk.heard)[-1].uptime_sec == 0
+    assert desk.read("0x2C") == 40
+    assert desk.read(FAILURE) == 1 << BITS[key][1]
+    desk.wait(10.0)
+    assert desk.servo.starts == 2
+    desk.power_cycle()
+    assert desk.read(FAILURE) == 0
+
+
+@pytest.mark.states("B59")
 def test_a_start_clears_them_even_when_nobody_took_the_cause_back() -> None:
     desk = Desk()
     desk.servo.faults.inject("watchdog_restart", True)
@@ -74,7 +166,18 @@ def test_a_start_clears_them_even_when_nobody_took_the_cause_back() -> None:
     assert desk.read(FAILURE) == 0
 
 
-@pytest.mark.parametrize("key", ["motor_driver", "motor_signal", "sensor_failure"])
+@pytest.mark.states("B58")
+@pytest.mark.parametrize("key", [*BROKEN, "sensor_weak", "sensor_strong"])
+def test_what_is_broken_is_still_broken_after_a_start(key: str) -> None:
+    desk = Desk()
+    desk.servo.faults.inject(key, True)
+    desk.power_cycle()
+    name, bit = BITS[key]
+    assert desk.read(name) == 1 << bit
+
+
+@pytest.mark.states("B57")
+@pytest.mark.parametrize("key", BROKEN)
 def test_with_a_broken_motor_circuit_there_is_no_output(key: str) -> None:
     desk = Desk()
     desk.settle()
@@ -85,3 +188,28 @@ def test_with_a_broken_motor_circuit_there_is_no_output(key: str) -> None:
     desk.servo.faults.inject(key, False)
     desk.wait(0.1)
     assert desk.servo.output == 0
+
+
+@pytest.mark.states("B57")
+def test_a_sensor_that_cannot_be_read_shows_the_last_angle_and_recovers() -> None:
+    desk = Desk(rom=FREE, angle_deg=30.0)
+    desk.servo.faults.inject("sensor_failure", True)
+    desk.wait(0.1)
+    assert desk.servo.turn_by_hand(90.0, desk.now)
+    assert desk.read("0x08") == 300
+    assert {round(status.position, 2) for status in desk.statuses(desk.wait(0.5))} == {0.3}
+    desk.servo.faults.inject("sensor_failure", False)
+    desk.wait(0.1)
+    assert desk.read("0x08") == 900
+    desk.wait(0.5)
+    assert desk.read("0x08") == pytest.approx(900, abs=3)
+
+
+@pytest.mark.states("B55")
+@pytest.mark.parametrize("key", ["sensor_weak", "sensor_strong"])
+def test_a_weak_or_strong_magnet_leaves_the_servo_working(key: str) -> None:
+    desk = Desk(rom=FREE)
+    desk.servo.faults.inject(key, True)
+    desk.write("0x00", 300)
+    desk.settle()
+    assert desk.read("0x08") == pytest.approx(300, abs=3)

@@ -20,6 +20,7 @@ def starting(angle_deg: float = 150.0, behaviour: Behaviour | None = None) -> De
     return desk
 
 
+@pytest.mark.states("B66", "B67")
 @pytest.mark.parametrize("angle_deg", [150.0, -150.0])
 def test_it_goes_to_0_at_no_more_than_30_rpm(angle_deg: float) -> None:
     desk = starting(angle_deg)
@@ -33,12 +34,33 @@ def test_it_goes_to_0_at_no_more_than_30_rpm(angle_deg: float) -> None:
     assert desk.read("0x08") == pytest.approx(0, abs=3)
 
 
-def test_0_is_where_the_origin_puts_it() -> None:
-    desk = Desk(rom=STORED | {"origin": -300}, angle_deg=45.0)
+@pytest.mark.states("B66")
+@pytest.mark.parametrize("reverse", [0, 1])
+def test_0_is_where_the_origin_puts_it(reverse: int) -> None:
+    desk = Desk(rom=STORED | {"origin": -300, "reverse": reverse}, angle_deg=45.0)
     desk.settle()
-    assert desk.servo.angle_deg == pytest.approx(-30.0, abs=0.4)
+    assert desk.servo.angle_deg == pytest.approx(30.0 if reverse else -30.0, abs=0.4)
 
 
+@pytest.mark.states("B66")
+def test_it_is_on_as_delivered() -> None:
+    desk = Desk(angle_deg=80.0)
+    assert desk.read("0x21") == 1
+    assert desk.servo.soft_starting
+    desk.settle()
+    assert desk.read("0x08") == pytest.approx(0, abs=3)
+
+
+@pytest.mark.states("B66")
+def test_it_is_for_the_first_motion_only() -> None:
+    desk = starting()
+    desk.settle()
+    desk.write("0x00", 900)
+    desk.wait(0.08)
+    assert abs(desk.read("0x09") or 0) > 60
+
+
+@pytest.mark.states("B67")
 def test_five_parameters_change_for_a_time() -> None:
     desk = starting()
     assert read(desk) == TEMPORARY
@@ -46,13 +68,27 @@ def test_five_parameters_change_for_a_time() -> None:
     assert read(desk) == PERMANENT
 
 
+@pytest.mark.states("B67")
+def test_what_was_set_by_hand_comes_back_too() -> None:
+    own = {"0x25": 1, "0x3A": 20, "0x3B": -250, "0x3C": 90, "0x3D": -10}
+    keys = ("speed_torque_control", "speed_limit_cw", "speed_limit_ccw", "torque_limit_cw", "torque_limit_ccw")
+    desk = Desk(rom=STORED | dict(zip(keys, own.values(), strict=True)), angle_deg=150.0)
+    assert read(desk) == TEMPORARY
+    desk.settle()
+    assert read(desk) == own
+
+
+@pytest.mark.states("B67")
+@pytest.mark.switch("soft_start_shows")
 def test_a_switch_keeps_the_readings_as_stored() -> None:
+    assert read(starting()) == TEMPORARY
     desk = starting(behaviour=Behaviour(soft_start_shows="stored"))
     assert read(desk) == PERMANENT
     desk.wait(0.3)
     assert abs(desk.read("0x09") or 0) <= 31
 
 
+@pytest.mark.states("B67")
 def test_a_save_in_this_time_saves_what_the_parameters_hold() -> None:
     desk = starting()
     desk.opcode(0)
@@ -61,6 +97,7 @@ def test_a_save_in_this_time_saves_what_the_parameters_hold() -> None:
     assert read(desk) == TEMPORARY
 
 
+@pytest.mark.states("B67")
 def test_torque_is_limited_too() -> None:
     desk = starting()
     desk.servo.conditions.load_pct = 40.0
@@ -69,17 +106,30 @@ def test_torque_is_limited_too() -> None:
     assert desk.servo.angle_deg > 150
 
 
+@pytest.mark.states("B68")
 def test_within_1_degree_there_is_nothing_to_do() -> None:
     desk = Desk(rom=STORED, angle_deg=0.6)
     assert not desk.servo.soft_starting
 
 
+@pytest.mark.states("B68")
+def test_about_1_degree_before_0_it_is_over() -> None:
+    desk = starting(20.0)
+    while desk.servo.soft_starting:
+        desk.wait(0.005)
+    # It looks 20 times a second, and at 30 rpm the horn goes 9° in that time.
+    assert abs(desk.read("0x08") or 0) <= 10
+
+
+@pytest.mark.states("B66")
 def test_off_holds_where_it_is() -> None:
     desk = Desk(rom=STORED | {"soft_start": 0}, angle_deg=90.0)
+    assert read(desk) == PERMANENT
     desk.wait(2.0)
     assert desk.read("0x08") == 900
 
 
+@pytest.mark.states("B68")
 def test_an_angle_command_ends_it_and_is_obeyed_at_full_speed() -> None:
     desk = starting()
     desk.write("0x00", -900)
@@ -89,6 +139,18 @@ def test_an_angle_command_ends_it_and_is_obeyed_at_full_speed() -> None:
     assert abs(desk.read("0x09") or 0) > 60
 
 
+@pytest.mark.states("B68")
+def test_an_array_command_ends_it() -> None:
+    desk = starting()
+    desk.array(8, 1, 0.5)
+    assert desk.servo.soft_starting
+    desk.array(7, 1, 0.5)
+    assert not desk.servo.soft_starting
+    desk.settle()
+    assert desk.read("0x08") == pytest.approx(500, abs=3)
+
+
+@pytest.mark.states("B68")
 @pytest.mark.parametrize("name", ["0x01", "0x02"])
 def test_speed_and_torque_end_it_where_they_are_commands_at_all(name: str) -> None:
     desk = Desk(rom=STORED | {"speed_torque_control": 1}, angle_deg=150.0)
@@ -99,6 +161,7 @@ def test_speed_and_torque_end_it_where_they_are_commands_at_all(name: str) -> No
     assert ignoring.servo.soft_starting
 
 
+@pytest.mark.states("B68")
 @pytest.mark.parametrize("mode", [0, 1, 2])
 def test_torque_mode_ends_it_and_the_horn_stays(mode: int) -> None:
     desk = starting()
@@ -110,17 +173,37 @@ def test_torque_mode_ends_it_and_the_horn_stays(mode: int) -> None:
     assert desk.servo.angle_deg == pytest.approx(there, abs=6 if mode == 0 else 15)
 
 
-def test_protection_ends_it() -> None:
-    desk = starting()
-    desk.servo.conditions.voltage_v = 11.0
-    desk.wait(0.1)
+@pytest.mark.states("B68", "B85")
+def test_a_pulse_ends_it_on_a_model_that_has_the_input_and_on_no_other() -> None:
+    for model, ends in (("BLA21-06U-AB", True), ("BLA21-06U-A0", False)):
+        desk = Desk(model, rom=STORED, angle_deg=150.0)
+        assert desk.servo.soft_starting
+        desk.under(pwm_us=1_870.0)
+        assert desk.servo.soft_starting is not ends
+        desk.settle()
+        assert desk.read("0x08") == pytest.approx(350 if ends else 0, abs=3)
+
+
+@pytest.mark.states("B68")
+@pytest.mark.parametrize("cause", [{"voltage_v": 11.0}, {"voltage_v": 3.5}, {"temperature_c": 90.0}])
+def test_protection_ends_it(cause: dict[str, float]) -> None:
+    desk = starting().under(**cause)
     assert not desk.servo.soft_starting
     there = desk.servo.angle_deg
-    desk.servo.conditions.voltage_v = 7.4
-    desk.wait(1.0)
+    desk.under(voltage_v=7.4, temperature_c=25.0).wait(1.0)
     assert desk.servo.angle_deg == pytest.approx(there, abs=6)
+    assert read(desk) == PERMANENT
 
 
+@pytest.mark.states("B68")
+def test_a_motor_that_breaks_down_ends_it() -> None:
+    desk = starting()
+    desk.servo.faults.inject("motor_driver", True)
+    desk.wait(0.1)
+    assert not desk.servo.soft_starting
+
+
+@pytest.mark.states("B68")
 def test_reading_and_configuring_do_not_end_it() -> None:
     desk = starting()
     for at in range(0x60):
@@ -130,6 +213,8 @@ def test_reading_and_configuring_do_not_end_it() -> None:
     assert desk.servo.soft_starting
 
 
+@pytest.mark.states("B68")
+@pytest.mark.switch("timeout_from")
 def test_it_survives_the_default_time_out_unless_that_runs_from_power_on() -> None:
     quick = {"timeout_time": 300}
     desk = Desk(rom=quick, angle_deg=170.0)
@@ -140,3 +225,13 @@ def test_it_survives_the_default_time_out_unless_that_runs_from_power_on() -> No
     assert cut.servo.output == 1
     assert not cut.servo.soft_starting
     assert cut.servo.angle_deg > 60
+
+
+@pytest.mark.states("B68")
+@pytest.mark.parametrize(("action", "ends"), [(0, False), (1, True), (2, True)])
+def test_the_time_out_ends_it_where_its_action_takes_the_output(action: int, ends: bool) -> None:
+    rom = {"timeout_time": 300, "timeout_action": action}
+    desk = Desk(rom=rom, angle_deg=170.0, behaviour=Behaviour(timeout_from="power_on"))
+    desk.wait(0.5)
+    assert desk.servo.output == action
+    assert desk.servo.soft_starting is not ends

@@ -14,6 +14,17 @@ def desk_with(**rom: int) -> Desk:
     return Desk(rom=BASE | rom)
 
 
+@pytest.mark.states("B72")
+def test_as_delivered_the_output_goes_off_after_a_second() -> None:
+    desk = Desk()
+    desk.write("0x00", 100)
+    desk.wait(0.999)
+    assert desk.servo.output == 0
+    desk.wait(0.002)
+    assert desk.servo.output == OFF
+
+
+@pytest.mark.states("B72", "B74")
 @pytest.mark.parametrize(("action", "output"), [(HOLD, 0), (OFF, 1), (BRAKE, 2)])
 def test_after_0x27_without_a_command_0x26_decides_the_output(action: int, output: int) -> None:
     desk = desk_with(timeout_action=action)
@@ -24,6 +35,7 @@ def test_after_0x27_without_a_command_0x26_decides_the_output(action: int, outpu
     assert desk.servo.output == output
 
 
+@pytest.mark.states("B74")
 def test_hold_keeps_a_speed_turning() -> None:
     desk = desk_with(timeout_action=HOLD)
     desk.write("0x01", 40)
@@ -31,6 +43,29 @@ def test_hold_keeps_a_speed_turning() -> None:
     assert desk.read("0x09") == pytest.approx(40, abs=1)
 
 
+@pytest.mark.states("B74")
+def test_hold_keeps_a_torque_and_an_angle_too() -> None:
+    desk = desk_with(timeout_action=HOLD).under(load_pct=-30.0)
+    desk.write("0x02", 30)
+    desk.wait(10.0)
+    assert desk.read("0x0A") == 30
+    desk.write("0x00", 300)
+    desk.wait(10.0)
+    assert desk.read("0x08") == pytest.approx(300, abs=5)
+
+
+@pytest.mark.states("B72")
+def test_off_lets_a_load_turn_the_horn_and_brake_does_so_more_slowly() -> None:
+    def turned(action: int) -> float:
+        desk = desk_with(timeout_action=action).under(load_pct=20.0)
+        desk.write("0x00", 0)
+        desk.wait(3.0)
+        return desk.servo.angle_deg
+
+    assert turned(HOLD) < 1 < turned(BRAKE) < turned(OFF)
+
+
+@pytest.mark.states("B72")
 @pytest.mark.parametrize("ms", [1, 250, 60_000])
 def test_0x27_is_the_time(ms: int) -> None:
     desk = desk_with(timeout_time=ms)
@@ -41,6 +76,7 @@ def test_0x27_is_the_time(ms: int) -> None:
     assert desk.servo.output == 1
 
 
+@pytest.mark.states("B72")
 @pytest.mark.parametrize(("name", "raw"), [("0x00", 100), ("0x01", 20), ("0x02", 10), ("0x20", 0)])
 def test_these_four_count_as_commands(name: str, raw: int) -> None:
     desk = desk_with()
@@ -50,6 +86,7 @@ def test_these_four_count_as_commands(name: str, raw: int) -> None:
         assert desk.servo.output == 0
 
 
+@pytest.mark.states("B72")
 def test_reading_and_configuring_do_not() -> None:
     desk = desk_with()
     desk.write("0x00", 100)
@@ -61,6 +98,8 @@ def test_reading_and_configuring_do_not() -> None:
     assert desk.servo.output == 1
 
 
+@pytest.mark.states("B72")
+@pytest.mark.switch("array_command_feeds_timeout")
 def test_array_command_does_unless_a_switch_says_otherwise() -> None:
     for counts, output in ((True, 0), (False, 1)):
         desk = Desk(rom=BASE, behaviour=Behaviour(array_command_feeds_timeout=counts))
@@ -71,6 +110,7 @@ def test_array_command_does_unless_a_switch_says_otherwise() -> None:
         assert desk.servo.output == output
 
 
+@pytest.mark.states("B72")
 def test_an_array_command_for_others_does_not() -> None:
     desk = desk_with()
     desk.write("0x00", 100)
@@ -80,6 +120,7 @@ def test_an_array_command_for_others_does_not() -> None:
     assert desk.servo.output == 1
 
 
+@pytest.mark.states("B73")
 def test_the_next_command_restores_output_and_state() -> None:
     desk = desk_with()
     desk.write("0x00", 450)
@@ -94,18 +135,39 @@ def test_the_next_command_restores_output_and_state() -> None:
     assert desk.read("0x08") == pytest.approx(450, abs=3)
 
 
-def test_time_does_not_run_before_the_first_command() -> None:
+@pytest.mark.states("B73")
+@pytest.mark.parametrize("action", [OFF, BRAKE])
+def test_a_speed_goes_on_with_the_next_command(action: int) -> None:
+    desk = desk_with(timeout_action=action)
+    desk.write("0x01", 40)
+    desk.wait(4.0)
+    assert (desk.read("0x01"), desk.read("0x09")) == (40, 0)
+    desk.write("0x20", 0)
+    desk.wait(0.5)
+    assert desk.read("0x09") == pytest.approx(40, abs=1)
+
+
+@pytest.mark.states("B73")
+def test_a_new_command_after_it_is_obeyed_at_once() -> None:
     desk = desk_with()
-    desk.wait(30.0)
+    desk.write("0x00", 450)
+    desk.wait(2.0)
+    desk.write("0x00", -450)
     assert desk.servo.output == 0
+    desk.wait(0.9)
+    assert desk.read("0x08") == pytest.approx(-450, abs=3)
 
 
-def test_from_power_on_by_a_switch() -> None:
-    desk = Desk(rom=BASE, behaviour=Behaviour(timeout_from="power_on"))
-    desk.wait(1.0)
-    assert desk.servo.output == 1
+@pytest.mark.states("B72")
+@pytest.mark.switch("timeout_from")
+@pytest.mark.parametrize(("begins", "output"), [("first_command", 0), ("power_on", OFF)])
+def test_time_runs_from_the_first_command_or_from_power_on_by_a_switch(begins: str, output: int) -> None:
+    desk = Desk(rom=BASE, behaviour=Behaviour(timeout_from=begins))  # pyright: ignore[reportArgumentType]
+    desk.wait(30.0)
+    assert desk.servo.output == output
 
 
+@pytest.mark.states("B72", "B61")
 def test_torque_off_stays_off_whatever_the_action() -> None:
     desk = desk_with(timeout_action=BRAKE)
     desk.write("0x20", OFF)

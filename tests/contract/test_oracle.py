@@ -4,18 +4,17 @@
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false
 # pyright: reportUnknownParameterType=false, reportMissingTypeStubs=false
 
-import math
 from typing import Any
 
-import dronecan
 import pytest
-from dronecan import dsdl, transport
+from dronecan import transport
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from contract.oracle import oracle_fields, oracle_frames, oracle_reads, oracle_type
 from hornbill.wire import types
 from hornbill.wire.datatype import DataType, Kind
-from hornbill.wire.fields import Fields, to_fields
+from hornbill.wire.fields import to_fields
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import ActuatorStatus
 from hornbill.wire.reassembly import Reassembler
@@ -23,94 +22,6 @@ from hornbill.wire.services import GetNodeInfoRequest
 from hornbill.wire.transfer import Transfer, split
 from hornbill.wire.types import AnyStructure
 from unit.wire.structures import actuator_statuses, allocations, structures, transfer
-
-UNIONS = {"value", "default_value", "max_value", "min_value"}
-BYTES = {"unique_id", "certificate_of_authenticity"}
-TEXT = {"name", "string_value"}
-
-
-def oracle_type(data_type: DataType) -> Any:
-    kind = dsdl.CompoundType.KIND_SERVICE if data_type.service else dsdl.CompoundType.KIND_MESSAGE
-    return dronecan.DATATYPES[data_type.id, kind]
-
-
-def oracle_value(structure: AnyStructure) -> Any:
-    """The same structure as an object of the oracle, filled from its fields."""
-    make = oracle_type(structure.TYPE)
-    value = make(_mode=structure.KIND.name.lower()) if structure.TYPE.service else make()
-    fill(value, to_fields(structure))
-    return value
-
-
-def fill(value: Any, fields: Fields) -> None:
-    for name, content in fields.items():
-        if name in UNIONS:
-            union = getattr(value, name)
-            kind = content["kind"]
-            if kind == "empty":
-                transport.switch_union_field(union, "empty")
-            else:
-                setattr(union, kind, content["value"].encode("latin-1") if kind in TEXT else content["value"])
-        elif name in BYTES:
-            setattr(value, name, list(bytes.fromhex(content)))
-        elif name in TEXT:
-            setattr(value, name, content.encode("latin-1"))
-        elif name == "commands":
-            for entry in content:
-                command = dronecan.uavcan.equipment.actuator.Command()
-                fill(command, entry)
-                value.commands.append(command)
-        elif isinstance(content, dict):
-            fill(getattr(value, name), content)
-        else:
-            setattr(value, name, math.nan if content == "NaN" else content)
-
-
-def oracle_fields(value: Any) -> Fields:
-    """An object of the oracle in our form of fields."""
-    fields: Fields = {}
-    for name, content in transport.get_fields(value).items():
-        if name.startswith("_void"):
-            continue
-        if name in UNIONS:
-            kind = transport.get_active_union_field(content)
-            fields[name] = {"kind": kind} if kind == "empty" else {"kind": kind, "value": plain(kind, content)}
-        elif name == "commands":
-            fields[name] = [oracle_fields(entry) for entry in content]
-        elif isinstance(content, transport.CompoundValue):
-            fields[name] = oracle_fields(content)
-        else:
-            fields[name] = plain(name, value)
-    return fields
-
-
-def plain(name: str, owner: Any) -> object:
-    value = getattr(owner, name)
-    if name in BYTES:
-        return bytes(list(value)).hex()
-    if name in TEXT:
-        return bytes(list(value)).decode("latin-1")
-    return "NaN" if isinstance(value, float) and math.isnan(value) else value
-
-
-def oracle_frames(structure: AnyStructure, sent: Transfer, discriminator: int | None = None) -> list[Frame]:
-    made = transport.Transfer(
-        transfer_id=sent.transfer_id,
-        source_node_id=sent.source,
-        dest_node_id=sent.destination or None,
-        payload=oracle_value(structure),
-        transfer_priority=sent.priority,
-        request_not_response=sent.kind == Kind.REQUEST,
-        service_not_message=sent.kind != Kind.MESSAGE,
-        discriminator=discriminator,
-    )
-    return [Frame(frame.message_id, bytes(frame.bytes)) for frame in made.to_frames()]
-
-
-def oracle_reads(frames: list[Frame]) -> Any:
-    read = transport.Transfer()
-    read.from_frames([transport.Frame(frame.id, frame.data, 1.0, 1.0) for frame in frames])
-    return read
 
 
 @pytest.mark.parametrize("data_type", types.BY_KEY.values(), ids=lambda t: t.name)

@@ -1,10 +1,10 @@
-"""Owns the routes of the bus, the allocation table and the server's own health."""
+"""Owns the routes of the bus and of the server's own health."""
 
 from fastapi import APIRouter, Request
 
 from hornbill import __version__
 from hornbill.api import bus_models, present
-from hornbill.api.dependencies import TheHost
+from hornbill.api.dependencies import TheAdapters, TheHost
 from hornbill.api.problems import declared
 
 router = APIRouter(tags=["bus"])
@@ -23,42 +23,26 @@ async def connect_bus(host: TheHost, body: bus_models.BusAddress) -> bus_models.
     return present.bus(host)
 
 
+@router.get("/bus/adapters", operation_id="list_adapters")
+async def list_adapters(host: TheHost, adapters: TheAdapters) -> list[bus_models.Adapter]:
+    """What a bus can be opened on, and why it cannot just now. Answers within 2 s, whatever a driver does."""
+    connection = host.connection
+    is_open = connection is not None and connection.port.retry_in_s is None
+    in_use = connection.port.address if connection is not None and is_open else None
+    return [bus_models.Adapter.model_validate(one) for one in await adapters.plugged_in(in_use)]
+
+
+@router.get("/bus/doctor", operation_id="examine_bus")
+async def examine_bus(host: TheHost, all: bool = False) -> list[bus_models.Finding]:
+    """What is wrong with the bus, the worst first; empty when nothing is. `all`: also what was found well."""
+    return [bus_models.Finding.model_validate(one) for one in host.doctor.findings(everything=all)]
+
+
 @router.delete("/bus", operation_id="disconnect_bus")
 async def disconnect_bus(host: TheHost) -> bus_models.Bus:
     """Leave the bus. Torque goes off first on what is under command."""
     await host.disconnect()
     return present.bus(host)
-
-
-@router.get("/allocations", operation_id="list_allocations")
-async def list_allocations(host: TheHost) -> bus_models.Allocations:
-    """The allocation table, and which nodes wait for an id."""
-    online = {one.uid for one in host.fleet.all() if one.online}
-    now = host.base.now()
-    pending = host.connection.allocator.pending(now) if host.connection is not None else []
-    return bus_models.Allocations(
-        allocations=[
-            bus_models.Allocation(
-                uid=entry.uid,
-                node_id=entry.node_id,
-                pinned=entry.pinned,
-                last_seen=entry.last_seen,
-                online=entry.uid in online,
-            )
-            for entry in host.store.allocations.rows()
-        ],
-        pending=[
-            bus_models.PendingAllocation(
-                uid_part=one.partial,
-                stage=one.stage,
-                attempts=one.attempts,
-                waiting_s=round(now - one.first_heard, 2),
-                age_s=round(now - one.last_heard, 2),
-                refusal=one.refusal,
-            )
-            for one in pending
-        ],
-    )
 
 
 @router.get("/health", operation_id="get_health", tags=["server"])

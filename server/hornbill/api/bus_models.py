@@ -67,7 +67,7 @@ class Adapter(Model):
     name: str = Field(description="for people: product, serial number")
     state: Literal["ready", "connected", "down", "wrong_bitrate", "no_permission", "in_use", "no_driver"]
     usable: bool
-    reason: str | None = Field(description="why it cannot be used now; null when it can")
+    reason: str | None = Field(description="why it cannot be used now, or what is odd about it; null when all is well")
     remedy: str | None = Field(description="what to do about it; a command where one helps")
     bitrate: int | None
     sample_point: float | None
@@ -86,7 +86,11 @@ class Finding(Model):
 
 
 class Node(Model):
-    """Whoever says NodeStatus on this bus, servo or not (table 2-17)."""
+    """Whoever is heard on this bus, servo or not, and this server itself (table 2-17).
+
+    One that never said NodeStatus has mode `unknown`, health `warning` and uptime 0. Nodes that ask for a node id
+    stand as one, with node id 0.
+    """
 
     node_id: int
     kind: Literal["servo", "hornbill", "foreign", "unknown"] = Field(
@@ -131,6 +135,12 @@ class Allocations(Model):
 
     allocations: list[Allocation]
     pending: list[PendingAllocation]
+
+
+class AllocationChange(Allocation):
+    """A row as it is now, or as it was before it was forgotten."""
+
+    note: str = Field(description="when the change takes effect")
 
 
 class Pin(Model):

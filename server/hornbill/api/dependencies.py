@@ -4,6 +4,8 @@ from typing import Annotated
 
 from fastapi import Depends, Header, Path, Request
 
+from hornbill.bus.adapters import Adapters
+from hornbill.bus.recorder import Recorder
 from hornbill.servo.host import Host
 from hornbill.servo.servo import Servo
 
@@ -16,6 +18,24 @@ async def _host(request: Request) -> Host:
 
 # Both are async although they wait for nothing: FastAPI would run plain functions in a thread.
 TheHost = Annotated[Host, Depends(_host)]
+
+
+async def _adapters(request: Request) -> Adapters:
+    adapters = request.app.state.adapters
+    assert isinstance(adapters, Adapters)
+    return adapters
+
+
+TheAdapters = Annotated[Adapters, Depends(_adapters)]
+
+
+async def _recorder(request: Request) -> Recorder:
+    recorder = request.app.state.recorder
+    assert isinstance(recorder, Recorder)
+    return recorder
+
+
+TheRecorder = Annotated[Recorder, Depends(_recorder)]
 
 
 async def _servo(host: TheHost, uid: Annotated[str, Path(description="unique id, 32 lower-case hex digits")]) -> Servo:

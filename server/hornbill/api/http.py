@@ -9,7 +9,7 @@ from starlette.middleware import Middleware
 from starlette.routing import BaseRoute
 
 from hornbill import __version__
-from hornbill.api import bus, live, motion, page, parameters, problems, schema, servos
+from hornbill.api import bus, live, logs, motion, nodes, page, parameters, problems, schema, servos, sim
 from hornbill.api.document import document
 from hornbill.api.origin import OriginGuard, Policy
 from hornbill.schema.catalog import Catalog
@@ -42,7 +42,16 @@ def create_api(
     app.state.demo = demo
     problems.install(app)
     routes = APIRouter(prefix=PREFIX)
-    for part in (servos.router, parameters.router(catalog), motion.router, bus.router, schema.router(catalog)):
+    for part in (
+        servos.router,
+        parameters.router(catalog),
+        motion.router,
+        bus.router,
+        logs.router,
+        nodes.router,
+        schema.router(catalog),
+        sim.router(catalog),
+    ):
         routes.include_router(part)
     routes.include_router(live.router)
     app.include_router(routes)

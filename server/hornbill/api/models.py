@@ -245,6 +245,14 @@ class StopServo(Model):
     ms: float | None = Field(description="from the request to the servo's answer")
 
 
+class StopNode(Model):
+    """How stop went on a node that may be a servo and has not been identified."""
+
+    node_id: int
+    confirmed: bool
+    ms: float | None = Field(description="from the request to the node's answer")
+
+
 class Stop(Model):
     """The stop latch."""
 
@@ -254,3 +262,6 @@ class Stop(Model):
     by: str | None
     reason: str | None
     servos: list[StopServo]
+    nodes: list[StopNode] = Field(
+        default_factory=list[StopNode], description="nodes that broadcast an actuator's status and may be servos"
+    )

@@ -90,7 +90,7 @@ async def release_lease(host: TheHost, lease_id: str) -> models.LeaseView:
     """Give motion control back. Torque goes off on what was commanded under it."""
     lease = host.leases.release(lease_id, host.base.now())
     host.motion.lease_ended(lease, f"{lease.holder} gave motion control back.")
-    await host.motion.released(STOP_WITHIN_S)
+    await host.motion.debts.paid(STOP_WITHIN_S)
     return present.lease_view(host, lease)
 
 

@@ -7,6 +7,7 @@ import orjson
 
 from hornbill import __version__
 from hornbill.api import messages, present
+from hornbill.api.frames import FrameWatch
 from hornbill.servo.host import Host
 from hornbill.servo.hub import (
     BusChanged,
@@ -25,6 +26,9 @@ from hornbill.units import Uid
 
 SAMPLES_KEPT = 2000
 EVENTS_KEPT = 200
+TELEMETRY_PER_S = 500
+"""Messages of telemetry a second: when more servos stream, each is told of less often, with more samples at a time."""
+
 RECALL_S = 30.0
 ANGLE = "current_angle"
 
@@ -42,15 +46,21 @@ class Outbox:
         self._readings: dict[tuple[Uid, str], None] = {}
         self._samples: dict[Uid, dict[str, deque[tuple[float, float | None]]]] = {}
         self._dropped = 0
+        self._telemetry_at = 0.0
         self._events: deque[tuple[float, Happened]] = deque(maxlen=EVENTS_KEPT)
         self._jobs: dict[str, Job] = {}
         self._flags: set[str] = {"lease", "stop"}
         self._replies: deque[messages.ErrorMessage] = deque(maxlen=EVENTS_KEPT)
+        self._frames: FrameWatch | None = None
         self.waiting = asyncio.Event()
         self.waiting.set()
 
-    def subscribe(self, topics: list[messages.Topic], uids: list[str] | None) -> None:
+    def subscribe(
+        self, topics: list[messages.Topic], uids: list[str] | None, frames: messages.FrameFilter | None = None
+    ) -> None:
         """More topics; `uids` limits servos, readings and telemetry to these. What exists is sent at once."""
+        if "frames" in topics or (frames is not None and self._frames is not None):
+            self._watch_frames(frames or messages.FrameFilter())
         if "telemetry" in topics and "telemetry" not in self._topics:
             self._recall_angles(uids)
         self._topics.update(topics)
@@ -77,6 +87,18 @@ class Outbox:
     def unsubscribe(self, topics: list[messages.Topic]) -> None:
         """Fewer topics."""
         self._topics.difference_update(topics)
+        if "frames" in topics and self._frames is not None:
+            self._frames.close()
+            self._frames = None
+
+    def close(self) -> None:
+        """Nobody takes any more: watch the bus no longer."""
+        self.unsubscribe(["frames"])
+
+    def _watch_frames(self, wanted: messages.FrameFilter) -> None:
+        """A new filter is a new subscription, and counts from nothing."""
+        self.unsubscribe(["frames"])
+        self._frames = FrameWatch(self._host.monitor, wanted, self.waiting.set)
 
     def refuse(self, code: str, detail: str, uid: str | None = None) -> None:
         """Tell this socket that one of its messages could not be done."""
@@ -87,7 +109,12 @@ class Outbox:
         """Take a change from the hub; only what the socket asked for is kept."""
         match change:
             case Sampled() if "telemetry" in self._topics and self._wants(change.uid):
-                column = self._samples.setdefault(change.uid, {}).setdefault(change.key, deque(maxlen=SAMPLES_KEPT))
+                columns = self._samples.get(change.uid)
+                if columns is None:
+                    columns = self._samples[change.uid] = {}
+                column = columns.get(change.key)
+                if column is None:
+                    column = columns[change.key] = deque(maxlen=SAMPLES_KEPT)
                 self._dropped += len(column) == SAMPLES_KEPT
                 column.append((change.t, change.value))
             case ServoChanged() if "servos" in self._topics and self._wants(change.uid):
@@ -110,7 +137,9 @@ class Outbox:
         self.waiting.set()
 
     def refresh(self) -> None:
-        """Send every servo that is online again."""
+        """Send every servo that is online again, and what the bus brought even if the filter hid all of it."""
+        if self._frames is not None:
+            self.waiting.set()
         if "servos" in self._topics:
             self._servos.update(
                 {one.uid: None for one in self._host.fleet.all() if one.online and self._wants(one.uid)}
@@ -170,10 +199,24 @@ class Outbox:
                 )
             )
         self._events.clear()
-        return [*map(self._pack, out), *self._telemetry()]
+        return [*map(self._pack, out), *self._telemetry(), *self._seen_frames()]
+
+    def _seen_frames(self) -> list[bytes]:
+        """Packed without a model, as telemetry is."""
+        seen = None if self._frames is None else self._frames.take()
+        if seen is None:
+            return []
+        self._seq += 1
+        return [orjson.dumps({**seen, "seq": self._seq})]
 
     def _telemetry(self) -> list[bytes]:
         """Columns, packed without a model: this is most of what a socket carries."""
+        now = self._host.base.now()
+        if now < self._telemetry_at:
+            if self._samples:
+                self.waiting.set()  # their time comes soon
+            return []
+        self._telemetry_at = now + len(self._samples) / TELEMETRY_PER_S
         samples, self._samples = self._samples, {}
         dropped, self._dropped = self._dropped, 0
         packed: list[bytes] = []

@@ -2,7 +2,6 @@
 
 from hornbill.api import bus_models, models
 from hornbill.api.problems import problem
-from hornbill.node.allocator import Allocator
 from hornbill.schema.scale import to_value
 from hornbill.servo.host import Host
 from hornbill.servo.jobs import Job
@@ -93,7 +92,7 @@ def stop(host: Host) -> models.Stop:
     """The stop latch."""
     latch = host.stop.latch
     if latch is None:
-        return models.Stop(latched=False, mode=None, at=None, by=None, reason=None, servos=[])
+        return models.Stop(latched=False, mode=None, at=None, by=None, reason=None, servos=[], nodes=[])
     return models.Stop(
         latched=True,
         mode=latch.mode,  # pyright: ignore[reportArgumentType]
@@ -101,6 +100,7 @@ def stop(host: Host) -> models.Stop:
         by=latch.by,
         reason=latch.reason,
         servos=[models.StopServo.model_validate(one) for one in latch.servos.values()],
+        nodes=[models.StopNode.model_validate(one) for one in latch.nodes.values()],
     )
 
 
@@ -129,16 +129,18 @@ def bus(host: Host) -> bus_models.Bus:
         unacknowledged=seen.unacknowledged,
         ignored=seen.ignored,
         bus_offs=seen.bus_offs,
-        allocator=None if connection is None else _allocator(host, connection.allocator),
+        allocator=None if connection is None else allocator(host),
     )
 
 
-def _allocator(host: Host, allocator: Allocator) -> bus_models.AllocatorState:
+def allocator(host: Host) -> bus_models.AllocatorState:
+    """What the node-id allocator is doing; without a bus, what it would."""
+    one, now = host.allocating.allocator, host.base.now()
     return bus_models.AllocatorState(
-        state=allocator.state.value,
-        mode=allocator.mode.value,
+        state=one.state.value,
+        mode=one.mode.value,
         granted=len(host.store.allocations.entries()),
-        pending=len(allocator.pending(host.base.now())),
-        free=allocator.free(host.base.now()),
-        rival_node_id=None if allocator.rival is None else allocator.rival.node_id,
+        pending=len(one.pending(now)),
+        free=one.free(now),
+        rival_node_id=None if one.rival is None else one.rival.node_id,
     )

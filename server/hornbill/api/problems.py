@@ -18,6 +18,8 @@ STATUS: dict[str, int] = {
     "unknown_job": 404,
     "unknown_lease": 404,
     "unknown_uid": 404,
+    "unknown_log": 404,
+    "no_simulator": 404,
     "not_in_this_model": 409,
     "read_only": 409,
     "forbidden_parameter": 403,
@@ -26,6 +28,7 @@ STATUS: dict[str, int] = {
     "refused_by_servo": 502,
     "no_answer": 504,
     "bus_disconnected": 503,
+    "bus_read_only": 409,
     "bus_open_failed": 502,
     "mode_off": 409,
     "torque_off": 409,
@@ -40,6 +43,7 @@ STATUS: dict[str, int] = {
     "method_not_allowed": 405,
     "bad_table": 500,
     "store_failed": 500,
+    "log_failed": 500,
     "internal": 500,
 }
 """HTTP status of every code an error can carry; a test walks the error tree against it."""

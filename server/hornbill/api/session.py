@@ -33,7 +33,7 @@ class Session:
         try:
             match message:
                 case messages.Subscribe():
-                    self._outbox.subscribe(message.topics, message.uids)
+                    self._outbox.subscribe(message.topics, message.uids, message.frames)
                 case messages.Unsubscribe():
                     self._outbox.unsubscribe(message.topics)
                 case messages.Heartbeat():
@@ -58,6 +58,7 @@ class Session:
             except HornbillError:
                 continue
             self._host.motion.lease_ended(lease, f"The page of {lease.holder} closed.")
+        self._outbox.close()
 
     def _command(self, lease_id: str, command: messages.SocketCommand) -> None:
         uid = Uid(command.uid)

@@ -14,6 +14,9 @@ INTERFRAME_BITS = 3
 ERROR_FRAME_BITS = 20
 """An error flag (6), the other nodes' flags after it (up to 6) and the delimiter (8)."""
 
+NOISE_BITS = 6 + ERROR_FRAME_BITS + INTERFRAME_BITS
+"""From one error frame to the next while all that is on the wire is noise: six equal bits break the stuffing rule."""
+
 # After the CRC, never stuffed: CRC delimiter, acknowledge slot and its delimiter, end of frame (7).
 _TAIL_BITS = 1 + 1 + 1 + 7 + INTERFRAME_BITS
 # Stuffed: 39 bits up to the length code, and the 15 of the CRC.

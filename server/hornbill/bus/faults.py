@@ -25,6 +25,8 @@ class Faults(Generic[_Receiver]):
         self._corruption: Chance | None = None
         self.deaf: dict[_Receiver, Chance] = {}
         """What single receivers miss."""
+        self.noise = False
+        """Whether there is nothing but noise on the wire."""
 
     def lose(self, pct: float, seed: int, receiver: _Receiver | None) -> None:
         """Lose frames on the way to every receiver, or to `receiver` alone."""

@@ -30,8 +30,8 @@ class MemoryBus:
 
     Simplified: two ports that offer the same identifier with different data count an error each and
     are sent one after the other (a real bus would destroy both, again and again); a corrupted frame
-    takes its whole time and an error frame; a sender without anybody to acknowledge tries until it is
-    passive and then waits, silently, for another port.
+    takes its whole time and an error frame; a sender without anybody on the bus to acknowledge tries until
+    it is passive and then waits, silently, for another port; bus-off lasts until `recover`.
     """
 
     def __init__(
@@ -53,15 +53,21 @@ class MemoryBus:
         self._alarm: asyncio.TimerHandle | None = None
         self._not_before: Instant = 0.0
 
-    def port(self, name: str) -> MemoryPort:
+    def port(self, name: str, *, bitrate: int | None = None) -> MemoryPort:
         """A new port; frames that waited for somebody to acknowledge them go out now.
 
-        Raises ValueError when `name` is that of an open port.
+        At another `bitrate` (bit/s) than the bus, it takes whatever is on the wire for an error and what it
+        sends is one to all others: its error flags destroy frames until it is passive, its own frames make it
+        bus-off. Raises ValueError when `name` is that of an open port.
         """
         if name in self._medium.ports:
             raise ValueError(f"the bus already has an open port {name!r}: close it or choose another name")
         self._settle_for_change()
-        port = self._medium.ports[name] = MemoryPort(self, name, self.bitrate, self._queue_limit)
+        rate = self.bitrate if bitrate is None else bitrate
+        fits = rate == self.bitrate
+        port = self._medium.ports[name] = MemoryPort(self, name, rate, self._queue_limit, fits=fits)
+        if not fits:
+            self._medium.misfits.add(port)
         self._schedule()
         return port
 
@@ -93,25 +99,35 @@ class MemoryBus:
         self._settle_for_change()
         self._medium.faults.corrupt(pct, seed)
 
+    def noise(self, on: bool = True) -> None:
+        """Let there be nothing but noise on the wire, or end it. Raises RuntimeError outside of an event loop.
+
+        All that can be seen is error frames: controllers turn passive, and those that try to send bus-off.
+        """
+        loop = self._find_loop()
+        self._settle_for_change()
+        if on and not self._medium.faults.noise:
+            self._medium.begin_noise(loop.time())
+        self._medium.faults.noise = on
+        self._schedule()
+
     def bus_off(self, port: MemoryPort) -> None:
         """Put `port` into bus-off: what it has queued is dropped, and it neither sends nor hears until `recover`."""
         self.withdraw(port)
         port.go_bus_off()
 
-    def recover(self, port: MemoryPort) -> None:
-        """Bring `port` back from passive or bus-off."""
+    def recover(self, port: MemoryPort | None = None) -> None:
+        """Bring `port`, or every one, back from passive or bus-off."""
         self._settle_for_change()
-        port.recover()
+        for one in tuple(self._medium.ports.values()) if port is None else (port,):
+            one.recover()
         self._schedule()
 
     # What ports call.
 
     def offer(self, port: MemoryPort, frames: Sequence[Frame]) -> None:
         """Let `frames` take part in arbitration from this instant on."""
-        loop = self._loop
-        if loop is None:
-            loop = self._loop = asyncio.get_running_loop()
-            self._pause = 0.0 if self._fast or isinstance(loop, JumpingLoop) else COALESCE_S
+        loop = self._loop or self._find_loop()
         self._medium.offer(port, frames, loop.time())
         self._schedule()
 
@@ -124,12 +140,20 @@ class MemoryBus:
         """Take `port` off the bus."""
         self.withdraw(port)
         del self._medium.ports[port.name]
+        self._medium.misfits.discard(port)
         self._medium.faults.forget(port)
         if not self._medium.ports and self._alarm is not None:
             self._alarm.cancel()
             self._alarm = None
 
     # Delivery.
+
+    def _find_loop(self) -> asyncio.AbstractEventLoop:
+        """The loop this bus runs on: that of the first call that needs one."""
+        if self._loop is None:
+            self._loop = asyncio.get_running_loop()
+            self._pause = 0.0 if self._fast or isinstance(self._loop, JumpingLoop) else COALESCE_S
+        return self._loop
 
     def _settle_for_change(self) -> None:
         """Finish the past under the rules of the past, before a port or a fault changes."""
@@ -148,7 +172,7 @@ class MemoryBus:
             return
         deaf = medium.faults.deaf
         for port in medium.ports.values():
-            if not port.taking_part:
+            if not port.hears:
                 continue
             statistics = port.statistics
             statistics.busy_s += busy_s
@@ -159,6 +183,8 @@ class MemoryBus:
                 frames = kept
             statistics.rx_frames += len(frames)
             port.inbox += frames
+            if port.receive_errors:
+                port.heard_well(len(frames))
 
     def _schedule(self) -> None:
         """Set the alarm for the next end of a frame. It may prove too early, never too late."""

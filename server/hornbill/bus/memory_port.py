@@ -11,6 +11,8 @@ from hornbill.wire.port import FrameSink, PortState, PortStatistics
 _PASSIVE_ABOVE = 127
 _BUS_OFF_ABOVE = 255
 _FAILURE = 8
+_HEARD_AGAIN = 120
+"""Where the receive error counter of a passive controller goes on from with a good frame (ISO 11898-1: 119 to 127)."""
 
 
 class Wire(Protocol):
@@ -32,12 +34,15 @@ class Wire(Protocol):
 class MemoryPort:
     """A CanPort of a MemoryBus; made by `MemoryBus.port`.
 
-    Its state follows the transmit error counter of a CAN controller: 8 up for a transmission that
-    failed, 1 down for one that succeeded; passive above 127, bus-off above 255.
+    Its state follows the error counters of a CAN controller (ISO 11898-1, fault confinement): transmit, 8 up
+    for a transmission that failed, 1 down for one that succeeded; receive, 1 up for an error heard (8 for who
+    hears it first), 1 down for a good frame. Passive when either is above 127, bus-off when transmit is above 255.
     """
 
-    def __init__(self, wire: Wire, name: str, bitrate: int, limit: int = QUEUE_LIMIT) -> None:
+    def __init__(self, wire: Wire, name: str, bitrate: int, limit: int = QUEUE_LIMIT, *, fits: bool = True) -> None:
+        """`fits`: whether `bitrate` is that of the bus. One that does not fit understands nobody, nor anybody it."""
         self.name = name
+        self.fits = fits
         self.address = f"memory:{name}"
         self.bitrate = bitrate
         self.statistics = PortStatistics()
@@ -46,6 +51,8 @@ class MemoryPort:
         self._wire = wire
         self._sink: FrameSink | None = None
         self._error_count = 0
+        self.receive_errors = 0
+        """The receive error counter."""
         self._open = True
         self._mute = False
         self.sample_point: float | None = None
@@ -64,17 +71,23 @@ class MemoryPort:
 
     @property
     def state(self) -> PortState:
-        """Active, passive or bus-off by the error counter; disconnected once closed."""
+        """Active, passive or bus-off by the error counters; disconnected once closed."""
         if not self._open:
             return PortState.DISCONNECTED
         if self._error_count > _BUS_OFF_ABOVE:
             return PortState.BUS_OFF
-        return PortState.PASSIVE if self._error_count > _PASSIVE_ABOVE else PortState.ACTIVE
+        worse = max(self._error_count, self.receive_errors)
+        return PortState.PASSIVE if worse > _PASSIVE_ABOVE else PortState.ACTIVE
 
     @property
     def taking_part(self) -> bool:
-        """Whether this controller hears and acknowledges frames."""
+        """Whether this controller watches the bus, and may send."""
         return self._open and self._error_count <= _BUS_OFF_ABOVE
+
+    @property
+    def hears(self) -> bool:
+        """Whether this controller understands frames, and acknowledges them."""
+        return self.fits and self._open and self._error_count <= _BUS_OFF_ABOVE
 
     @property
     def mute(self) -> bool:
@@ -118,6 +131,18 @@ class MemoryPort:
 
     # What the bus calls.
 
+    def heard_well(self, frames: int) -> None:
+        """So many frames came without an error."""
+        if frames:
+            before = _HEARD_AGAIN if self.receive_errors > _PASSIVE_ABOVE else self.receive_errors
+            self.receive_errors = max(0, before - frames)
+
+    def misheard(self, times: int = 1, *, first: bool = False) -> None:
+        """So many errors were on the wire; `first`: this controller saw them before all others."""
+        self.statistics.errors += times
+        self.statistics.error_frames += times
+        self.receive_errors = min(_BUS_OFF_ABOVE, self.receive_errors + times * (_FAILURE if first else 1))
+
     def hand_over(self) -> None:
         """Give the frames in the inbox to the sink."""
         frames, self.inbox = self.inbox, []
@@ -136,6 +161,8 @@ class MemoryPort:
         Want of an acknowledgement makes a controller passive, never bus-off (ISO 11898-1, fault confinement).
         """
         self.statistics.errors += 1
+        self.statistics.error_frames += 1
+        self.statistics.unacknowledged += not acknowledged
         if acknowledged or self._error_count <= _PASSIVE_ABOVE:
             self._error_count += _FAILURE
         if self._error_count > _BUS_OFF_ABOVE:
@@ -144,8 +171,9 @@ class MemoryPort:
     def go_bus_off(self) -> None:
         """Take no part any more; what is queued is dropped, each frame counted as an error."""
         self._error_count = _BUS_OFF_ABOVE + 1
+        self.statistics.bus_offs += 1
         self.statistics.errors += self.queue.clear()
 
     def recover(self) -> None:
-        """Start again with an error count of zero, as after a restart of the controller."""
-        self._error_count = 0
+        """Start again with error counters of zero, as after a restart of the controller."""
+        self._error_count = self.receive_errors = 0

@@ -1,17 +1,18 @@
 """Owns PythonCanPort: a CanPort over a python-can bus, with one thread that receives and one that sends."""
 
 import asyncio
-import errno
 import logging
+import socket
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
 
 import can
 
-from hornbill.bus import socketcan
 from hornbill.bus.bittime import frame_bits
+from hornbill.bus.link import Link, MessageLink, Received
+from hornbill.bus.rawcan import RawLink
+from hornbill.bus.slcan import SlcanBus
 from hornbill.bus.transmit import TransmitQueue, Waiting, check
 from hornbill.errors import BusDisconnected
 from hornbill.units import Instant
@@ -26,11 +27,9 @@ STALE_S = 1.0
 a servo once the cable is whole again."""
 
 _POLL_S = 0.05  # how soon the receive thread notices that it should end
-_SEND_S = 0.25  # how long an adapter may take one frame
-_FULL_S = 0.001  # the pause when the kernel's queue is full: about seven frames
+_GATHER_S = 5e-4  # while frames come close by one another, the loop is woken for what came in so long
+_CLOSE_BY_S = 1e-3
 _CLOSE_S = 3.0
-_GARBLED_IN_A_ROW = 100
-_OLDEST_S = 1.0  # beyond this age a stamp is not of the wall clock
 
 _log = logging.getLogger(__name__)
 
@@ -40,27 +39,27 @@ class PythonCanPort:
 
     Threads touch the loop through call_soon_threadsafe alone, once for each burst of frames. Time stamps
     are on time.monotonic, the clock of asyncio's and uvloop's loops; a JumpingLoop cannot drive real threads.
-    Standard, remote and FD frames count as dropped, error frames as errors; neither is delivered. When a
-    thread fails the state is LOST, what is queued is dropped and the adapter is let go.
+    When a thread fails the state is LOST, what is queued is dropped and the adapter is let go.
     """
 
-    def __init__(self, bus: can.BusABC, *, address: str, bitrate: int) -> None:
+    def __init__(
+        self, bus: can.BusABC, *, address: str, bitrate: int, statistics: PortStatistics | None = None
+    ) -> None:
+        """`statistics` go on counting: those of the port this one takes the place of."""
         self.address = address
         self.bitrate = bitrate
-        self.statistics = PortStatistics()
+        self.statistics = PortStatistics() if statistics is None else statistics
         self.sample_point: float | None = None
-        self.trouble: str | None = None
         self.retry_in_s: float | None = None
-        self._bus = bus
+        self._link = _link(bus, address)
         self._loop = asyncio.get_running_loop()
         self._sink: FrameSink | None = None
         self._state = PortState.ACTIVE
+        self._why = ""
         self._closed = False
-        self._inbox: deque[Frame] = deque()
-        self._waking = False
-        self._latest: Instant = 0.0
-        # One lock for the queue, the statistics and `_stopping`.
+        # One lock for the inbox, the queue, the statistics and `_stopping`.
         self._work = threading.Condition()
+        self._inbox: list[Frame] = []
         self._queue = TransmitQueue()
         self._stopping = False
         self._running = 2
@@ -74,8 +73,27 @@ class PythonCanPort:
 
     @property
     def state(self) -> PortState:
-        """Passive and bus-off are known from SocketCAN's error frames only; other adapters say nothing of it."""
+        """Passive and bus-off are known from SocketCAN, candleLight and some slcan adapters; others do not tell."""
         return PortState.DISCONNECTED if self._closed else self._state
+
+    @property
+    def trouble(self) -> str | None:
+        """What is wrong with the adapter or its bus, and what helps; None while it works."""
+        match self.state:
+            case PortState.LOST:
+                return f"{self.address} was lost: {self._why}. Check the adapter and its cable."
+            case PortState.BUS_OFF:
+                return (
+                    f"{self.address} is off the bus after too many errors. Check the bit rate ({self.bitrate} bit/s), "
+                    "the wiring and the termination, then connect again."
+                )
+            case PortState.PASSIVE:
+                return (
+                    f"{self.address} sees too many errors, or nobody acknowledges what it sends. "
+                    f"Check that the servos have power, the bit rate ({self.bitrate} bit/s), wiring and termination."
+                )
+            case _:
+                return None
 
     def listen(self, sink: FrameSink) -> None:
         """Deliver received frames to `sink`; what came before the first call is gone."""
@@ -90,7 +108,7 @@ class PythonCanPort:
         if self._closed:
             raise BusDisconnected(f"{self.address} is closed. Connect the bus again.")
         if self._state is PortState.LOST:
-            raise BusDisconnected(f"{self.address} was lost. Check the adapter and its cable, then connect again.")
+            raise BusDisconnected(f"{self.trouble} Then connect again.")
         check(frames)
         now = time.monotonic()
         with self._work:
@@ -115,8 +133,8 @@ class PythonCanPort:
     # On the event loop.
 
     def _drain(self) -> None:
-        self._waking = False  # before the deque is read: who appends from here on wakes us again
-        frames = [self._inbox.popleft() for _ in range(len(self._inbox))]
+        with self._work:
+            frames, self._inbox = self._inbox, []
         if frames and self._sink is not None:
             self._sink(frames)
 
@@ -125,26 +143,27 @@ class PythonCanPort:
     def _live(self, part: Callable[[], None]) -> None:
         try:
             part()
-        except Exception:
-            if self._stop(lost=True):
+        except Exception as error:
+            if self._stop(lost=error):
                 _log.warning("%s was lost", self.address, exc_info=True)
         with self._work:
             self._running -= 1
             last = not self._running
         if last:
             try:
-                self._bus.shutdown()
+                self._link.shutdown()
             except Exception:
                 _log.debug("%s did not close cleanly", self.address, exc_info=True)
             self._tell(self._released.set)
 
-    def _stop(self, *, lost: bool = False) -> bool:
+    def _stop(self, *, lost: Exception | None = None) -> bool:
         """End both threads and drop what is queued; whether that was news."""
         with self._work:
             if self._stopping:
                 return False
             self._stopping = True
-            if lost:
+            if lost is not None:
+                self._why = _in_words(lost)
                 self._state = PortState.LOST
             self._queue.clear()
             self._work.notify_all()
@@ -157,84 +176,94 @@ class PythonCanPort:
             self._stop()
 
     def _receive(self) -> None:
-        garbled = 0
+        before: Instant = 0.0
+        not_before: Instant = 0.0
         while not self._stopping:
-            try:
-                message = self._bus.recv(_POLL_S)
-            except Exception as error:
-                garbled += 1
-                if not _is_garbled(error) or garbled > _GARBLED_IN_A_ROW:
-                    raise
-                self._count_error()
-                continue
-            if message is not None:
-                garbled = 0
-                self._take(message)
+            if got := self._link.receive(_POLL_S, not_before):
+                self._take(got)
+                now = time.monotonic()
+                not_before = now + _GATHER_S if now - before < _CLOSE_BY_S else 0.0
+                before = now
 
-    def _take(self, message: can.Message) -> None:
-        if message.is_error_frame:
-            self._count_error()
-            if self.address.startswith("socketcan:"):
-                self._state = socketcan.state_after(message.arbitration_id, message.data) or self._state
-            return
-        usable = message.is_extended_id and not (message.is_remote_frame or message.is_fd)
-        if not usable or len(self._inbox) >= RX_LIMIT:
-            with self._work:
-                self.statistics.rx_dropped += 1
-            return
-        frame = Frame(message.arbitration_id, bytes(message.data), self._instant(message.timestamp))
+    def _take(self, got: Received) -> None:
+        frames = got.frames
+        busy_s = sum(map(frame_bits, frames)) / self.bitrate
         with self._work:
-            self.statistics.rx_frames += 1
-            self.statistics.busy_s += frame_bits(frame) / self.bitrate
-        self._inbox.append(frame)
-        if not self._waking:
-            self._waking = True
+            seen = self.statistics
+            waking = not self._inbox
+            room = RX_LIMIT - len(self._inbox)
+            self._inbox += frames if len(frames) <= room else frames[:room]
+            seen.rx_frames += min(len(frames), room)
+            seen.rx_dropped += max(0, len(frames) - room) + got.lost
+            seen.busy_s += busy_s
+            seen.ignored += got.ignored
+            seen.errors += got.garbled + got.refused
+            for error in got.errors:
+                seen.rx_dropped += error.overflow
+                seen.unacknowledged += error.unacknowledged
+                if not error.harmless:
+                    seen.error_frames += 1
+                    seen.errors += 1
+                if error.state is not None and self._state is not PortState.LOST:
+                    if error.state is PortState.BUS_OFF and self._state is not PortState.BUS_OFF:
+                        seen.bus_offs += 1
+                        seen.errors += self._queue.clear()  # an old command must not leave when it is back
+                    self._state = error.state
+        if frames and waking:
             self._tell(self._drain)
 
-    def _instant(self, stamp: float) -> Instant:
-        """A wall-clock stamp on the monotonic clock; now, for an adapter with a clock of its own or none."""
-        age = time.time() - stamp
-        now = time.monotonic()
-        self._latest = max(self._latest, now - age if 0 <= age < _OLDEST_S else now)
-        return self._latest
-
     def _transmit(self) -> None:
-        while (waiting := self._next()) is not None:
-            frame = waiting.frame
-            if time.monotonic() - waiting.since > STALE_S:
-                self._count_error()
-                continue
+        link = self._link
+        while batch := self._next(link.most):
             try:
-                self._bus.send(can.Message(arbitration_id=frame.id, data=frame.data), timeout=_SEND_S)
+                taken = link.transmit([waiting.frame for waiting in batch])
             except can.CanError as error:
-                if error.error_code == errno.ENOBUFS:
-                    self._put_back(waiting)
-                else:
-                    self._count_error()
-                    _log.debug("%s did not take a frame: %s", self.address, error)
-            else:
+                taken = 0
+                refused = batch.pop(0)
+                _log.debug("%s did not take %s: %s", self.address, refused, error)
                 with self._work:
-                    self.statistics.tx_frames += 1
-                    self.statistics.busy_s += frame_bits(frame) / self.bitrate
+                    self.statistics.errors += 1
+            busy_s = sum(frame_bits(waiting.frame) for waiting in batch[:taken]) / self.bitrate
+            with self._work:
+                self.statistics.tx_frames += taken
+                self.statistics.busy_s += busy_s
+                if self._state is PortState.BUS_OFF:
+                    self.statistics.errors += len(batch) - taken
+                elif not self._stopping:  # a more urgent frame that came meanwhile goes before these
+                    for waiting in batch[taken:]:
+                        self._queue.put_back(waiting)
 
-    def _next(self) -> Waiting | None:
+    def _next(self, most: int) -> list[Waiting]:
+        """Up to `most` frames to send, at least one that is not stale; none when it is time to end."""
+        batch: list[Waiting] = []
         with self._work:
-            while not self._queue and not self._stopping:
-                self._work.wait()
-            return None if self._stopping else self._queue.take()
+            while not batch:
+                while not self._queue and not self._stopping:
+                    self._work.wait()
+                if self._stopping:
+                    return []
+                latest = time.monotonic() - STALE_S
+                while self._queue and len(batch) < most:
+                    waiting = self._queue.take()
+                    if waiting.since < latest:
+                        self.statistics.errors += 1
+                    else:
+                        batch.append(waiting)
+        return batch
 
-    def _put_back(self, waiting: Waiting) -> None:
-        """The kernel's queue is full: let a more urgent frame that comes meanwhile go before this one."""
-        with self._work:
-            if not self._stopping:
-                self._queue.put_back(waiting)
-        time.sleep(_FULL_S)
 
-    def _count_error(self) -> None:
-        with self._work:
-            self.statistics.errors += 1
+def _link(bus: can.BusABC, address: str) -> Link:
+    """The quickest way to get at `bus`."""
+    interface = address.partition(":")[0]
+    if isinstance(bus, SlcanBus):
+        return bus
+    raw = getattr(bus, "socket", None)
+    if interface == "socketcan" and isinstance(raw, socket.socket):
+        return RawLink(bus, raw)
+    return MessageLink(bus, interface)
 
 
-def _is_garbled(error: Exception) -> bool:
-    """Whether an adapter's driver choked on one message, rather than lost the adapter."""
-    return isinstance(error if not isinstance(error, can.CanError) else error.__cause__, ValueError | IndexError)
+def _in_words(error: Exception) -> str:
+    """Why the adapter was lost, as part of a sentence."""
+    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return text.rstrip(".") or type(error).__name__

@@ -1,12 +1,13 @@
 """Owns Allocator: which node id a node without one is given, as a function of what it sends and when."""
 
 import logging
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import dataclass
+from enum import Enum, StrEnum
 from typing import Final, Protocol
 
 from hornbill.node.hooks import Hooks
 from hornbill.node.node_ids import HIGHEST_DYNAMIC, find_free
+from hornbill.node.waiting import Pending, Waiting
 from hornbill.units import Instant, NodeId, Uid
 from hornbill.wire.messages import Allocation
 from hornbill.wire.transfer import Transfer
@@ -19,14 +20,19 @@ FOLLOW_UP_TIMEOUT_S: Final = 0.5
 ANSWER_PRIORITY: Final = 24
 """The servos' own for Allocation (table 2-2); among equals the low type id still wins the bus."""
 
+RECYCLE_AFTER_S: Final = 30 * 86_400.0
+"""How long a node must have been away before its id may be given to another, and only when no id is left.
+
+Long enough for a servo on the shelf or a bench on holiday; a station that commissions servo after servo
+would otherwise stand still at the 126th. A pinned id is never recycled.
+"""
+
 _PARTS: Final = (6, 6, 4)
 """Bytes of unique id in the three requests (table 2-7)."""
 
 _SETTLE_S: Final = 0.5
 """How long to listen before new ids are given: servos with an id say Status ten times a second."""
 
-_PENDING_KEPT_S: Final = 60.0
-_PENDING_MOST: Final = 256
 _RIVAL_GONE_AFTER: Final = 3
 """First parts without an answer, after which another allocator is taken for gone."""
 
@@ -46,12 +52,20 @@ class AllocationTable(Protocol):
         """Keep that a node was given an id now."""
         ...
 
+    def idle(self, longer_than_s: float) -> list[Uid]:
+        """Nodes without a pin that were last seen longer ago than that, the longest unseen first."""
+        ...
+
+    def forget(self, uid: Uid) -> None:
+        """Free a node's id."""
+        ...
+
 
 class Residents(Protocol):
     """Who lives on the bus already; Directory is one."""
 
     def known(self) -> set[int]:
-        """Node ids anything was ever heard from."""
+        """Node ids that belong to somebody, who may only be switched off."""
         ...
 
     def occupied(self, now: Instant) -> set[int]:
@@ -62,25 +76,13 @@ class Residents(Protocol):
         """The unique id at a node id, where it is known."""
         ...
 
+    def home(self, unique_id: bytes) -> int | None:
+        """The node id a unique id was last met at, or None."""
+        ...
+
     def last_heard(self, node_id: int) -> Instant | None:
         """When anything last came from a node id."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class Pending:
-    """A node that waits for an id. `partial` is what is known of its unique id, in hex (12, 24 or 32 digits).
-
-    `stage` is how many of the three parts were heard when it got furthest, `attempts` counts first parts,
-    and `refusal` says why it gets none.
-    """
-
-    partial: str
-    stage: int
-    first_heard: Instant
-    last_heard: Instant
-    attempts: int
-    refusal: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,12 +110,22 @@ class AllocatorState(StrEnum):
     STANDING_DOWN = "standing_down"
 
 
+class _Claim(Enum):
+    """Whose a node id is, when the node it is kept for asks for one."""
+
+    ITS_OWN = 1
+    ANOTHERS = 2
+    UNCLEAR = 3
+
+
 class Allocator:
     """Answers Allocation messages by the rules of uavcan.protocol.dynamic_node_id.Allocation.
 
-    The same unique id gets the same node id for as long as the table has it. A new one gets the highest free
-    id up to 125, or the nearest free one to the id it would like, searching upward first. An id somebody
-    else uses is never given. While another allocator answers, this one is silent.
+    The same unique id gets the same node id for as long as the table has it. A new one gets the nearest free
+    id to the one it would like, searching upward first; without a wish the id it was met at before, else the
+    highest free one up to 125. An id somebody else uses is never given. When none is left, the id of the
+    node that was away for longest, RECYCLE_AFTER_S at least, goes to the new one; without such a node it is
+    refused. While another allocator answers, this one is silent unless it insists.
     """
 
     def __init__(
@@ -122,23 +134,33 @@ class Allocator:
         *,
         own_ids: frozenset[int],
         residents: Residents,
+        mode: AllocatorMode = AllocatorMode.ON,
         listening_since: Instant = float("-inf"),
     ) -> None:
         """`own_ids` are never given; `listening_since` is when `residents` began to hear the bus."""
-        self.mode = AllocatorMode.ON
+        self.mode = mode
         """When off, requests are followed and shown all the same."""
         self.listening_since = listening_since
         self.rival: Rival | None = None
         self.on_granted: Hooks[Uid, NodeId] = Hooks()
         self.on_refused: Hooks[Pending] = Hooks()
         """Called once for each reason a node cannot be given an id; its `partial` is the whole unique id."""
+        self.on_recycled: Hooks[Uid, NodeId] = Hooks()
+        """Called with the node that lost an id to another, and that id."""
+        self.on_unclear: Hooks[int] = Hooks()
+        """Called with a node id whose owner asks for it again while nobody knows who uses it: ask who it is.
+        The owner gets its id, or another, when it asks the next time."""
+        self.on_rival: Hooks[Rival] = Hooks()
+        """Called when another allocator is first heard."""
+        self.on_rival_gone: Hooks[Rival] = Hooks()
+        """Called when another allocator has left several nodes without an answer."""
         self._table = table
         self._own_ids = own_ids
         self._residents = residents
         self._gathered = b""
         self._last_activity: Instant = float("-inf")
         self._began: Instant = float("-inf")
-        self._pending: dict[bytes, Pending] = {}
+        self._waiting = Waiting()
         self._unanswered = 0
         # Two of us on one bus stand down for each other; they must not come back at the same request.
         self._patience = _RIVAL_GONE_AFTER + (127 - max(own_ids, default=127)) % 8
@@ -162,7 +184,7 @@ class Allocator:
     def handle(self, message: Allocation, transfer: Transfer, now: Instant) -> Allocation | None:
         """Take one Allocation message from the bus, ours excepted; the answer to broadcast at once, or None.
 
-        Never raises for what is in the message; what the table raises comes through.
+        Never raises: a node is refused when the table fails.
         """
         if transfer.source:
             self._meet(transfer.source, message, now)
@@ -178,20 +200,24 @@ class Allocator:
             self._reconsider_rival()
         self._gathered += message.unique_id
         self._last_activity = now
-        self._note(stage, now)
+        self._waiting.note(self._gathered, stage, now)
         if self.state is not AllocatorState.ON:
             return None
         unique_id = self._gathered
         if stage < len(_PARTS):
             return Allocation(0, False, unique_id)
         self._gathered = b""
-        node_id = self._grant(unique_id, message.node_id, now)
+        try:
+            node_id = self._grant(unique_id, message.node_id, now)
+        except Exception:  # a full disk, or another server that was quicker in a shared database
+            log.exception("the allocation table failed")
+            self._refuse(unique_id, "The allocation table cannot be read or written. Check the data folder.")
+            return None
         return None if node_id is None else Allocation(node_id, False, unique_id)
 
     def pending(self, now: Instant) -> list[Pending]:
         """Nodes heard asking within the last minute that have no id yet, the longest waiting first."""
-        self._pending = {k: p for k, p in self._pending.items() if now - p.last_heard < _PENDING_KEPT_S}
-        return sorted(self._pending.values(), key=lambda each: each.first_heard)
+        return self._waiting.all(now)
 
     def resume(self) -> None:
         """Answer again although another allocator was heard; the next answer of it silences us again."""
@@ -214,83 +240,91 @@ class Allocator:
     def _grant(self, unique_id: bytes, preferred: int, now: Instant) -> NodeId | None:
         uid = Uid(unique_id.hex())
         entries = self._table.entries()
-        node_id = entries.get(uid)
-        if node_id is not None and not self._is_usable(node_id, unique_id, now):
+        kept = entries.get(uid)
+        if kept is not None:
+            claim = self._claim(kept, unique_id, now)
+            if claim is _Claim.ITS_OWN:
+                return self._give(uid, unique_id, kept)
+            if claim is _Claim.UNCLEAR:
+                self.on_unclear.tell(kept)
+                return None
             if self._table.pinned(uid):
-                self._refuse(unique_id, f"Node id {node_id} is pinned to it, but another node uses that id.")
+                self._refuse(unique_id, f"Node id {kept} is pinned to it, but another node uses that id.")
                 return None
-            log.warning("node id %d of %s is used by another node: it gets a new one", node_id, uid)
-            node_id = None
-        if node_id is None:
-            if now - self.listening_since < _SETTLE_S:
-                return None  # it asks again within a second, and then we know who else is here
-            taken = self._own_ids | set(entries.values())
-            found = find_free(preferred, taken | self._residents.known())
-            if found is None:
-                found = find_free(preferred, taken | self._residents.occupied(now))
-            if found is None:
-                self._refuse(
-                    unique_id,
-                    f"All {HIGHEST_DYNAMIC} node ids are taken. Forget allocations of nodes that are gone.",
-                )
-                return None
-            node_id = NodeId(found)
+            log.warning("node id %d of %s is used by another node: it gets a new one", kept, uid)
+        if now - self.listening_since < _SETTLE_S:
+            return None  # it asks again within a second, and then we know who else is here
+        found = self._find(unique_id, preferred, set(entries.values()), now) or self._recycle(entries, now)
+        if found is None:
+            self._refuse(
+                unique_id,
+                f"All {HIGHEST_DYNAMIC} node ids are taken. Forget allocations of nodes that are gone.",
+            )
+            return None
+        return self._give(uid, unique_id, NodeId(found))
+
+    def _give(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> NodeId:
+        """Keep it first: whoever hears the answer has the id, whatever becomes of us."""
         self._table.record(uid, node_id)
-        self._pending.pop(unique_id[: _PARTS[0]], None)
+        self._waiting.drop(unique_id)
         log.info("node id %d given to %s", node_id, uid)
         self.on_granted.tell(uid, node_id)
         return node_id
 
-    def _is_usable(self, node_id: int, unique_id: bytes, now: Instant) -> bool:
-        """Whether the id in the table can be given to its node again."""
+    def _find(self, unique_id: bytes, preferred: int, kept: set[NodeId], now: Instant) -> int | None:
+        """A node id for a node that has none in the table, or None when every one belongs to somebody."""
+        taken: set[int] = {*self._own_ids, *kept}
+        home = None if preferred else self._residents.home(unique_id)
+        if home is not None and home not in taken and self._claim(home, unique_id, now) is _Claim.ITS_OWN:
+            return home
+        found = find_free(preferred, taken | self._residents.known())
+        return find_free(preferred, taken | self._residents.occupied(now)) if found is None else found
+
+    def _recycle(self, entries: dict[Uid, NodeId], now: Instant) -> int | None:
+        """The id of the node that was away for longest, which is forgotten; None when nobody was away for long."""
+        taken = self._own_ids | self._residents.occupied(now)
+        for uid in self._table.idle(RECYCLE_AFTER_S):
+            node_id = entries.get(uid)
+            if node_id is not None and node_id not in taken and 1 <= node_id <= HIGHEST_DYNAMIC:
+                self._table.forget(uid)
+                log.warning("node id %d of %s is given to another node: no other was left", node_id, uid)
+                self.on_recycled.tell(uid, node_id)
+                return node_id
+        return None
+
+    def _claim(self, node_id: int, unique_id: bytes, now: Instant) -> _Claim:
+        """Whether the id kept for a node that asks now can be given to it."""
         if node_id in self._own_ids or not 1 <= node_id <= HIGHEST_DYNAMIC:
-            return False
-        if node_id not in self._residents.occupied(now):
-            return True
+            return _Claim.ANOTHERS
+        last = self._residents.last_heard(node_id)
+        if last is None or node_id not in self._residents.occupied(now):
+            return _Claim.ITS_OWN
+        if last > self._began:
+            return _Claim.ANOTHERS  # who asks for an id has none to speak from
         resident = self._residents.resident(node_id)
         if resident is not None:
-            return resident == unique_id
+            return _Claim.ITS_OWN if resident == unique_id else _Claim.ANOTHERS
         # A node is silent for at least 0.6 s before it asks. What came from its id since then is another's.
-        last = self._residents.last_heard(node_id)
-        return last is None or last < self._began - FOLLOW_UP_TIMEOUT_S
-
-    def _note(self, stage: int, now: Instant) -> None:
-        """Keep who waits, for people to see. Nodes with the same first six bytes share an entry."""
-        key = self._gathered[: _PARTS[0]]
-        before = self._pending.get(key)
-        if before is None:
-            if len(self._pending) >= _PENDING_MOST:
-                del self._pending[min(self._pending, key=lambda each: self._pending[each].last_heard)]
-            before = Pending("", 0, now, now, 0)
-        partial = self._gathered.hex()
-        further = len(partial) > len(before.partial) or not before.partial.startswith(partial)
-        self._pending[key] = replace(
-            before,
-            partial=partial if further else before.partial,
-            stage=stage if further else before.stage,
-            last_heard=now,
-            attempts=before.attempts + (stage == 1),
-        )
+        return _Claim.ANOTHERS if last >= self._began - FOLLOW_UP_TIMEOUT_S else _Claim.UNCLEAR
 
     def _refuse(self, unique_id: bytes, why: str) -> None:
-        key = unique_id[: _PARTS[0]]
-        entry = replace(self._pending[key], refusal=why)
-        if self._pending[key].refusal != why:
+        entry = self._waiting.refuse(unique_id, why)
+        if entry is not None:
             log.warning("no node id for %s: %s", unique_id.hex(), why)
             self.on_refused.tell(entry)
-        self._pending[key] = entry
 
     def _meet(self, node_id: int, message: Allocation, now: Instant) -> None:
         """Another allocator answered: its exchange is not ours, and two must not answer one node."""
-        if self.rival is None:
-            log.warning("node %d allocates node ids too: standing down", node_id)
-        self.rival = Rival(node_id, now, self.rival.answers + 1 if self.rival else 1)
+        before, self.rival = self.rival, Rival(node_id, now, self.rival.answers + 1 if self.rival else 1)
+        if before is None:
+            log.warning("node %d allocates node ids too", node_id)
+            self.on_rival.tell(self.rival)
         self._unanswered = 0
         # Whom it has got how far, so that we can show who waits and do not mistake the next part.
         self._gathered = message.unique_id if len(message.unique_id) < sum(_PARTS) else b""
         self._last_activity = now
         if message.node_id and len(message.unique_id) == sum(_PARTS):
-            self._pending.pop(message.unique_id[: _PARTS[0]], None)
+            self._waiting.drop(message.unique_id)
 
     def _reconsider_rival(self) -> None:
         """Come back when the other allocator left several requests in a row without an answer."""
@@ -298,5 +332,7 @@ class Allocator:
             return
         self._unanswered += 1
         if self._unanswered > self._patience:
-            log.warning("node %d no longer allocates node ids: taking over", self.rival.node_id)
+            gone = self.rival
+            log.warning("node %d no longer allocates node ids", gone.node_id)
             self.resume()
+            self.on_rival_gone.tell(gone)

@@ -57,6 +57,16 @@ class Lanes(Generic[T]):
             self._turn += 1
             self._queue(node_id, lane)
 
+    def give_way(self, node_id: int, priority: int, item: T) -> bool:
+        """Put the item a busy node has back before its equals, and free the node, if something more urgent waits."""
+        lane = self._lanes[node_id]
+        if not lane.waiting or lane.waiting[0][0] >= priority:
+            return False
+        self._turn += 1
+        heappush(lane.waiting, (priority, -self._turn, item))
+        self.free(node_id)
+        return True
+
     def clear(self) -> None:
         """Drop everything that waits; a busy node stays busy until it is freed."""
         for lane in self._lanes.values():

@@ -15,7 +15,7 @@ from hornbill.node.subscriptions import Subscriptions
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import CanPort, PortState
+from hornbill.wire.port import RECORDING, CanPort, PortState
 from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
 from hornbill.wire.services import (
     ExecuteOpcodeRequest,
@@ -42,7 +42,8 @@ FIRST_REQUEST_PRIORITY: Final = 16
 
 _STATUS_PERIOD_S: Final = 1.0
 _LOOK_PERIOD_S: Final = 0.05
-_GONE: Final = frozenset({PortState.LOST, PortState.DISCONNECTED})
+# No set: hashing an enum takes longer than three looks.
+_GONE: Final = (PortState.LOST, PortState.CONNECTING, PortState.DISCONNECTED)
 _NODE_INFO: Final = GetNodeInfoRequest.TYPE
 _ANSWERS: Final[dict[int, type[Structure]]] = {
     _NODE_INFO.id: GetNodeInfoResponse,
@@ -117,6 +118,10 @@ class Participant:
     def on_round_trip(self) -> Hooks[int, float]:
         """Called with the node id and the seconds from sending to answer, for every answer taken."""
         return self._requests.on_round_trip
+
+    def info(self) -> GetNodeInfoResponse:
+        """What we answer to GetNodeInfo now."""
+        return self._presence.info(self.clock())
 
     def start(self) -> None:
         """Listen on the port, and say NodeStatus now and once a second (table 2-2). Twice is harmless."""
@@ -243,7 +248,7 @@ class Participant:
             log.debug("no bus to answer node %d on", asked.source)
 
     def _note_own_id(self, transfer: Transfer) -> None:
-        if self.counters.own_id_heard == 0:
+        if self.counters.own_id_heard == 0 and not self.port.address.startswith(RECORDING):
             log.warning("another node uses our node id %d", self.node_id)
         self.counters.own_id_heard += 1
         self.counters.own_id_heard_at = transfer.at
@@ -267,7 +272,8 @@ class Participant:
             self._look_timer = asyncio.get_running_loop().call_later(_LOOK_PERIOD_S, self._look)
 
     def _disconnected(self) -> BusDisconnected:
-        return BusDisconnected(f"{self.port.address} is not connected. Connect a bus and try again.")
+        trouble = self.port.trouble or "Connect a bus and try again."
+        return BusDisconnected(f"{self.port.address} is not connected. {trouble}")
 
     def _transmit(self, transfer: Transfer, data_type: DataType) -> None:
         if not self._running or self.port.state in _GONE:

@@ -23,6 +23,8 @@ _AT_A_TIME: Final = 4
 _PUMP_PERIOD_S: Final = 0.001
 """How often to look whether the port is ready, when nothing is heard from the bus."""
 
+_WAITS: Final = float("inf")
+
 _STALL_S: Final = 0.01
 """A timer that rings later than this says that the loop was busy elsewhere; so much is then added once."""
 
@@ -44,7 +46,10 @@ class RequestCounters:
 
 @dataclass(slots=True, eq=False)
 class _Exchange:
-    """One request, from the call to its answer. `sent` holds the transfer id and instant of every try."""
+    """One request, from the call to its answer. `sent` holds the transfer id and instant of every try.
+
+    `due` is the instant after which the last try counts as unanswered, infinity for one that waits for its turn.
+    """
 
     destination: int
     data_type: DataType
@@ -56,14 +61,15 @@ class _Exchange:
     done: "asyncio.Future[Any]"
     holds_lane: bool = False
     sent: dict[int, Instant] = field(default_factory=dict[int, Instant])
-    timer: asyncio.TimerHandle | None = None
+    due: Instant = _WAITS
     grace: bool = False
 
 
 class Requests:
     """Sends requests through `transmit` and pairs the answers with them.
 
-    Each node has its own queue, of which one request is on its way. Of many nodes a few at a time are asked,
+    Each node has its own queue, of which one request is on its way; one that is repeated lets the more urgent
+    go first. Of many nodes a few at a time are asked,
     the next ones when those requests are out: a controller sends the lowest identifier first, so the lowest
     node id would otherwise always go before all others. An answer counts whichever try it belongs to; every
     try has a transfer id of its own.
@@ -89,6 +95,7 @@ class Requests:
         self._is_port_idle = is_port_idle
         self._lanes = Lanes[_Exchange]()
         self._pump_timer: asyncio.TimerHandle | None = None
+        self._alarm: asyncio.TimerHandle | None = None
         self._open: dict[_Key, _Exchange] = {}
         self._unanswered: dict[_Key, Instant] = {}
         self._next_ids: dict[tuple[int, int], int] = {}
@@ -155,8 +162,8 @@ class Requests:
         exchange.done.set_result(answer)
         # The node is free now; its next request need not wait until the caller runs.
         self._release(exchange)
-        elapsed = self._clock() - sent
-        self.on_round_trip.tell(transfer.source, elapsed)
+        if self.on_round_trip:
+            self.on_round_trip.tell(transfer.source, self._clock() - sent)
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
         """End every request, sent or queued, each with an error of its own."""
@@ -172,7 +179,8 @@ class Requests:
             return
         if self._is_port_idle():
             for _ in range(_AT_A_TIME):
-                self._send_next()
+                if not self._send_next():
+                    break
         if self._lanes and self._pump_timer is None:
             self._pump_timer = asyncio.get_running_loop().call_later(_PUMP_PERIOD_S, self._pump_again)
 
@@ -180,14 +188,15 @@ class Requests:
         self._pump_timer = None
         self.pump()
 
-    def _send_next(self) -> None:
+    def _send_next(self) -> bool:
+        """Whether something waited."""
         exchange = self._lanes.take()
         if exchange is None:
-            return
+            return False
         exchange.holds_lane = True
         if exchange.done.done():
             self._release(exchange)
-            return
+            return True
         try:
             self._send(exchange)
         except Exception as error:
@@ -195,6 +204,7 @@ class Requests:
             self._release(exchange)
             if not exchange.done.done():
                 exchange.done.set_exception(error)
+        return True
 
     def _send(self, exchange: _Exchange) -> None:
         """One try, under a transfer id of its own."""
@@ -215,22 +225,45 @@ class Requests:
         exchange.tries -= 1
         exchange.sent[transfer_id] = now
         self._open[exchange.destination, exchange.data_type.id, transfer_id] = exchange
-        loop = exchange.done.get_loop()
-        exchange.timer = loop.call_later(exchange.patience_s, self._timed_out, exchange)
+        exchange.due = now + exchange.patience_s
+        self._ring_at(exchange.due)
 
-    def _timed_out(self, exchange: _Exchange) -> None:
-        exchange.timer = None
-        if exchange.done.done():
-            return
-        loop = exchange.done.get_loop()
-        if self._clock() - max(exchange.sent.values()) - exchange.patience_s > _STALL_S and not exchange.grace:
+    def _ring_at(self, due: Instant) -> None:
+        """Look for unanswered tries at `due` at the latest.
+
+        One alarm for all of them, which may ring in vain: most are answered, and a timer each would cost more than
+        all else a request needs.
+        """
+        if self._alarm is not None:
+            if self._alarm.when() <= due:
+                return
+            self._alarm.cancel()
+        self._alarm = asyncio.get_running_loop().call_at(due, self._ring)
+
+    def _ring(self) -> None:
+        self._alarm = None
+        now = self._clock()
+        for exchange in dict.fromkeys(self._open.values()):
+            if exchange.due <= now and not exchange.done.done():
+                self._timed_out(exchange, now)
+        due = min((each.due for each in self._open.values() if not each.done.done()), default=_WAITS)
+        if due != _WAITS:
+            self._ring_at(due)
+
+    def _timed_out(self, exchange: _Exchange, now: Instant) -> None:
+        if now - exchange.due > _STALL_S and not exchange.grace:
             # We were held up, not the node: what came meanwhile is delivered in the turns of the loop that follow.
             exchange.grace = True
-            exchange.timer = loop.call_later(_STALL_S, self._timed_out, exchange)
+            exchange.due = now + _STALL_S
             return
         exchange.grace = False
         if exchange.tries > 0:
             self.counters.repeats += 1
+            if exchange.holds_lane and self._lanes.give_way(exchange.destination, exchange.priority, exchange):
+                # Motion does not wait for all the tries of a read. An answer that is late still counts.
+                exchange.holds_lane, exchange.due = False, _WAITS
+                self.pump()
+                return
             try:
                 self._send(exchange)
             except Exception as error:
@@ -256,19 +289,18 @@ class Requests:
     def _finish(self, exchange: _Exchange) -> None:
         self._alive.discard(exchange)
         exchange.done.cancel()  # a request whose caller was cancelled is not sent any more
-        self._release(exchange)
+        if exchange.sent or exchange.holds_lane:
+            self._release(exchange)
 
     def _release(self, exchange: _Exchange) -> None:
         """Forget the tries of an ended request and let the next one for its node go. Twice is harmless."""
-        if exchange.timer is not None:
-            exchange.timer.cancel()
-            exchange.timer = None
-        now = self._clock()
-        for transfer_id in exchange.sent:
-            key = (exchange.destination, exchange.data_type.id, transfer_id)
-            self._open.pop(key, None)
-            self._unanswered[key] = now + _QUARANTINE_S
-        exchange.sent.clear()
+        if exchange.sent:
+            now = self._clock()
+            for transfer_id in exchange.sent:
+                key = (exchange.destination, exchange.data_type.id, transfer_id)
+                self._open.pop(key, None)
+                self._unanswered[key] = now + _QUARANTINE_S
+            exchange.sent.clear()
         if exchange.holds_lane:
             exchange.holds_lane = False
             self._lanes.free(exchange.destination)

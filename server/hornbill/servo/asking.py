@@ -40,11 +40,14 @@ class Patience:
     urgent: bool = False
 
 
-READ = Patience(priority=24, timeout_s=0.12, tries=10)
+READ = Patience(priority=24, timeout_s=0.12, tries=25)
+"""A node that is silent for 3 s is called offline; until then it is asked. With a fifth of all frames lost, a read
+by name succeeds in 0.41 of its tries (a request of one frame, an answer of three): all of 25 fail once in 500,000."""
 POLL = Patience(priority=26, timeout_s=0.12, tries=2)
 WRITE = Patience(priority=20, timeout_s=0.12, tries=10)
-COMMAND = Patience(priority=17, timeout_s=0.3, tries=1)
-"""Motion is never repeated: a late second copy could move the horn after the operator changed his mind."""
+COMMAND = Patience(priority=17, timeout_s=0.12, tries=1)
+"""Motion is never repeated: a late second copy could move the horn after the operator changed his mind. Whether it
+arrived is read when its answer does not."""
 TORQUE = Patience(priority=16, timeout_s=0.05, tries=4)
 STOP = Patience(priority=16, timeout_s=0.02, tries=1, urgent=True)
 """Torque and stop share one priority, so both have the same CAN identifier and keep their order on every adapter:
@@ -75,22 +78,31 @@ class Asker:
     async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
         """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
         request = GetSetRequest(0, EMPTY, parameter.name)
-        response = await self._ask(node_id, f"node {node_id}", request, GetSetResponse, patience)
+        response = await self._ask(node_id, request, GetSetResponse, patience)
         return _integer_of(response, parameter)
 
-    async def node_info(self, node_id: int) -> GetNodeInfoResponse:
+    async def impose(self, node_id: int, parameter: Parameter, raw: Raw, patience: Patience) -> Raw | None:
+        """Write one row of a node not yet known as a servo; what it holds now, None when it refuses.
+
+        Raises NoAnswer, BusDisconnected.
+        """
+        request = GetSetRequest(0, integer(raw), parameter.name)
+        response = await self._ask(node_id, request, GetSetResponse, patience)
+        return _integer_of(response, parameter)
+
+    async def node_info(self, node_id: int, patience: Patience = READ) -> GetNodeInfoResponse:
         """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoAnswer, BusDisconnected."""
-        return await self._ask(node_id, f"node {node_id}", GetNodeInfoRequest(), GetNodeInfoResponse, READ)
+        return await self._ask(node_id, GetNodeInfoRequest(), GetNodeInfoResponse, patience)
 
     async def opcode(self, servo: Servo, opcode: int) -> bool:
         """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoAnswer: it may have acted all the same."""
         request = ExecuteOpcodeRequest(opcode)
-        return (await self._ask(_node(servo), servo.title, request, ExecuteOpcodeResponse, ONCE)).ok
+        return (await self._ask(servo, request, ExecuteOpcodeResponse, ONCE)).ok
 
     async def restart(self, servo: Servo, magic: int) -> bool:
         """Ask for a restart once; its ok flag (table 2-10). Raises NoAnswer: it may have acted all the same."""
         request = RestartNodeRequest(magic)
-        return (await self._ask(_node(servo), servo.title, request, RestartNodeResponse, ONCE)).ok
+        return (await self._ask(servo, request, RestartNodeResponse, ONCE)).ok
 
     def burst(self, commands: list[Command], priority: int = COMMAND.priority) -> None:
         """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
@@ -98,11 +110,11 @@ class Asker:
 
     async def _get_set(self, servo: Servo, parameter: Parameter, value: Value, patience: Patience) -> Raw:
         request = GetSetRequest(0, value, parameter.name)
-        node = _node(servo)
+        _node(servo)  # what cannot be sent is not noted as written
         if value != EMPTY:
             servo.note_write(parameter.key)
         try:
-            response = await self._ask(node, servo.title, request, GetSetResponse, patience)
+            response = await self._ask(servo, request, GetSetResponse, patience)
         except BaseException as error:
             if isinstance(error, NoAnswer):
                 error.facts["key"] = parameter.key
@@ -134,9 +146,10 @@ class Asker:
             if key in servo.registers:
                 self._hub.tell(ReadingChanged(servo.uid, key))
 
-    async def _ask(self, node_id: int, who: str, request: Any, answer: type[Answer], patience: Patience) -> Answer:
+    async def _ask(self, who: Servo | int, request: Any, answer: type[Answer], patience: Patience) -> Answer:
+        node_id = who if isinstance(who, int) else _node(who)
         try:
-            ask = cast(Callable[..., Coroutine[Any, Any, object]], self._connected().request)
+            ask = cast("Callable[..., Coroutine[Any, Any, object]]", self._connected().request)
             response = await ask(
                 node_id, request, priority=patience.priority, timeout=patience.timeout_s,
                 tries=patience.tries, urgent=patience.urgent,
@@ -144,12 +157,12 @@ class Asker:
         except NoAnswer:
             tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
             raise NoAnswer(
-                f"{who} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
+                f"{_title(who)} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
                 "Check its supply and the wiring.",
                 node_id=node_id,
             ) from None
         if not isinstance(response, answer):
-            raise NoAnswer(f"{who} answered something that is no {answer.__name__}.", node_id=node_id)
+            raise NoAnswer(f"{_title(who)} answered something that is no {answer.__name__}.", node_id=node_id)
         return response
 
     def _connected(self) -> Participant:
@@ -169,6 +182,10 @@ def _dependents(catalog: Catalog) -> dict[str, set[str]]:
     return found
 
 
+def _title(who: Servo | int) -> str:
+    return f"node {who}" if isinstance(who, int) else who.title
+
+
 def _node(servo: Servo) -> int:
     if servo.node_id is None:
         raise NoAnswer(f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.")
@@ -176,7 +193,10 @@ def _node(servo: Servo) -> int:
 
 
 def _integer_of(response: GetSetResponse, parameter: Parameter) -> Raw | None:
-    if response.value.kind is not ValueKind.INTEGER or response.name.upper() != parameter.name.upper():
+    name = parameter.name
+    if response.value.kind is not ValueKind.INTEGER:
+        return None
+    if response.name != name and response.name.upper() != name.upper():
         return None
     value = response.value.value
     if not isinstance(value, int):

@@ -4,6 +4,7 @@ import asyncio
 import logging
 import math
 from collections.abc import Callable
+from typing import Literal
 
 from hornbill.errors import HornbillError, NoAnswer, PortError, Unknown
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
@@ -14,10 +15,11 @@ from hornbill.servo.asking import Asker
 from hornbill.servo.hub import Happened, Hub, ReadingChanged, Sampled, ServoChanged
 from hornbill.servo.identification import Identity
 from hornbill.servo.servo import SOFT_START_ROWS, Servo
+from hornbill.servo.strangers import Strangers
 from hornbill.servo.timebase import TimeBase
 from hornbill.store.servos import ServoFacts, Servos
 from hornbill.units import Instant, NodeId, Uid
-from hornbill.wire.messages import ActuatorStatus, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Mode, NodeStatus
 from hornbill.wire.transfer import Transfer
 
 log = logging.getLogger(__name__)
@@ -46,27 +48,28 @@ class Fleet:
         hub: Hub,
         base: TimeBase,
         inventory: Servos,
-        granted_at: Callable[[int], Instant | None],
     ) -> None:
-        """`granted_at` says when this process gave a node id, if it did."""
         self.catalog = catalog
         self._asker = asker
         self._hub = hub
         self._base = base
         self._inventory = inventory
-        self._granted_at = granted_at
         self._servos: dict[Uid, Servo] = {}
         self._by_node: dict[int, Servo] = {}
-        self._foreign: dict[int, str] = {}
         self._asking: dict[int, asyncio.Task[None]] = {}
-        self._ask_again_at: dict[int, Instant] = {}
         self._just_restarted: set[int] = set()
         self._fresh: dict[int, tuple[int, Instant]] = {}
         self._directory = Directory()
+        self._strangers = Strangers(base.now)
+        self._imposed: dict[int, int] = {}
+        self.granted_at: Callable[[int], Instant | None] = lambda _node: None
+        """When we gave a node id on this bus, if we did."""
         self.on_sight: Callable[[Servo], None] = lambda _servo: None
         """Called as soon as it is known which servo is on a node id, before its rows are read."""
         self.on_arrival: Callable[[Servo], None] = lambda _servo: None
         """Called when its rows have been read."""
+        self.on_suspect: Callable[[int], None] = lambda _node: None
+        """Called again and again for every one of `suspects`."""
         for kept in inventory.all():
             self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label)
 
@@ -88,9 +91,10 @@ class Fleet:
 
     def attach(self, participant: Participant) -> Directory:
         """Follow this bus from now on; the answer is who lives on it."""
-        self._directory = Directory()
+        fixed = (kept.rom.get("node_id", 0) for kept in self._inventory.all())
+        self._directory = Directory(remembered=(node for node in fixed if node))
+        self._strangers = Strangers(self._base.now)
         self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))
-        self._directory.on_appeared.append(lambda record: self._foreign.pop(record.node_id, None))
         self._directory.follow(participant)  # first, so that it knows of a restart before we look
         participant.subscribe(NodeStatus, self._on_node_status)
         participant.subscribe(ActuatorStatus, self._on_actuator_status)
@@ -109,25 +113,31 @@ class Fleet:
             servo.status, servo.status_at = status, now
             if before is None or (before.health, before.mode) != (status.health, status.mode):
                 self._hub.tell(ServoChanged(servo.uid))
-            record = self._directory.records.get(node)
-            if servo.identified and record is not None and record.unique_id is not None:
+            if servo.identified and self._directory.resident(node) is not None:
                 return
         # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
-        if restarted:
-            self._foreign.pop(node, None)
-            self._ask_again_at.pop(node, None)
-            if servo is not None:
-                self._noticed_restart(servo)
+        if restarted and servo is not None:
+            self._noticed_restart(servo)
         young = status.uptime_sec <= (RESTARTED_UPTIME_S if restarted else FRESH_UPTIME_S)
         if young or self._was_granted(node, now):
             self._fresh.setdefault(node, (status.uptime_sec, now))
-        if node not in self._foreign and node not in self._asking and now >= self._ask_again_at.get(node, now):
+        if node not in self._asking and self._strangers.due(self._directory.records[node]):
+            self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
+
+    def ask_now(self, node: int) -> None:
+        """Somebody needs to know who uses a node id: ask it, however often it stayed silent."""
+        self._strangers.hurry(node)
+        record = self._directory.records.get(node)
+        if record is not None and node not in self._asking and self._strangers.due(record):
             self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
 
     def _on_actuator_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
         """A Status (10 Hz a servo): the angle. Its force and speed fields are not used by these servos."""
         servo = self._by_node.get(transfer.source)
-        if servo is None or not math.isfinite(status.position):
+        if servo is None or not servo.online:
+            self._strangers.heard_status(transfer.source)
+            return
+        if not math.isfinite(status.position):
             return
         servo.angle_deg = round(status.position * DEGREES_PER_UNIT, 2)
         servo.angle_at = transfer.at
@@ -137,17 +147,47 @@ class Fleet:
         if servo.soft_start_since is not None and abs(servo.angle_deg) <= 1.0:
             self.soft_start_over(servo)
 
-    def tick(self, now: Instant) -> None:
-        """What silence means; call it several times a second."""
-        for servo in self._by_node.values():
-            if servo.online and servo.status_at is not None and now - servo.status_at > OFFLINE_AFTER_S:
+    def tick(self, now: Instant, *, bus_gone: bool = False) -> None:
+        """What silence means; call it several times a second. While the bus is gone nobody is told servo by servo."""
+        for node, servo in self._by_node.items():
+            if servo.online and not self._directory.is_online(node, now):
                 servo.online = False
                 self._hub.tell(ServoChanged(servo.uid))
-                if servo.busy is None:
+                if servo.busy is None and not bus_gone:
                     self._hub.tell(Happened("warning", "offline", f"{servo.title} went silent.", servo.uid))
             since = servo.soft_start_since
             if since is not None and now - since > SOFT_START_LIMIT_S:
                 self.soft_start_over(servo)
+        for node in self.suspects():
+            self.on_suspect(node)
+
+    def suspects(self) -> list[int]:
+        """Node ids that broadcast the Status of an actuator and may be servos: not known as one, nor as foreign."""
+        return [node for node in self._strangers.suspects() if self.kind(node) == "unknown"]
+
+    def kind(self, node: int) -> Literal["servo", "foreign", "unknown"]:
+        """What is known of who uses a node id now."""
+        servo = self._by_node.get(node)
+        if servo is not None and servo.online:
+            return "servo"
+        return "foreign" if self._strangers.is_foreign(node) else "unknown"
+
+    def imposed(self, node: int) -> None:
+        """Torque is about to be taken from a node not known as a servo: RAM no longer tells what ROM holds in 0x20."""
+        record = self._directory.records.get(node)
+        self._imposed[node] = 0 if record is None else record.lives
+
+    def note(self, node: int) -> str | None:
+        """Why a node is not taken for a servo, for people."""
+        return None if self.kind(node) == "servo" else self._strangers.note(node)
+
+    def bus_lost(self) -> None:
+        """Nothing is heard any more; what is heard first when the bus is back may be old."""
+        self._directory.go_deaf()
+
+    def bus_back(self) -> None:
+        """The bus works again."""
+        self._directory.hear_again(self._base.now())
 
     def soft_start_over(self, servo: Servo) -> None:
         """Soft start ended: near 0 degrees, or another command ended it (section 4.14)."""
@@ -165,9 +205,9 @@ class Fleet:
         await asyncio.gather(*tasks, return_exceptions=True)
         self._asking.clear()
         self._by_node.clear()
-        self._foreign.clear()
         self._fresh.clear()
         self._directory = Directory()
+        self._strangers = Strangers(self._base.now)
         for servo in self._servos.values():
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:
@@ -186,7 +226,7 @@ class Fleet:
         return record.status.uptime_sec - uptime <= self._base.now() - since + 2
 
     def _was_granted(self, node: int, now: Instant) -> bool:
-        granted = self._granted_at(node)
+        granted = self.granted_at(node)
         return granted is not None and now - granted < 2.0
 
     def _noticed_restart(self, servo: Servo) -> None:
@@ -198,9 +238,12 @@ class Fleet:
 
     async def _arrive(self, node: NodeId) -> None:
         try:
-            identity = await identification.identify(self._asker, self.catalog, node)
+            identity = await identification.who(
+                self._asker, self.catalog, self._directory, self._strangers, node, known=self.kind(node) == "servo"
+            )
             if identity is None:
-                self._foreign[node] = "no servo"
+                if self.kind(node) == "servo":  # a known one may be busy with its start
+                    self._strangers.wait(node, self._base.now() + RETRY_S)
                 return
             servo = self._welcome(node, identity)
             await identification.read_rows(self._asker, servo)
@@ -218,14 +261,39 @@ class Fleet:
             self.remember(servo)
         except NoAnswer as error:
             log.info("node %d: %s", node, identification.lost(error))
-            self._ask_again_at[node] = self._base.now() + RETRY_S
+            self._strangers.wait(node, self._base.now() + RETRY_S)
+            self._doubt(node)
         except PortError as error:
             log.debug("node %d: %s", node, error.detail)
         except Exception:  # nobody waits for this task: it must say itself what went wrong, and try again
             log.exception("node %d could not be identified", node)
-            self._ask_again_at[node] = self._base.now() + RETRY_S
+            self._strangers.wait(node, self._base.now() + RETRY_S)
         finally:
             self._asking.pop(node, None)
+            resident = self._directory.resident(node)
+            self._hand_over(node, None if resident is None else resident.hex())
+
+    def _doubt(self, node: int) -> None:
+        """Somebody who only says NodeStatus, where a servo was, is not taken for it; a boot loader's is (B16)."""
+        servo, now = self._by_node.get(node), self._base.now()
+        if servo is None or self._directory.resident(node) is not None:
+            return
+        status = self._directory.records[node].status
+        broadcasts = servo.angle_at is not None and now - servo.angle_at < OFFLINE_AFTER_S
+        if not broadcasts and self._directory.is_online(node, now) and status.mode != Mode.SOFTWARE_UPDATE:
+            self._hand_over(node, "")
+
+    def _hand_over(self, node: int, uid: str | None) -> None:
+        """A node id is used by `uid` (None: nobody knows): another servo that was there is not any more."""
+        servo = self._by_node.get(node)
+        if servo is None or uid is None or uid == servo.uid:
+            return
+        del self._by_node[node]
+        if servo.online and servo.busy is None:
+            text = f"{servo.title} is gone: another node uses its node id {node}."
+            self._hub.tell(Happened("warning", "offline", text, servo.uid))
+        servo.node_id, servo.online = None, False
+        self._hub.tell(ServoChanged(servo.uid))
 
     def _welcome(self, node: NodeId, identity: Identity) -> Servo:
         servo = self._servos.setdefault(identity.uid, Servo(identity.uid, self.catalog))
@@ -243,13 +311,12 @@ class Fleet:
         servo.online = True
         if record is not None:
             servo.status, servo.status_at = record.status, record.heard
-            self._directory.identify(node, bytes.fromhex(identity.uid))
-        previous = self._by_node.get(node)
-        if previous is not None and previous is not servo:
-            previous.node_id, previous.online = None, False
-            self._hub.tell(ServoChanged(previous.uid))
+        self._hand_over(node, servo.uid)
         self._by_node[node] = servo
+        self._strangers.forget(node)
         identification.apply(servo, identity)
+        if record is not None and self._imposed.pop(node, None) == record.lives:
+            servo.note_write("torque_mode")
         self._hub.tell(ServoChanged(servo.uid))
         self.on_sight(servo)
         return servo

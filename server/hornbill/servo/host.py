@@ -4,21 +4,27 @@ import asyncio
 import logging
 from collections import deque
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from hornbill.errors import BusDisconnected
-from hornbill.node.allocation import serve_allocation
-from hornbill.node.allocator import Allocator
+from hornbill.errors import BusDisconnected, PortError
+from hornbill.node.allocator import Allocator, AllocatorMode
+from hornbill.node.directory import Directory
 from hornbill.node.guard import GuardedPort
 from hornbill.node.participant import Participant
+from hornbill.node.tap import FrameTap
 from hornbill.schema.catalog import Catalog
+from hornbill.servo.allocating import Allocating
 from hornbill.servo.asking import Asker
+from hornbill.servo.bus_watch import GONE, BusWatch
 from hornbill.servo.changes import Changes
+from hornbill.servo.doctor.doctor import Doctor
 from hornbill.servo.fleet import Fleet
 from hornbill.servo.hub import BusChanged, Change, Happened, Hub, JobChanged, LeaseChanged, ServoChanged
 from hornbill.servo.jobs import Jobs
 from hornbill.servo.leases import Leases
+from hornbill.servo.monitor import Monitor
 from hornbill.servo.motion import Motion
+from hornbill.servo.narrating import Narrator
 from hornbill.servo.polling import Polling
 from hornbill.servo.saving import Saving
 from hornbill.servo.servo import Servo
@@ -26,8 +32,7 @@ from hornbill.servo.stop import Stop
 from hornbill.servo.telemetry import Telemetry
 from hornbill.servo.timebase import TimeBase
 from hornbill.store.store import Store
-from hornbill.units import Instant
-from hornbill.wire.port import CanPort, PortState
+from hornbill.wire.port import RECORDING, CanPort
 from hornbill.wire.services import SoftwareVersion
 
 log = logging.getLogger(__name__)
@@ -45,7 +50,7 @@ class Connection:
     port: CanPort
     participant: Participant
     allocator: Allocator
-    granted: dict[int, Instant] = field(default_factory=dict[int, Instant])
+    directory: Directory
     load_pct: float = 0.0
     rx_fps: float = 0.0
     tx_fps: float = 0.0
@@ -63,8 +68,12 @@ class Host:
         node_id: int,
         unique_id: bytes,
         version: tuple[int, int],
+        allocator: AllocatorMode | None = None,
     ) -> None:
-        """`open_port(address, bitrate)` opens an adapter; `node_id` is our own, 1..127."""
+        """`open_port(address, bitrate)` opens an adapter; `node_id` is our own, 1..127.
+
+        `allocator` is its mode, None for the one chosen last.
+        """
         self.catalog = catalog
         self.store = store
         self.base = TimeBase(asyncio.get_running_loop().time)
@@ -78,7 +87,11 @@ class Host:
         self._own = (node_id, unique_id, SoftwareVersion(*version))
         self.asker = Asker(catalog, self.hub, self.base)
         self.telemetry = Telemetry(self.hub)
-        self.fleet = Fleet(catalog, self.asker, self.hub, self.base, store.servos, self._granted_at)
+        self.fleet = Fleet(catalog, self.asker, self.hub, self.base, store.servos)
+        self.allocating = Allocating(
+            store, self.hub, self.base, self.fleet.ask_now, own_id=node_id, mode=allocator
+        )  # fmt: skip
+        self.fleet.granted_at = self.allocating.granted_at
         self.leases = Leases()
         self.motion = Motion(self.asker, self.hub, self.base, self.leases)
         self.stop = Stop(self.asker, self.hub, self.base, catalog, self.fleet.all, self.motion.quiet)
@@ -89,9 +102,16 @@ class Host:
             self.asker, self.hub, self.base, self.jobs, self.leases, self.motion, self.stop,
             self.fleet,
         )  # fmt: skip
+        self.watch = BusWatch(self.hub, self.base, self.fleet, self.motion, self.stop, self._bus_back)
         self.polling = Polling(self.asker, self.base)
+        self.doctor = Doctor(self.base.now, self.fleet.all)
         self.fleet.on_sight = self.stop.on_arrival
+        self.fleet.on_suspect = self.stop.on_suspect
+        self.stop.suspects, self.stop.imposing = self.fleet.suspects, self.fleet.imposed
         self.fleet.on_arrival = self.polling.begin
+        self.tap = FrameTap()
+        """Every frame of whatever bus is connected."""
+        self.monitor = Monitor(self.tap, self.base, lambda: Narrator(catalog, self.fleet.all))
         self._switching = asyncio.Lock()
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
@@ -103,27 +123,35 @@ class Host:
         async with self._switching:
             if self.connection is not None and self.connection.port.address == address:
                 await self._leave()
-            port = await self._open_port(address, bitrate)
+            try:
+                port = await self._open_port(address, bitrate)
+            except PortError as error:
+                self.doctor.could_not_open(address, error)
+                raise
             await self._leave()
-            return self._join(port, address, bitrate)
+            return self._join(port)
 
-    def _join(self, port: CanPort, address: str, bitrate: int) -> Connection:
+    async def attach(self, port: CanPort) -> Connection:
+        """Take part in the bus of a port that is there already, and may be waiting for its adapter."""
+        async with self._switching:
+            await self._leave()
+            return self._join(port)
+
+    def _join(self, port: CanPort) -> Connection:
         node_id, unique_id, version = self._own
         writable = frozenset(row.name for row in self.catalog.parameters.values() if row.writable)
         participant = Participant(
             GuardedPort(port, writable=writable), node_id=node_id, name="org.hornbill",
             unique_id=unique_id, software_version=version,
         )  # fmt: skip
-        allocator = Allocator(
-            self.store.allocations, own_ids=frozenset((node_id,)), residents=self.fleet.attach(participant)
-        )
-        self.connection = connection = Connection(port, participant, allocator)
-        allocator.on_granted.append(lambda uid, granted: self._granted(connection, uid, granted))
-        serve_allocation(participant, allocator)
+        directory = self.fleet.attach(participant)
+        allocator = self.allocating.join(participant, directory, recorded=port.address.startswith(RECORDING))
+        self.connection = connection = Connection(port, participant, allocator, directory)
         self.asker.participant = participant
+        self.tap.attach(participant)
+        self.doctor.follow(port, participant, allocator)
         participant.start()
-        self.hub.tell(BusChanged())
-        self.hub.tell(Happened("info", "connected", f"Connected to {address} at {bitrate / 1e6:g} Mbit/s."))
+        self.watch.begin(port)
         return connection
 
     async def disconnect(self) -> None:
@@ -136,9 +164,13 @@ class Host:
         if connection is None:
             return
         self.motion.leaving = True
-        await self.motion.close()
+        await self.motion.leave()
         self.connection, self.asker.participant = None, None
+        self.doctor.leave()
+        self.tap.detach()
         self.motion.leaving = False
+        self.watch.end()
+        self.allocating.leave()
         await connection.participant.close()
         await self.fleet.detach()
         await connection.port.close()
@@ -152,14 +184,16 @@ class Host:
         await self.polling.close()
         await self.stop.close()
         await self.disconnect()
+        await self.motion.debts.close()
         await asyncio.gather(self._ticker, return_exceptions=True)
 
     def connected(self) -> Connection:
         """The connection. Raises BusDisconnected when there is none, or the adapter is lost."""
         if self.connection is None:
             raise BusDisconnected("No bus is connected. Connect an adapter: PUT /api/v1/bus.")
-        if self.connection.port.state is PortState.LOST:
-            raise BusDisconnected(f"The adapter {self.connection.port.address} is lost. Check its cable.")
+        port = self.connection.port
+        if port.state in GONE:
+            raise BusDisconnected(port.trouble or f"The adapter {port.address} is lost. Check its cable.")
         return self.connection
 
     def lease_changed(self) -> None:
@@ -172,16 +206,14 @@ class Host:
         self.store.servos.label(servo.uid, servo.label)
         self.hub.tell(ServoChanged(servo.uid))
 
-    def _granted_at(self, node_id: int) -> Instant | None:
-        return None if self.connection is None else self.connection.granted.get(node_id)
+    def _bus_back(self) -> None:
+        """Others may have come meanwhile: listen who is here before a node id is given to anybody new."""
+        if self.connection is not None:
+            self.connection.allocator.listening_since = self.connection.participant.clock()
 
     def _note_event(self, change: Change) -> None:
         if isinstance(change, Happened):
             self.events.append((self.base.utc_now(), change))
-
-    def _granted(self, connection: Connection, uid: str, node_id: int) -> None:
-        connection.granted[node_id] = self.base.now()
-        self.hub.tell(Happened("info", "allocated", f"Node id {node_id} given to {uid[:8]}…"))
 
     async def _tick(self) -> None:
         second, counted = self.base.now(), (0, 0, 0.0)
@@ -189,8 +221,11 @@ class Host:
             await asyncio.sleep(TICK_S)
             now = self.base.now()
             try:
+                self.watch.look()
                 self.motion.tick()
-                self.fleet.tick(now)
+                self.fleet.tick(now, bus_gone=self.watch.gone)
+                self.doctor.tick(now)
+                self.allocating.tick(now)
             except Exception:  # a lease that lapses later must be noticed all the same
                 log.exception("a tick failed")
             connection = self.connection

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from hornbill.servo.jobs import Job
 from hornbill.units import Uid
@@ -26,8 +26,7 @@ class ReadingChanged:
     key: str
 
 
-@dataclass(frozen=True, slots=True)
-class Sampled:
+class Sampled(NamedTuple):
     """A sample of a channel: `t` seconds on the event loop's clock, `value` in the row's unit or None for a gap."""
 
     uid: Uid
@@ -72,26 +71,37 @@ Change: TypeAlias = (
     ServoChanged | ReadingChanged | Sampled | JobChanged | Happened | LeaseChanged | StopChanged | BusChanged
 )
 
+C = TypeVar("C", bound=Change)
+
 
 class Hub:
     """Delivers changes to listeners, in order, on the event loop. A listener must return at once."""
 
     def __init__(self) -> None:
-        self._listeners: list[Callable[[Change], None]] = []
+        self._listeners: list[tuple[Callable[[Any], None], tuple[type, ...]]] = []
+        self._by_kind: dict[type, tuple[Callable[[Any], None], ...]] = {}
 
-    def listen(self, listener: Callable[[Change], None]) -> Callable[[], None]:
-        """Call `listener` with every change from now on; the answer takes it off again."""
-        self._listeners.append(listener)
+    def listen(self, listener: Callable[[C], None], *kinds: type[C]) -> Callable[[], None]:
+        """Call `listener` with every change from now on, or with those of `kinds`; the answer takes it off again."""
+        entry = listener, kinds
+        self._listeners.append(entry)
+        self._by_kind.clear()
 
         def forget() -> None:
-            if listener in self._listeners:
-                self._listeners.remove(listener)
+            if entry in self._listeners:
+                self._listeners.remove(entry)
+                self._by_kind.clear()
 
         return forget
 
     def tell(self, change: Change) -> None:
         """Deliver one change to every listener."""
-        for listener in tuple(self._listeners):
+        kind = type(change)
+        listeners = self._by_kind.get(kind)
+        if listeners is None:
+            found = [listener for listener, kinds in self._listeners if not kinds or kind in kinds]
+            listeners = self._by_kind[kind] = tuple(found)
+        for listener in listeners:
             try:
                 listener(change)
             except Exception:  # whoever listens must not be able to break what it listens to

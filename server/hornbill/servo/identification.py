@@ -1,13 +1,19 @@
 """Owns identification: the questions that turn a node id into a servo with a model, and RAM into knowledge of ROM."""
 
+import logging
 from dataclasses import dataclass
 
 from hornbill.errors import NoAnswer, Refused
+from hornbill.node.directory import Directory
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.model import ServoModel
-from hornbill.servo.asking import READ, Asker
+from hornbill.servo.asking import READ, Asker, Patience
 from hornbill.servo.servo import SOFT_START_ROWS, Servo
-from hornbill.units import NodeId, Uid
+from hornbill.servo.strangers import Strangers
+from hornbill.units import NodeId, Raw, Uid
+from hornbill.wire.services import GetNodeInfoResponse
+
+log = logging.getLogger(__name__)
 
 _DATE_KEYS = (
     "production_year", "production_month", "production_day", "production_hour", "production_minute",
@@ -28,24 +34,55 @@ class Identity:
     model: ServoModel | None
 
 
-async def identify(asker: Asker, catalog: Catalog, node_id: NodeId) -> Identity | None:
-    """Who is on this node id; None when it is no servo of ours (it has no integer at 0x50).
+async def who(
+    asker: Asker, catalog: Catalog, directory: Directory, strangers: Strangers, node_id: NodeId, *, known: bool
+) -> Identity | None:
+    """Which servo is on a node id that said NodeStatus; None when none is known to be, and `strangers` knows why.
 
-    Raises NoAnswer or BusDisconnected.
+    `known`: a servo is. What GetNodeInfo answers goes into `directory`. Raises BusDisconnected, and NoAnswer when a
+    servo falls silent.
     """
-    info = await asker.node_info(node_id)
-    uid = Uid(info.hardware_version.unique_id.hex())
+    record = directory.records[node_id]
+    patience = READ if known else strangers.patience(node_id)
+    info = before = record.info
+    try:
+        if info is None:
+            info = await _ask_info(asker, directory, node_id, patience)
+        model_number = await asker.probe(node_id, catalog.by_key["model_number"], patience)
+    except NoAnswer as error:
+        if known:
+            raise
+        log.info("node %d: %s", node_id, error.detail)
+        (strangers.silent if info is None else strangers.deaf)(node_id)
+        return None
+    if model_number is None:
+        log.info("node %d has no 0x50", node_id)
+        strangers.refused(node_id)
+        return None
+    if before is not None or record.info is not info:  # somebody else may be here since it said who it is
+        info = await _ask_info(asker, directory, node_id, READ)
+    return await _identify(asker, catalog, node_id, info, model_number)
 
-    async def ask(key: str) -> int | None:
+
+async def _ask_info(asker: Asker, directory: Directory, node_id: NodeId, patience: Patience) -> GetNodeInfoResponse:
+    """GetNodeInfo; the directory keeps it unless the node started anew meanwhile."""
+    life = directory.records[node_id].lives
+    info = await asker.node_info(node_id, patience)
+    if directory.records[node_id].lives == life:
+        directory.identify(node_id, info)
+    return info
+
+
+async def _identify(
+    asker: Asker, catalog: Catalog, node_id: NodeId, info: GetNodeInfoResponse, model_number: Raw
+) -> Identity:
+    async def ask(key: str) -> Raw | None:
         return await asker.probe(node_id, catalog.by_key[key])
 
-    model_number = await ask("model_number")
-    if model_number is None:
-        return None
     hardware = await ask("hardware_version")
     date = [await ask(key) for key in _DATE_KEYS]
     return Identity(
-        uid=uid,
+        uid=Uid(info.hardware_version.unique_id.hex()),
         name=info.name,
         model_number=model_number,
         hardware_version=hardware,

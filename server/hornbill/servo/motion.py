@@ -19,6 +19,7 @@ from hornbill.servo import permission
 from hornbill.servo.asking import COMMAND, READ, STOP, TORQUE, Asker, Patience
 from hornbill.servo.hub import Happened, Hub, LeaseChanged, ServoChanged
 from hornbill.servo.leases import Lease, Leases
+from hornbill.servo.owing import TorqueDebts
 from hornbill.servo.permission import Target
 from hornbill.servo.servo import Servo
 from hornbill.servo.stop import MODES, Stop
@@ -28,8 +29,8 @@ from hornbill.units import Raw, Uid
 FRESH_S = 1.0
 """How old a reading may be that decides whether a command is let through."""
 
-QUENCH_LIMIT_S = 10.0
 OFF_TRIES = 10
+LEAVE_S = 0.3
 
 
 @dataclass(slots=True)
@@ -42,7 +43,10 @@ class Driven:
 
 
 class Motion:
-    """Everything that can make a horn move goes through here."""
+    """Everything that can make a horn move goes through here.
+
+    A servo whose command ended is owed torque off, until it answers or is commanded again under a lease.
+    """
 
     def __init__(self, asker: Asker, hub: Hub, base: TimeBase, leases: Leases) -> None:
         self._asker = asker
@@ -51,8 +55,10 @@ class Motion:
         self._leases = leases
         self._driven: dict[Uid, Driven] = {}
         self._sending: dict[asyncio.Task[Raw], Uid] = {}
-        self._quenching: dict[asyncio.Task[None], Servo] = {}
+        self.debts = TorqueDebts(self._quench, hub)
         self.stop: Stop | None = None
+        self.bus_gone = False
+        """The bus is lost: nothing may be put under command until it is back."""
         self.leaving = False
         """The bus is being left: nothing may be put under command any more."""
 
@@ -105,10 +111,17 @@ class Motion:
 
     async def torque_away(self, servo: Servo, mode: str) -> Raw:
         """Torque off or brake: needs no lease and overtakes everything. Raises NoAnswer, Refused, BusDisconnected."""
+        owed = self.driven(servo.uid) or self.debts.owes(servo.uid)
         self._let_go(servo.uid)
+        self.debts.forgive(servo.uid)  # or an "off" of before could follow the brake
         row = servo.catalog.by_key["torque_mode"]
         patience = Patience(STOP.priority, STOP.timeout_s * 2, OFF_TRIES, urgent=True)
-        raw = await self._asker.write(servo, row, MODES[mode], patience)
+        try:
+            raw = await self._asker.write(servo, row, MODES[mode], patience)
+        except HornbillError:
+            if owed:
+                self.debts.owe(servo)
+            raise
         self._hub.tell(ServoChanged(servo.uid))
         return raw
 
@@ -122,7 +135,7 @@ class Motion:
         driven = [one for one in self._driven.values() if one.lease_id == lease.id]
         for one in driven:
             self._let_go(one.servo.uid)
-            self._owe_torque_off(one.servo)
+            self.debts.owe(one.servo)
         names = ", ".join(one.servo.title for one in driven)
         self._hub.tell(LeaseChanged())
         if driven:
@@ -132,23 +145,24 @@ class Motion:
         """Drop every command that is waiting or being repeated, at once. Stop calls it before its first frame."""
         for uid in {*self._driven, *self._sending.values()}:
             self._let_go(uid)
-        for task in self._quenching:  # stop writes to these servos itself, and perhaps the brake
-            task.cancel()
+        for servo in self.debts.servos():
+            if servo.node_id is not None:  # stop writes to these servos itself, and perhaps the brake
+                self.debts.forgive(servo.uid)
 
-    async def released(self, within_s: float) -> None:
-        """Answer when every torque-off under way is confirmed, or after that time."""
-        if self._quenching:
-            await asyncio.wait(set(self._quenching), timeout=within_s)
+    def bus_lost(self) -> list[Servo]:
+        """End every command; the servos that were under one, to which torque off is owed from now on."""
+        driven = [one.servo for one in self._driven.values()]
+        for servo in driven:
+            self._let_go(servo.uid)
+            self.debts.owe(servo)
+        return driven
 
-    async def close(self) -> None:
-        """Torque off on what is still under command, then end every task. Set `leaving` before."""
-        for one in list(self._driven.values()):
-            self._let_go(one.servo.uid)
-            self._owe_torque_off(one.servo)
-        await self.released(0.3)
-        for task, servo in self._quenching.items():
-            self._say_unanswered(servo)
-            task.cancel()
+    async def leave(self) -> None:
+        """Torque off on what is still under command, before the bus is left. Set `leaving` before."""
+        self.bus_lost()
+        if not self.bus_gone:
+            await self.debts.paid(LEAVE_S)
+        self.debts.say_unanswered()
 
     def may_move(self, servo: Servo, lease_id: str | None) -> Lease:
         """The lease to move it under. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, NotInThisModel."""
@@ -156,6 +170,8 @@ class Motion:
             self.stop.check()
         if self.leaving:
             raise BusDisconnected("The bus is being disconnected, so nothing is moved any more.")
+        if self.bus_gone:
+            raise BusDisconnected("The bus is lost. Command again when it is back.")
         lease = self._leases.require(lease_id, self._base.now())
         permission.check_ready(servo)
         permission.row_for(servo, "angle")
@@ -172,6 +188,7 @@ class Motion:
                 await self._asker.read(servo, register.parameter, READ)
 
     def _drive(self, servo: Servo, lease: Lease) -> Driven:
+        self.debts.forgive(servo.uid)
         driven = self._driven.get(servo.uid)
         if driven is None or driven.lease_id != lease.id:
             driven = self._driven[servo.uid] = Driven(servo, lease.id)
@@ -193,11 +210,16 @@ class Motion:
         return raw
 
     def _check(self, driven: Driven) -> None:
-        """Raises Stopped, LeaseRequired or TorqueOff when the servo was let go while something was under way."""
+        """Raises when the servo was let go while something was under way.
+
+        Raises Stopped, BusDisconnected, LeaseRequired or TorqueOff.
+        """
         if self._driven.get(driven.servo.uid) is driven:
             return
         if self.stop is not None:
             self.stop.check()
+        if self.bus_gone or self.leaving:
+            raise BusDisconnected("The bus went away while the command was under way. Torque goes off.")
         lease = self._leases.current(self._base.now())
         if lease is None or lease.id != driven.lease_id:
             raise LeaseRequired("The lease ended while the command was under way. Torque goes off.")
@@ -277,7 +299,9 @@ class Motion:
 
     def _say_let_go(self, driven: Driven, error: HornbillError) -> None:
         servo = driven.servo
-        if self._driven.get(servo.uid) is driven and not isinstance(error, Stopped | LeaseRequired | LeaseHeld):
+        if self._driven.get(servo.uid) is driven and not isinstance(
+            error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected
+        ):
             text = f"{error.detail} {servo.title} is not kept under its last command any more. Command it again."
             self._hub.tell(Happened("warning", "let_go", text, servo.uid))
 
@@ -290,21 +314,6 @@ class Motion:
         if driven is not None:
             self._pause(driven)
 
-    def _owe_torque_off(self, servo: Servo) -> None:
-        task = asyncio.get_running_loop().create_task(self._quench(servo))
-        self._quenching[task] = servo
-        task.add_done_callback(lambda done: self._quenching.pop(done, None))
-
     async def _quench(self, servo: Servo) -> None:
         assert self.stop is not None
-        try:
-            async with asyncio.timeout(QUENCH_LIMIT_S):
-                await self.stop.quench(servo, "off")
-        except TimeoutError:
-            self._say_unanswered(servo)
-        else:
-            self._hub.tell(ServoChanged(servo.uid))
-
-    def _say_unanswered(self, servo: Servo) -> None:
-        text = f"{servo.title} did not answer to torque off. If it can move, cut its supply."
-        self._hub.tell(Happened("failure", "no_answer", text, servo.uid))
+        await self.stop.quench(servo, "off")

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 from dataclasses import dataclass, field
 
 from hornbill.errors import HornbillError, InvalidValue, NoAnswer, NotInThisModel, PortError, Refused
@@ -18,6 +19,12 @@ READ_S = 534e-6
 BUDGET = 0.40
 """Share of the bus all polling together may take."""
 
+BACKGROUND = 0.20
+"""Share above which what every servo is asked for is asked less often, but never less than STRETCH times so."""
+
+STRETCH = 2.0
+"""So that a reading is never stale for want of a poll: see LIVE_PERIOD_S of reading.py."""
+
 ALWAYS = {
     "fault_overview": 1.0,
     "current_temperature": 2.0,
@@ -28,6 +35,11 @@ ALWAYS = {
     "torque_mode": 1.0,
 }
 """Rows every servo is asked for, and the period in seconds: enough for health, supply and what is in command."""
+
+WEIGH_S = 1.0
+SLOTS = 20
+"""Parts of a second in which servos are asked in turn, so that a crowd fills the bus evenly; those of one part are
+asked together, because frames that come together cost the process less than frames that come one by one."""
 
 FAULT_WORDS = ("fault_notification", "fault_warning", "fault_failure")
 
@@ -50,6 +62,7 @@ class _Round:
     wish: tuple[tuple[str, ...], float] = ((), 0.0)
     due: dict[str, Instant] = field(default_factory=dict[str, Instant])
     task: asyncio.Task[None] | None = None
+    nap: "asyncio.Future[None] | None" = None
 
 
 class Polling:
@@ -59,11 +72,16 @@ class Polling:
         self._asker = asker
         self._base = base
         self._rounds: dict[Uid, _Round] = {}
+        self._weighed: Instant = -WEIGH_S
+        self._always_hz = 0.0
+        self._stretch = 1.0
 
     def begin(self, servo: Servo) -> None:
-        """Ask this servo regularly from now on."""
+        """Ask this servo regularly from now on. Its rows have just been read, so nothing is due at once."""
         found = self._rounds.setdefault(servo.uid, _Round(servo))
         if found.task is None or found.task.done():
+            first = math.ceil(self._base.now()) + len(self._rounds) % SLOTS / SLOTS
+            found.due = dict.fromkeys(ALWAYS, first)
             found.task = asyncio.get_running_loop().create_task(self._poll(found))
 
     def wish(self, servo: Servo, channels: list[str], rate_hz: float) -> Grant:
@@ -76,6 +94,9 @@ class Polling:
                 raise InvalidValue(f"{key} is no number, so it is no channel.", key=key)
         wished = self._rounds.setdefault(servo.uid, _Round(servo))
         wished.wish = (tuple(dict.fromkeys(channels)), rate_hz)
+        if wished.nap is not None and not wished.nap.done():
+            wished.nap.set_result(None)
+        self._weigh(self._base.now())
         granted = self._granted_hz(wished)
         return Grant(channels, rate_hz, round(granted, 2), round(granted * len(channels) * READ_S, 4))
 
@@ -88,10 +109,18 @@ class Polling:
 
     def _granted_hz(self, one: _Round) -> float:
         """Everybody's wish is cut by the same factor once all of them together pass the budget."""
-        always = len(self._rounds) * sum(1 / period for period in ALWAYS.values())
         wished = sum(len(other.wish[0]) * other.wish[1] for other in self._rounds.values())
-        left = max(1.0, BUDGET / READ_S - always)
+        left = max(1.0, BUDGET / READ_S - self._always_hz / self._stretch)
         return one.wish[1] * min(1.0, left / wished) if wished else 0.0
+
+    def _weigh(self, now: Instant) -> None:
+        """Once a second: how much is asked of everybody, and so how much less often a crowd is asked."""
+        if now - self._weighed < WEIGH_S:
+            return
+        self._weighed = now
+        faulty = sum(1 for one in self._rounds.values() if one.servo.raw("fault_overview"))
+        self._always_hz = len(self._rounds) * sum(1 / period for period in ALWAYS.values()) + faulty * len(FAULT_WORDS)
+        self._stretch = min(STRETCH, max(1.0, self._always_hz * READ_S / BACKGROUND))
 
     async def _poll(self, one: _Round) -> None:
         while True:
@@ -101,21 +130,35 @@ class Polling:
                 continue
             key, at = self._next(one, now)
             if at > now:
-                await asyncio.sleep(min(at - now, 0.1))
+                await self._nap(one, at - now)
                 continue
             await self._ask(one, key)
 
+    async def _nap(self, one: _Round, seconds: float) -> None:
+        """Until something is due, or a new wish."""
+        loop = asyncio.get_running_loop()
+        one.nap = nap = loop.create_future()
+        alarm = loop.call_later(seconds, lambda: nap.done() or nap.set_result(None))
+        try:
+            await nap
+        finally:
+            alarm.cancel()
+
     def _next(self, one: _Round, now: Instant) -> tuple[str, Instant]:
-        channels, _rate = one.wish
-        keys = [*channels, *(key for key in ALWAYS if key in one.servo.registers)]
+        registers, due = one.servo.registers, one.due
+        keys = [*one.wish[0], *[key for key in ALWAYS if key in registers]]
         if one.servo.raw("fault_overview"):
             keys += FAULT_WORDS
-        return min(((key, one.due.get(key, now)) for key in keys), key=lambda pair: pair[1], default=("", now + 0.1))
+        if not keys:
+            return "", now + 0.1
+        key = min(keys, key=lambda key: due.get(key, now))
+        return key, due.get(key, now)
 
     async def _ask(self, one: _Round, key: str) -> None:
         servo, now = one.servo, self._base.now()
         channels, _rate = one.wish
-        period = ALWAYS.get(key, 1.0)
+        self._weigh(now)
+        period = ALWAYS.get(key, 1.0) * self._stretch
         if key in channels:
             hz = self._granted_hz(one)
             period = min(period, 1 / hz) if hz > 0 else period

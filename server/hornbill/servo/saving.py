@@ -21,6 +21,9 @@ from hornbill.wire.services import MAGIC, Opcode
 RESTART_WITHIN_S = 8.0
 """Silence after a save is about 0.05 s, a restart and a new node id take up to about 3 s; the rest is patience."""
 
+IDENTIFIED_WITHIN_S = 40.0
+"""Reading every row after a restart takes 0.1 s, or 20 s when a fifth of all frames is lost."""
+
 NO_RESTART_AFTER_S = 3.0
 """A servo that answered the save and has been heard for this long without restarting does not restart by itself."""
 
@@ -187,7 +190,12 @@ class Saving:
         began, asked = self._base.now(), False
         while servo.boots == boots or not servo.identified or not servo.online:
             waited = self._base.now() - began
-            if waited > RESTART_WITHIN_S:
+            if servo.boots != boots and waited > IDENTIFIED_WITHIN_S:
+                raise NoAnswer(
+                    f"{servo.title} restarted, but could not be read within {IDENTIFIED_WITHIN_S:.0f} s since. "
+                    "What ROM holds is not known. Check the wiring: its answers are lost.",
+                )
+            if servo.boots == boots and waited > RESTART_WITHIN_S:
                 raise NoAnswer(
                     f"{servo.title} was not seen to restart within {RESTART_WITHIN_S:.0f} s. "
                     "What ROM holds is not known. Check its supply, then save again.",

@@ -38,6 +38,11 @@ class State(StrEnum):
     OFFLINE = "offline"
 
 
+def mode_name(mode: int) -> str:
+    """Mode of a NodeStatus as a word (table 2-19); the reserved ones 4..6 as `reserved_n`."""
+    return Mode(mode).name.lower() if mode in Mode else f"reserved_{mode}"
+
+
 @dataclass(slots=True)
 class Register:
     """One parameter of one servo. `raw` is RAM as last read at `at`; `rom` is what is known to be in ROM.
@@ -112,10 +117,7 @@ class Servo:
     @property
     def mode(self) -> str | None:
         """Mode of the last NodeStatus, as a word (table 2-19); the reserved ones as `reserved_n`."""
-        if self.status is None:
-            return None
-        mode = self.status.mode
-        return Mode(mode).name.lower() if mode in Mode else f"reserved_{mode}"
+        return None if self.status is None else mode_name(self.status.mode)
 
     @property
     def title(self) -> str:

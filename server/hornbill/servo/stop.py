@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 
 from hornbill.errors import HornbillError, Stopped
@@ -23,6 +23,9 @@ AGAIN_LATER_S = 0.25
 SAME_S = 1.0
 """The page sends one press over its socket and over REST; within this time both are one stop."""
 
+LOOK_S = 1.0
+"""How often torque is taken again, while the latch is set, from a node nobody polls because it is not identified."""
+
 SOON = 25
 """Tries at the short interval; a servo that is silent for half a second is asked four times a second from then on."""
 
@@ -42,6 +45,19 @@ class Confirmation:
 
 
 @dataclass(slots=True)
+class NodeConfirmation:
+    """The same of a node that may be a servo and has not been identified."""
+
+    node_id: int
+    ms: float | None = None
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the node said that its torque is off."""
+        return self.ms is not None
+
+
+@dataclass(slots=True)
 class Latch:
     """One stop, from its request until somebody clears it."""
 
@@ -50,13 +66,15 @@ class Latch:
     by: str
     reason: str
     servos: dict[Uid, Confirmation] = field(default_factory=dict[Uid, Confirmation])
+    nodes: dict[int, NodeConfirmation] = field(default_factory=dict[int, NodeConfirmation])
 
 
 class Stop:
     """The latch and the tasks that carry it out. Needs no lease and waits for nothing.
 
     `known` gives every servo that may still be on the bus; `quiet` is called first and must cancel, before it
-    returns, everything of ours that could still energise a servo.
+    returns, everything of ours that could still energise a servo. Nodes that may be servos (`suspects`) are
+    written to as well, until they answer or it is known what they are; foreign nodes never are.
     """
 
     def __init__(
@@ -74,8 +92,15 @@ class Stop:
         self._row = catalog.by_key["torque_mode"]
         self._known = known
         self._quiet = quiet
-        self._tasks: dict[Uid, asyncio.Task[None]] = {}
+        self._tasks: dict[Uid | int, asyncio.Task[None]] = {}
+        self.suspects: Callable[[], Collection[int]] = list[int]
+        """Node ids that broadcast the Status of an actuator and are known neither as a servo nor as foreign."""
+        self.imposing: Callable[[int], None] = lambda _node: None
+        """Called before 0x20 is written to one of them."""
         self.latch: Latch | None = None
+        self.bus_gone = False
+        """The bus is lost: what is written leaves when it is back."""
+        self._hurry = asyncio.Event()
         hub.listen(self._on_change)
 
     @property
@@ -106,8 +131,16 @@ class Stop:
         servos = [servo for servo in self._known() if servo.node_id is not None]
         for servo in servos:
             self._begin(servo, self.latch)
+        for node in self.suspects():
+            self._begin_node(node, self.latch)
         self._hub.tell(StopChanged())
-        self._hub.tell(Happened("failure", "stopped", f"Stopped by {by}. Torque goes {mode} on every servo."))
+        text = f"Stopped by {by}. Torque goes {mode} on every servo."
+        if self.bus_gone:
+            text = (
+                f"Stopped by {by}, but the bus is lost: torque goes {mode} on every servo as soon as it is back. "
+                "Cut the supply of what can move until then."
+            )
+        self._hub.tell(Happened("failure", "stopped", text))
         return self.latch
 
     def _go_on(self, latch: Latch) -> None:
@@ -115,11 +148,27 @@ class Stop:
         for servo in self._known():
             if servo.node_id is not None:
                 self._begin(servo, latch, anew=False)
+        for node in self.suspects():
+            self._begin_node(node, latch)
+
+    def hurry(self) -> None:
+        """Ask at once, and often, whoever has not answered yet: the bus is back, or a servo is."""
+        self._hurry.set()
+        self._hurry = asyncio.Event()
 
     def on_arrival(self, servo: Servo) -> None:
         """A servo that comes back while the latch is set is stopped too: it may have started with torque on."""
+        self.hurry()
         if self.latch is not None:
             self._begin(servo, self.latch)
+            if servo.node_id is not None:
+                self.latch.nodes.pop(servo.node_id, None)
+            self._hub.tell(StopChanged())
+
+    def on_suspect(self, node: int) -> None:
+        """A node that may be a servo is there: while the latch is set it is stopped before it is identified."""
+        if self.latch is not None and node not in self.latch.nodes:
+            self._begin_node(node, self.latch)
             self._hub.tell(StopChanged())
 
     def _on_change(self, change: Change) -> None:
@@ -136,7 +185,9 @@ class Stop:
         """Unlatch. Moves and turns on nothing; a servo that has not answered yet is written to until it does."""
         if self.latch is None:
             return
-        open_ones = ", ".join(one.label for one in self.latch.servos.values() if not one.confirmed)
+        labels = [one.label for one in self.latch.servos.values() if not one.confirmed]
+        labels += [f"node {one.node_id}" for one in self.latch.nodes.values() if not one.confirmed]
+        open_ones = ", ".join(labels)
         self.latch = None
         self._hub.tell(StopChanged())
         text = f"Stop cleared by {by}. Torque stays off until turned on."
@@ -168,11 +219,17 @@ class Stop:
         if old is not None:
             old.cancel()
         self._tasks[servo.uid] = asyncio.get_running_loop().create_task(
-            self.quench(servo, latch.mode, lambda: self._confirm(latch, servo.uid))
+            self.quench(servo, latch.mode, lambda: self._confirm(latch, latch.servos[servo.uid]))
         )
 
-    def _confirm(self, latch: Latch, uid: Uid) -> None:
-        one = latch.servos[uid]
+    def _begin_node(self, node: int, latch: Latch) -> None:
+        one = latch.nodes.setdefault(node, NodeConfirmation(node))
+        old = self._tasks.pop(node, None)
+        if old is not None:
+            old.cancel()
+        self._tasks[node] = asyncio.get_running_loop().create_task(self._quench_node(one, latch))
+
+    def _confirm(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         if one.ms is None:
             one.ms = round((self._base.now() - latch.at) * 1000, 2)
         if latch is self.latch:
@@ -189,7 +246,41 @@ class Stop:
                 log.debug("%s: torque %s: %s", servo.title, mode, error.detail)
             except Exception:  # whatever it is, the servo still has to be stopped
                 log.exception("%s: torque %s", servo.title, mode)
-            tries += 1
-            await asyncio.sleep(AGAIN_S if tries <= SOON else AGAIN_LATER_S)
+            tries = await self._pause(tries + 1)
         if confirm is not None:
             confirm()
+
+    async def _pause(self, tries: int) -> int:
+        """The pause after so many tries in vain; how many still count after it."""
+        try:
+            async with asyncio.timeout(AGAIN_S if tries <= SOON else AGAIN_LATER_S):
+                await self._hurry.wait()
+        except TimeoutError:
+            return tries
+        return 0
+
+    async def _quench_node(self, one: NodeConfirmation, latch: Latch) -> None:
+        """Write the latch's mode into 0x20 of a node that may be a servo, for as long as it may be one.
+
+        Until it answers, latch or no latch; after that once in LOOK_S while the latch is set: it may have started anew.
+        """
+        wanted, tries, node = MODES[latch.mode], 0, one.node_id
+        while node in self.suspects():
+            if one.confirmed and latch is not self.latch:
+                return
+            held = False
+            self.imposing(node)
+            try:
+                held = await self._asker.impose(node, self._row, wanted, STOP) == wanted
+            except HornbillError as error:
+                log.debug("node %d: torque %s: %s", node, latch.mode, error.detail)
+            except Exception:  # whatever it is, the node still has to be stopped
+                log.exception("node %d: torque %s", node, latch.mode)
+            if held:
+                self._confirm(latch, one)
+            tries = 0 if held else tries + 1
+            await asyncio.sleep(LOOK_S if held else AGAIN_S if tries <= SOON else AGAIN_LATER_S)
+        # From here on it is stopped as the servo it is, left alone as a foreign node, or gone.
+        latch.nodes.pop(node, None)
+        if latch is self.latch:
+            self._hub.tell(StopChanged())

@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Iterable
 
-from hornbill.servo.hub import Change, Hub, Sampled
+from hornbill.servo.hub import Hub, Sampled
 from hornbill.units import Instant, Uid
 
 KEPT = 30_000
@@ -15,7 +15,7 @@ class Telemetry:
 
     def __init__(self, hub: Hub) -> None:
         self._columns: dict[tuple[Uid, str], tuple[deque[Instant], deque[float | None]]] = {}
-        hub.listen(self._on_change)
+        hub.listen(self._on_sample, Sampled)
 
     def window(self, uid: Uid, key: str, since: Instant) -> tuple[list[Instant], list[float | None]]:
         """Times and values of one channel since an instant."""
@@ -27,11 +27,9 @@ class Telemetry:
         """Keys of which there are samples of this servo."""
         return [key for owner, key in self._columns if owner == uid]
 
-    def _on_change(self, change: Change) -> None:
-        if not isinstance(change, Sampled):
-            return
-        column = self._columns.get((change.uid, change.key))
+    def _on_sample(self, sample: Sampled) -> None:
+        column = self._columns.get((sample.uid, sample.key))
         if column is None:
-            column = self._columns[change.uid, change.key] = (deque(maxlen=KEPT), deque(maxlen=KEPT))
-        column[0].append(change.t)
-        column[1].append(change.value)
+            column = self._columns[sample.uid, sample.key] = (deque(maxlen=KEPT), deque(maxlen=KEPT))
+        column[0].append(sample.t)
+        column[1].append(sample.value)

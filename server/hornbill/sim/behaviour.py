@@ -62,8 +62,21 @@ class Behaviour:
     power-on, the default of 1000 ms would cut short every soft start of more than a second, and a servo
     that holds 0° with nobody talking to it would let go, which 4.14 does not describe."""
 
+    array_command_shows: bool = True
+    """Whether 0x00 to 0x02 read what ArrayCommand commanded. Chapter 4 knows no command outside these registers,
+    so the message must end there; a firmware may as well keep it beside them, and then they read what was written
+    last by GetSet."""
+
     array_command_feeds_timeout: bool = True
     """Whether ArrayCommand counts as a command for 0x27. 4.19 lists registers 0x00 to 0x02; it writes them."""
+
+    limits_follow_origin: bool = True
+    """Whether 0x38 and 0x39 count from the zero that 0x44 has moved. 4.31 gives them in the same degrees as the
+    command, and 4.36 moves the zero of those; without, they stay where they were on the horn."""
+
+    failures_latch: bool = False
+    """Whether bits of failure level stay until the next start. 4.12 says that some bits stay until power-off and
+    names those of its note 2 only."""
 
     soft_start_shows: Literal["temporary", "stored"] = "temporary"
     """What 0x25 and 0x3A to 0x3D read (and a ROM write keeps) during soft start. 4.14 says these parameters

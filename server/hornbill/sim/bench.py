@@ -52,7 +52,7 @@ class Bench:
         if uid in self._drivers:
             raise ValueError(f"There is a servo {uid} on the bench already.")
         self._added += 1
-        self._drivers[uid] = driver = _Driver(servo, f"servo{self._added}")
+        self._drivers[uid] = driver = _Driver(servo, f"servo{self._added}", recipe.story)
         if self._running:
             driver.start(self._open)
         return servo
@@ -60,6 +60,10 @@ class Bench:
     def servo(self, uid: Uid) -> SimServo:
         """The servo with this unique id. Raises Unknown."""
         return self._driver(uid).servo
+
+    def story(self, uid: Uid) -> str:
+        """Why this servo is on the bench, for people; empty for a plain one. Raises Unknown."""
+        return self._driver(uid).story
 
     async def remove(self, uid: Uid) -> None:
         """Take a servo off the bench and the bus. Raises Unknown."""
@@ -108,8 +112,9 @@ class Bench:
 class _Driver:
     """One servo, its port, and the alarm for what it does next."""
 
-    def __init__(self, servo: SimServo, name: str) -> None:
+    def __init__(self, servo: SimServo, name: str, story: str) -> None:
         self.servo = servo
+        self.story = story
         self._name = name
         self._port: CanPort | None = None
         self._loop: asyncio.AbstractEventLoop | None = None

@@ -49,10 +49,10 @@ class Broadcast:
             self._say(status())
 
 
-def node_status(uptime_s: float, warnings: int, failures: int) -> NodeStatus:
+def node_status(uptime_s: float, warnings: int, failures: int, mode: Mode = Mode.OPERATIONAL) -> NodeStatus:
     """Tables 2-17 to 2-19; notifications do not touch health. A servo that has no id yet cannot send it."""
     health = Health.ERROR if failures else Health.WARNING if warnings else Health.OK
-    return NodeStatus(int(uptime_s + _ROUNDING_S), health, Mode.OPERATIONAL)
+    return NodeStatus(int(uptime_s + _ROUNDING_S), health, mode)
 
 
 def actuator_status(servo_id: int, tenths: int, tenths_per_unit: float) -> ActuatorStatus:

@@ -16,6 +16,7 @@ OFF: Final = 1
 BRAKE: Final = 2
 
 _NEVER: Final = float("inf")
+_AT_SPEED: Final = 1  # rpm: what the speed loop's dead band leaves of a limit that holds it
 _ARRIVED: Final = 10  # tenths of a degree: soft start is over within about 1° (4.14)
 
 
@@ -43,8 +44,11 @@ class Commander:
         self._halted = True
         self._protecting = False
         self._holding = True
+        self._unshown: Raw | None = None
+        self._blind_tenths: Raw | None = None
         self._supply = 1.0
         self._load = 0.0
+        self._inertia = 0.0
 
     @property
     def output(self) -> int:
@@ -72,6 +76,8 @@ class Commander:
     @property
     def angle(self) -> Raw:
         """What 0x08 reads: turns are counted for angle commands, else as 0x24 says (4.4)."""
+        if self._blind_tenths is not None:
+            return self._blind_tenths
         tenths = self._frame.tenths(self._motion.angle)
         if self.kind == address.COMMAND_ANGLE or self._memory.get(address.EXTENDED_ANGLE):
             return tenths
@@ -92,6 +98,7 @@ class Commander:
         memory = self._memory
         self.kind = address.COMMAND_ANGLE
         self.timed_out = self._protecting = self._halted = False
+        self._unshown = self._blind_tenths = None
         self._fed_at = now if self.behaviour.timeout_from == "power_on" else None
         self._mode = memory.get(address.TORQUE_MODE)
         self._look_at_frame()
@@ -104,25 +111,37 @@ class Commander:
         memory.put(address.COMMAND_ANGLE, 0 if self.soft_starting else self.angle)
         self.refresh()
 
+    def blind(self, on: bool) -> None:
+        """The angle sensor cannot be read (4.12): the angle stays what it was read last. It is not documented what
+        else 0x08 could tell; output is off meanwhile."""
+        if on != (self._blind_tenths is not None):
+            self._blind_tenths = self.angle if on else None
+
+    @property
+    def halted(self) -> bool:
+        """Whether the motor is stopped for a ROM write, an update, or for good."""
+        return self._halted
+
     def halt(self, halted: bool) -> None:
         """Stop the motor for a ROM write or for good, or go on as before."""
         self._halted = halted
         self.refresh()
 
-    def command(self, kind: int, raw: Raw, now: Instant, *, counts: bool = True) -> bool:
+    def command(self, kind: int, raw: Raw, now: Instant, *, counts: bool = True, shown: bool = True) -> bool:
         """A new angle, speed or torque, within the range of its register. False: ignored, 0x25 is off (4.18).
 
-        `counts` is whether it feeds the time-out; what the PWM input asks for does not.
+        `counts` is whether it feeds the time-out; what the PWM input asks for does not. Unless `shown`, it is
+        obeyed and the registers read what they did before.
         """
         memory = self._memory
         if kind != address.COMMAND_ANGLE and not self.cascade(without_soft_start=True):
             return False
         self._end_soft_start()
-        before, self.kind = self.kind, kind
-        if kind == address.COMMAND_ANGLE and before != kind and not memory.get(address.EXTENDED_ANGLE):
-            self._forget_turns()
-        for at in address.COMMANDS:
-            memory.put(at, raw if at == kind else DUMMY)
+        self._begin_kind(kind)
+        self._unshown = None if shown else raw
+        if shown:
+            for at in address.COMMANDS:
+                memory.put(at, raw if at == kind else DUMMY)
         self._holding = False
         if counts:
             self._feed(now)
@@ -141,8 +160,9 @@ class Commander:
         """After 0x10 reset the registers: commands go back to 0, too, and an energised horn moves there (4.9)."""
         self._mode = self._memory.get(address.TORQUE_MODE)
         self._end_soft_start()
-        self.kind = address.COMMAND_ANGLE
+        self._begin_kind(address.COMMAND_ANGLE)
         self._holding = False
+        self._unshown = None
         for at in address.COMMANDS:
             self._memory.put(at, 0)
         self.refresh()
@@ -169,10 +189,10 @@ class Commander:
             self._drop_command()
         self.refresh()
 
-    def surroundings(self, supply: float, load: float) -> None:
-        """Supply over nominal, and a torque on the horn as a share of stall, + clockwise."""
-        if (supply, load) != (self._supply, self._load):
-            self._supply, self._load = supply, load
+    def surroundings(self, supply: float, load: float, inertia: float) -> None:
+        """Supply over nominal, a torque on the horn as a share of stall, + clockwise, and inertia as in Orders."""
+        if (supply, load, inertia) != (self._supply, self._load, self._inertia):
+            self._supply, self._load, self._inertia = supply, load, inertia
             self.refresh()
 
     def watch_soft_start(self) -> None:
@@ -204,19 +224,21 @@ class Commander:
         held = {"speed": self._motion.limited_speed * sign, "torque": self._motion.limited_torque * sign}
         found: list[str] = []
         for name, at, present, limit_cw in watched:
-            high, low, wanted, side = get(limit_cw), get(limit_cw + 1), asked[at], held.get(name, 0)
-            if present > high or (wanted is not None and wanted > high) or (side > 0 and present >= high):
+            low, high = self._angle_limits() if name == "angle" else (get(limit_cw + 1), get(limit_cw))
+            wanted, side = asked[at], held.get(name, 0)
+            near = _AT_SPEED if name == "speed" else 0
+            if present > high or (wanted is not None and wanted > high) or (side > 0 and present >= high - near):
                 found.append(f"{name}_limit_cw_reached")
-            if present < low or (wanted is not None and wanted < low) or (side < 0 and present <= low):
+            if present < low or (wanted is not None and wanted < low) or (side < 0 and present <= low + near):
                 found.append(f"{name}_limit_ccw_reached")
         return found
 
     def refresh(self) -> None:
         """Give the motor its orders anew."""
         self._look_at_frame()
-        target = self._memory.get(self.kind)
+        target = self._wanted(self.kind)
         if self.kind == address.COMMAND_ANGLE and not self._holding:
-            low, high = self._memory.get(address.ANGLE_LIMIT_CCW), self._memory.get(address.ANGLE_LIMIT_CW)
+            low, high = self._angle_limits()
             target = min(max(target, low), high)
         self._motion.obey(
             orders_for(
@@ -229,12 +251,28 @@ class Commander:
                 cascade=self.cascade(),
                 supply=self._supply,
                 load=self._load,
+                inertia=self._inertia,
             )
         )
 
     def _asked(self, at: int) -> Raw | None:
         """The command in register `at` while it is the one in force and the motor follows it."""
-        return self._memory.get(at) if at == self.kind and self.output == ON and not self._holding else None
+        return self._wanted(at) if at == self.kind and self.output == ON and not self._holding else None
+
+    def _wanted(self, at: int) -> Raw:
+        return self._memory.get(at) if self._unshown is None else self._unshown
+
+    def _angle_limits(self) -> tuple[Raw, Raw]:
+        """CCW and CW limit in the degrees of commands (4.31)."""
+        get = self._memory.get
+        moved = 0 if self.behaviour.limits_follow_origin else get(address.ORIGIN)
+        return get(address.ANGLE_LIMIT_CCW) - moved, get(address.ANGLE_LIMIT_CW) - moved
+
+    def _begin_kind(self, kind: int) -> None:
+        """Commands are of this kind from now on; an angle after another kind counts turns only with 0x24 (4.17)."""
+        before, self.kind = self.kind, kind
+        if kind == address.COMMAND_ANGLE and before != kind and not self._memory.get(address.EXTENDED_ANGLE):
+            self._forget_turns()
 
     def _feed(self, now: Instant) -> None:
         self._fed_at = now
@@ -260,5 +298,6 @@ class Commander:
         """What 4.7 and 4.13 say of a motor that gets its output back: hold the angle, or speed and torque 0."""
         self._look_at_frame()
         angle = self.kind == address.COMMAND_ANGLE
+        self._unshown = None
         self._memory.put(self.kind, self.angle if angle else 0)
         self._holding = angle

@@ -64,6 +64,7 @@ class Device:
         self.memory = Memory(model, firmware, serial=serial, production=production, rom=rom)
         self.conditions = Conditions(voltage_v=model.nominal_v)
         self.faults = Faults(faults)
+        self.faults.failures_latch = behaviour.failures_latch
         self.motion = Motion(plant, angle_deg)
         self.commander = Commander(self.memory, self.motion, plant, behaviour)
         self._protection = Protection(plant, Random(random.random()), self.conditions)
@@ -73,6 +74,8 @@ class Device:
         self._until: Instant = _NEVER
         self._watch_at: Instant = _NEVER
         self._restarts_after_save = False
+        self._restarts_over: tuple[str, ...] = ()
+        self._updating = False
 
     @property
     def running(self) -> bool:
@@ -119,7 +122,8 @@ class Device:
         self._restarts_after_save = request is Request.SAVE_AND_RESTART
         self.commander.halt(True)
 
-    def _restart(self, now: Instant) -> None:
+    def _restart(self, now: Instant, *over: str) -> None:
+        self._restarts_over = over
         self._go_dark(Stage.STARTING, now + BOOT_S + self.conditions.restart_delay_s)
 
     def _go_dark(self, stage: Stage, until: Instant) -> None:
@@ -128,7 +132,9 @@ class Device:
         self._on_dark()
 
     def _end_stage(self, now: Instant) -> None:
-        if self.stage is Stage.SAVING:
+        if self.stage is Stage.SAVING and self.conditions.voltage_v <= DEAD_BELOW_V:
+            self._restart(now)  # the supply has failed meanwhile: what was written is not whole (4.11)
+        elif self.stage is Stage.SAVING:
             self.memory.rom_sound = True
             if self._restarts_after_save:
                 self._restart(now)
@@ -145,7 +151,7 @@ class Device:
         self.starts += 1
         self.started_at = self._watch_at = now
         lost = () if self.memory.load() else ("rom_lost",)
-        self.faults.start(*lost)
+        self.faults.start(*lost, *self._restarts_over)
         self.commander.start(now)
         self._on_up(now)
 
@@ -156,9 +162,19 @@ class Device:
         if conditions.voltage_v <= DEAD_BELOW_V:
             self._go_dark(Stage.STARTING, now + BOOT_S)
             return
+        if self.faults.crashed:
+            self._restart(now, *self.faults.crashed)
+            return
+        if conditions.software_update != self._updating:
+            self._updating = conditions.software_update
+            if not self._updating:
+                self._restart(now)  # the new program begins as every program does
+                return
+        if commander.halted != self._updating:
+            commander.halt(self._updating)
         elapsed = WATCH_S if now > self.started_at else 0.0
         self._protection.measure(conditions, elapsed, motion.heat(), motion.torque)
-        commander.surroundings(self._protection.supply, conditions.load_pct / 100.0)
+        commander.surroundings(self._protection.supply, conditions.load_pct / 100.0, conditions.load_inertia)
         commander.watch_soft_start()
         pulse = read_pulse(self.memory, conditions.pwm_us)
         commander.pulsed = pulse is not None and conditions.pwm_us is not None
@@ -172,4 +188,5 @@ class Device:
         bits = pulse.bits if pulse is not None else ()
         tripped = self._protection.tripped(self.memory)
         self.faults.show([*tripped, *bits, *self.commander.limits_exceeded()])
+        self.commander.blind("sensor_failure" in self.faults.active)
         self.commander.protect(self.faults.output_off)

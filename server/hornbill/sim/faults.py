@@ -1,6 +1,6 @@
 """Owns Faults: the words 0x18 to 0x1B, made from conditions, from injected bits and from what a start left (4.12)."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Final
 
 from hornbill.schema.fault import FaultBit, Level, overview_of
@@ -12,7 +12,7 @@ class Faults:
     """The detail bits one model can raise. `bits` are those of its table, without the PWM bits if it has none.
 
     Conditions come and go with `show`; injected bits stay until they are taken back, and the latching ones
-    until the next start.
+    until the next start. Bits that tell of a restart (note 2) come with one: `crashed` asks the servo for it.
     """
 
     def __init__(self, bits: Sequence[FaultBit]) -> None:
@@ -20,10 +20,19 @@ class Faults:
         self._conditions: frozenset[str] = frozenset()
         self._injected: set[str] = set()
         self._latched: set[str] = set()
+        self.crashed: set[str] = set()
+        """Bits for which the servo has to restart by itself, and which tell of it then."""
+        self.failures_latch = False
+        """Whether bits of failure level stay until the next start, by a switch of `Behaviour`."""
         self.words: tuple[int, int, int] = (0, 0, 0)
         """Notification, warning and failure word: 0x19, 0x1A, 0x1B."""
         self.output_off = False
         """Whether one of the bits goes with a motor without output."""
+
+    @property
+    def keys(self) -> Collection[str]:
+        """Every bit this model has, by key."""
+        return self._bits.keys()
 
     @property
     def active(self) -> frozenset[str]:
@@ -40,6 +49,7 @@ class Faults:
         present = frozenset(conditions)
         if present != self._conditions:
             self._conditions = present
+            self._latched |= {key for key in present if (bit := self._bits.get(key)) and self._latches(bit)}
             self._compose()
 
     def inject(self, key: str, on: bool) -> None:
@@ -52,18 +62,24 @@ class Faults:
             raise ValueError(f'"{key}" is no fault bit of this model. Give one of {", ".join(self._bits)}.')
         if on:
             self._injected.add(key)
-            if bit.latching:
+            if self._latches(bit):
                 self._latched.add(key)
+            if bit.past_event and bit.level == "failure":
+                self.crashed.add(key)
         else:
             self._injected.discard(key)
         self._compose()
 
     def start(self, *found: str) -> None:
         """A new start: what told of the time before is gone, but for what this start `found`."""
-        self._injected -= self._latched
+        self._injected -= {key for key in self._injected if self._bits[key].past_event}
+        self.crashed.clear()
         self._latched = set(found)
         self._conditions = frozenset()
         self._compose()
+
+    def _latches(self, bit: FaultBit) -> bool:
+        return bit.latching or (self.failures_latch and bit.level == "failure")
 
     def _compose(self) -> None:
         words = dict.fromkeys(_LEVELS, 0)

@@ -1,5 +1,6 @@
 """Owns Link: a servo's place on the bus: its node id and how it gets one, what it hears, what it has to send."""
 
+from collections import deque
 from collections.abc import Sequence
 from random import Random
 from typing import Final
@@ -34,11 +35,12 @@ class Link:
         self._reassembler = Reassembler()
         self._transfer_ids: dict[int, int] = {}
         self._outbox: list[Frame] = []
+        self._late: deque[tuple[Instant, list[Frame]]] = deque()
 
     @property
     def due(self) -> Instant:
-        """When to ask for a node id next; infinity with one, or off the bus."""
-        return self._allocatee.due
+        """When to ask for a node id or to give a late answer next; infinity when there is neither."""
+        return min(self._allocatee.due, self._late[0][0]) if self._late else self._allocatee.due
 
     def join(self, node_id: NodeId, now: Instant) -> None:
         """Come up with a node id of its own (0x46), or begin to ask for one where that is 0."""
@@ -49,6 +51,7 @@ class Link:
     def leave(self) -> None:
         """Lose the node id, transfer ids and what was half received. What was sent already still goes out."""
         self.node_id = _ANONYMOUS
+        self._late.clear()
         self._allocatee.stop()
         self._reassembler = Reassembler()
         self._transfer_ids = {}
@@ -74,9 +77,12 @@ class Link:
         """The transfers that accepted frames complete."""
         return self._reassembler.feed(frames, now)
 
-    def ask_for_node_id(self, now: Instant) -> None:
-        """Send the request that is due."""
-        self.broadcast(self._allocatee.fire(now))
+    def live(self, now: Instant) -> None:
+        """Send what is due: late answers, and the request for a node id."""
+        while self._late and self._late[0][0] <= now:
+            self._outbox += self._late.popleft()[1]
+        if self._allocatee.due <= now:
+            self.broadcast(self._allocatee.fire(now))
 
     def hear(self, message: Allocation, source: int, now: Instant) -> bool:
         """Take an Allocation message of another node; True when it gave us our node id."""
@@ -99,8 +105,11 @@ class Link:
         discriminator = self._random.getrandbits(_DISCRIMINATOR_BITS) if asking else None
         self._outbox += split(transfer, data_type, discriminator=discriminator)
 
-    def answer(self, request: Transfer, answer: Answer) -> None:
-        """Put the answer to a request into the outbox, at the priority of the request, unless it is to be lost."""
+    def answer(self, request: Transfer, answer: Answer, now: Instant) -> None:
+        """Send the answer to a request, at the priority of the request, when it has been thought over.
+
+        An answer that is to be lost is not sent. Later answers never overtake earlier ones.
+        """
         loss = self._conditions.drop_responses_pct
         if loss and self._random.random() * 100.0 < loss:
             return
@@ -108,7 +117,12 @@ class Link:
             Kind.RESPONSE, request.type_id, self.node_id, request.source,
             request.priority, request.transfer_id, answer.encode(),
         )  # fmt: skip
-        self._outbox += split(transfer, answer.TYPE)
+        frames = split(transfer, answer.TYPE)
+        delay = self._conditions.answer_delay_s
+        if delay > 0.0 or self._late:
+            self._late.append((max(now + delay, self._late[-1][0] if self._late else now), frames))
+        else:
+            self._outbox += frames
 
     def take_outbox(self) -> list[Frame]:
         """What is to be sent, in order; nothing while the servo is mute."""

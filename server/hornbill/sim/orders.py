@@ -62,6 +62,7 @@ def orders_for(
     cascade: bool,
     supply: float,
     load: float,
+    inertia: float,
 ) -> Orders:
     """Orders to reach `target` of command `kind`, a value of its register that is within the angle limits.
 
@@ -71,14 +72,14 @@ def orders_for(
     current = get(address.OVERCURRENT_LIMIT, 0) / 10.0 / plant.stall_a or 1.0
     if output:
         controller = Controller.OFF if output == 1 else Controller.BRAKE
-        return Orders(controller, current_limit=current, volts=supply, load=load)
+        return Orders(controller, current_limit=current, volts=supply, load=load, inertia=inertia)
     sign = frame.sign
     if kind == address.COMMAND_ANGLE:
         controller = Controller.ANGLE_CASCADE if cascade else Controller.ANGLE_DIRECT
         goal = frame.degrees(target)
     elif not cascade:
         # 0x25 went off under a speed or torque command, which is ignored from then on (4.18): brake.
-        return Orders(Controller.TORQUE, current_limit=current, volts=supply, load=load)
+        return Orders(Controller.TORQUE, current_limit=current, volts=supply, load=load, inertia=inertia)
     elif kind == address.COMMAND_SPEED:
         controller, goal = Controller.SPEED, sign * target * _RPM
     else:
@@ -105,4 +106,5 @@ def orders_for(
         current_limit=current,
         volts=supply,
         load=load,
+        inertia=inertia,
     )

@@ -5,8 +5,14 @@ from typing import Final
 
 from hornbill.schema.model import ServoModel
 
-STEP_S: Final = 0.002
-"""Integration step. The fastest loop there is (speed control at its highest gain) settles in 2.5 of them."""
+STEP_S: Final = 0.001
+"""Integration step, and the period of the servo's own control loops."""
+
+TORQUE_LAG_S: Final = 0.003
+"""How fast torque follows what the controller asks for: winding, driver, filter. Much gain meets it and hunts."""
+
+BACKLASH_DEG: Final = 0.2
+"""Play of the gear at the horn, where the angle sensor sits; the default dead band of 0.3° just swallows it."""
 
 BREAKAWAY: Final = 0.03
 """Torque that a horn at rest withstands, as a share of stall torque."""

@@ -8,6 +8,7 @@ from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import from_text
 from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.conditions import ROOM_C
 from hornbill.sim.servo import SimServo
 from hornbill.units import Raw
 
@@ -23,7 +24,9 @@ class Recipe:
     """A servo as it was delivered and saved: `model` as in the tables, `firmware` as "1.300".
 
     `servo_id` and `node_id` 0 are a new servo's: not to be addressed, and asking for a node id. `rom` is what
-    else was saved, by key, raw. `angle_deg` is where the horn stands, `serial` 0 takes one from the seed.
+    else was saved, by key, raw. `angle_deg` is where the horn stands, `serial` 0 takes one from the seed. `story`
+    says to people why it is there; `room_c`, `load_pct` and `load_inertia` are its surroundings; unless
+    `rom_sound`, power failed once while ROM was written.
     """
 
     model: str = "BLA21-06U-A0"
@@ -35,6 +38,11 @@ class Recipe:
     uid: bytes | None = None
     serial: int = 0
     behaviour: Behaviour | None = None
+    story: str = ""
+    room_c: float = ROOM_C
+    load_pct: float = 0.0
+    load_inertia: float = 0.0
+    rom_sound: bool = True
 
     def build(self, catalog: Catalog, seed: int | str) -> SimServo:
         """The servo, switched off. Everything not said is drawn from `seed`.
@@ -55,7 +63,7 @@ class Recipe:
             random.randrange(8, 18), random.randrange(60),
         )  # fmt: skip
         identity = {"servo_id": self.servo_id, "node_id": self.node_id}
-        return SimServo(
+        made = SimServo(
             model,
             from_text(self.firmware),
             uid if self.uid is None else self.uid,
@@ -67,3 +75,8 @@ class Recipe:
             angle_deg=self.angle_deg,
             behaviour=self.behaviour,
         )
+        made.conditions.temperature_c = self.room_c
+        made.conditions.load_pct = self.load_pct
+        made.conditions.load_inertia = self.load_inertia
+        made.memory.rom_sound = self.rom_sound
+        return made

@@ -15,11 +15,17 @@ from hornbill.sim.device import Device, Stage
 from hornbill.sim.faults import Faults
 from hornbill.sim.link import Link
 from hornbill.sim.memory import Memory
-from hornbill.sim.services import ANSWERED_BEFORE, Answer, Services
+from hornbill.sim.services import ANSWERED_BEFORE, REFUSED, Answer, Services
 from hornbill.units import Instant, NodeId, Raw
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, NodeStatus
-from hornbill.wire.services import ExecuteOpcodeRequest, GetNodeInfoRequest, GetSetRequest, RestartNodeRequest
+from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, Mode, NodeStatus
+from hornbill.wire.services import (
+    ExecuteOpcodeRequest,
+    ExecuteOpcodeResponse,
+    GetNodeInfoRequest,
+    GetSetRequest,
+    RestartNodeRequest,
+)
 from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import AnyStructure, decode
 
@@ -91,6 +97,7 @@ class SimServo:
     @behaviour.setter
     def behaviour(self, behaviour: Behaviour) -> None:
         self._device.commander.behaviour = behaviour
+        self.faults.failures_latch = behaviour.failures_latch
 
     @property
     def position_unit(self) -> PositionUnit:
@@ -100,6 +107,16 @@ class SimServo:
     @position_unit.setter
     def position_unit(self, unit: PositionUnit) -> None:
         self.behaviour = replace(self.behaviour, position_unit=unit)
+
+    @property
+    def serial(self) -> int:
+        """Its production number (0x51)."""
+        return self.memory.get(address.PRODUCT_NUMBER)
+
+    @property
+    def servo_id(self) -> int:
+        """The id ArrayCommand knows it by (0x45); 0 as delivered."""
+        return self.memory.get(address.SERVO_ID)
 
     @property
     def stage(self) -> Stage:
@@ -203,7 +220,7 @@ class SimServo:
             if not self._device.running:
                 continue
             if self._link.due <= at:
-                self._link.ask_for_node_id(at)
+                self._link.live(at)
             if self._broadcast.due <= at:
                 self._broadcast.fire(at, self._node_status, self._status)
 
@@ -226,16 +243,20 @@ class SimServo:
             case Allocation():
                 if self._link.hear(structure, transfer.source, now):
                     self._broadcast.begin(now)
-            case ArrayCommand():
-                counts = self.behaviour.array_command_feeds_timeout
+            case ArrayCommand() if not self.conditions.software_update:
+                counts, shown = self.behaviour.array_command_feeds_timeout, self.behaviour.array_command_shows
                 for at, raw in taken(structure, self.memory, self.behaviour):
-                    self._device.commander.command(at, raw, now, counts=counts)
+                    self._device.commander.command(at, raw, now, counts=counts, shown=shown)
             case GetSetRequest():
-                self._answer(transfer, services.get_set(structure, self.behaviour, now), now)
+                refused = self.conditions.software_update
+                answer = REFUSED if refused else services.get_set(structure, self.behaviour, now)
+                self._answer(transfer, answer, now)
             case GetNodeInfoRequest():
                 self._answer(transfer, services.node_info(self._node_status(now)), now)
             case ExecuteOpcodeRequest():
-                self._answer(transfer, services.opcode(structure, self.behaviour), now)
+                refused = self.conditions.software_update
+                outcome = ExecuteOpcodeResponse(0, False) if refused else services.opcode(structure, self.behaviour)
+                self._answer(transfer, outcome, now)
             case RestartNodeRequest():
                 self._answer(transfer, services.restart(structure), now)
             case _:
@@ -245,13 +266,14 @@ class SimServo:
         registers = self._device.registers
         pending, registers.pending = registers.pending, None
         if pending is None or ANSWERED_BEFORE[pending](self.behaviour):
-            self._link.answer(request, answer)
+            self._link.answer(request, answer, now)
         if pending is not None:
             self._device.carry_out(pending, now)
 
     def _node_status(self, now: Instant) -> NodeStatus:
         _, warnings, failures = self.faults.words
-        return node_status(now - self._device.started_at, warnings, failures)
+        mode = Mode.SOFTWARE_UPDATE if self.conditions.software_update else Mode.OPERATIONAL
+        return node_status(now - self._device.started_at, warnings, failures, mode)
 
     def _status(self) -> ActuatorStatus:
         unit = TENTHS_PER_UNIT[self.position_unit]

@@ -1,9 +1,9 @@
 """Owns Allocations: which node id belongs to which unique id, for good."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
-from sqlalchemy import Select, select
+from sqlalchemy import Select, select, update
 
 from hornbill.errors import InvalidValue, OutOfRange, Unknown
 from hornbill.store.database import Database
@@ -41,6 +41,13 @@ class Allocations:
                 for row in found
             ]
 
+    def row(self, uid: Uid) -> AllocationEntry:
+        """One node's row. Raises Unknown (unknown_uid)."""
+        found = next((one for one in self.rows() if one.uid == uid), None)
+        if found is None:
+            raise _unknown(uid)
+        return found
+
     def entries(self) -> dict[Uid, NodeId]:
         """Node ids by unique id."""
         with self._database.transaction() as session:
@@ -69,6 +76,23 @@ class Allocations:
             row.first_seen = row.first_seen or now
             row.last_seen = now
 
+    def seen(self, uids: Collection[Uid]) -> None:
+        """Keep that these nodes are there now; those without a row are passed over."""
+        if uids:
+            with self._database.transaction() as session:
+                session.execute(update(AllocationRow).where(AllocationRow.uid.in_(uids)).values(last_seen=self._wall()))
+
+    def idle(self, longer_than_s: float) -> list[Uid]:
+        """Nodes without a pin that were last seen longer than so many seconds ago, the longest unseen first."""
+        before = self._wall() - longer_than_s
+        with self._database.transaction() as session:
+            found = session.scalars(
+                select(AllocationRow.uid)
+                .where(AllocationRow.pinned.is_(False), AllocationRow.last_seen < before)
+                .order_by(AllocationRow.last_seen)
+            )
+            return [Uid(uid) for uid in found]
+
     def pin(self, uid: Uid, node_id: NodeId) -> None:
         """Choose a node's id, 1..125; it takes effect when the node asks the next time.
 
@@ -95,7 +119,7 @@ class Allocations:
         with self._database.transaction() as session:
             row = session.get(AllocationRow, uid)
             if row is None:
-                raise Unknown("unknown_uid", f"No node id is kept for {uid}. See the list of allocations.", uid=uid)
+                raise _unknown(uid)
             session.delete(row)
 
     @staticmethod
@@ -106,6 +130,10 @@ class Allocations:
                 node_id=node_id,
                 owner=owner,
             )
+
+
+def _unknown(uid: Uid) -> Unknown:
+    return Unknown("unknown_uid", f"No node id is kept for {uid}. See the list of allocations.", uid=uid)
 
 
 def _owner(node_id: NodeId) -> Select[str]:

@@ -12,7 +12,10 @@ from hornbill.wire.types import ALL, AnyStructure
 from hornbill.wire.value import EMPTY, Value, ValueKind
 
 Fields: TypeAlias = dict[str, Any]
-"""Field values under their DSDL names: bytes as hex, NaN as "NaN", unions as {"kind": ..., "value": ...}."""
+"""Field values under their DSDL names: bytes as hex, unions as {"kind": ..., "value": ...}.
+
+JSON has no NaN and no infinity: they are "NaN", "Infinity" and "-Infinity".
+"""
 
 _BY_NAME: Final = {(s.TYPE.name, s.KIND): s for s in ALL}
 _NESTED: Final[dict[str, type]] = {
@@ -30,6 +33,7 @@ _UNION_KINDS: Final = {
     ValueKind.STRING: "string_value",
 }
 _KINDS_OF_UNION: Final = {name: kind for kind, name in _UNION_KINDS.items()}
+_NO_NUMBERS: Final = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
 def to_fields(structure: AnyStructure) -> Fields:
@@ -62,7 +66,9 @@ def _plain(value: object) -> object:
         case int():
             return int(value)
         case float():
-            return "NaN" if math.isnan(value) else value
+            if math.isfinite(value):
+                return value
+            return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
         case _:
             return {field.name: _plain(getattr(value, field.name)) for field in fields(cast(Any, value))}
 
@@ -85,7 +91,7 @@ def _value(name: str, plain: Any) -> object:
         return Health(plain)
     if name == "commands":
         return tuple(_build(Command, entry) for entry in plain)
-    return math.nan if plain == "NaN" and name != "name" else plain
+    return _NO_NUMBERS.get(plain, plain) if isinstance(plain, str) and name != "name" else plain
 
 
 def _union(plain: Mapping[str, Any]) -> Value:
@@ -95,4 +101,4 @@ def _union(plain: Mapping[str, Any]) -> Value:
     if kind == ValueKind.EMPTY:
         return EMPTY
     content = plain["value"]
-    return Value(kind, math.nan if content == "NaN" and kind == ValueKind.REAL else content)
+    return Value(kind, _NO_NUMBERS.get(content, content) if kind == ValueKind.REAL else content)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-_HALF_MAX: Final = 65504.0
+HALF_MAX: Final = 65504.0
 """The largest finite float16."""
 
 
@@ -12,7 +12,7 @@ def half(value: float) -> float:
     Infinity becomes the nearest finite number too, because no servo should be sent one.
     """
     # The order of the arguments matters: min and max return their first one when NaN is compared.
-    return max(min(value, _HALF_MAX), -_HALF_MAX)
+    return max(min(value, HALF_MAX), -HALF_MAX)
 
 
 def fit(name: str, value: int, limit: int) -> int:

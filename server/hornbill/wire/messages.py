@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import ClassVar, Final, Self
 
 from hornbill.wire.datatype import DataType, Kind
-from hornbill.wire.layout import fit, half, room
+from hornbill.wire.layout import HALF_MAX, fit, half, room
 
 
 class Health(IntEnum):
@@ -39,13 +39,14 @@ class CommandType(IntEnum):
     PWM = 4
 
 
+MAX_COMMANDS: Final = 15
+"""The most commands one ArrayCommand holds."""
+
 _NODE_STATUS: Final = struct.Struct("<IBH")
 _ACTUATOR_STATUS: Final = struct.Struct("<BeeeB")
 _COMMAND: Final = struct.Struct("<BBe")
+_COMMANDS: Final = [struct.Struct("<" + count * "BBe") for count in range(MAX_COMMANDS + 1)]
 _UNIQUE_ID_BYTES: Final = 16
-
-MAX_COMMANDS: Final = 15
-"""The most commands one ArrayCommand holds."""
 
 POWER_RATING_UNKNOWN: Final = 127
 """`power_rating_pct` of an actuator that does not report it."""
@@ -154,9 +155,14 @@ class ArrayCommand:
         commands = self.commands
         if len(commands) > MAX_COMMANDS:
             raise ValueError(f"{len(commands)} commands are above the {MAX_COMMANDS} of one message. Send two.")
-        pack = _COMMAND.pack
+        numbers: list[float] = []
+        for command in commands:
+            value = command.command_value
+            if not -HALF_MAX <= value <= HALF_MAX:
+                value = half(value)
+            numbers += (command.actuator_id, command.command_type, value)
         try:
-            return b"".join([pack(c.actuator_id, c.command_type, half(c.command_value)) for c in commands])
+            return _COMMANDS[len(commands)].pack(*numbers)
         except struct.error:
             for command in commands:
                 fit("actuator_id", command.actuator_id, 255)

@@ -3,9 +3,12 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import Final, Protocol
 
 from hornbill.wire.frame import Frame
+
+RECORDING: Final = "file:"
+"""How the address of a recording begins: a bus that can only be listened to."""
 
 
 class PortState(StrEnum):

@@ -31,7 +31,7 @@ _Route: TypeAlias = tuple[Kind, int, int, int, int, int]
 _Session: TypeAlias = tuple[int, Instant, bytes, bytes]
 """Toggle and transfer id expected next, instant of the first frame, bytes so far, data of the last frame."""
 
-_Reason: TypeAlias = Literal[
+DropReason: TypeAlias = Literal[
     "bad_identifier",
     "bad_tail",
     "bad_toggle",
@@ -45,6 +45,7 @@ _Reason: TypeAlias = Literal[
     "unknown_type",
     "not_ours",
 ]
+"""Why nothing is made of a frame: the names of the counters."""
 
 
 @dataclass(slots=True)
@@ -89,7 +90,7 @@ class Reassembler:
     transfer ids must not go unheard.
     """
 
-    __slots__ = ("_max_sessions", "_node_id", "_routes", "_sessions", "_swept", "_timeout", "counters")
+    __slots__ = ("_max_sessions", "_node_id", "_routes", "_sessions", "_swept", "_timeout", "counters", "on_drop")
 
     def __init__(self, node_id: int | None = None, *, timeout: float = 2.0, max_sessions: int = 4096) -> None:
         if node_id is not None and not 1 <= node_id <= 127:
@@ -97,6 +98,8 @@ class Reassembler:
         if timeout <= 0 or max_sessions < 1:
             raise ValueError(f"A timeout of {timeout} s and {max_sessions} sessions must both be above 0.")
         self.counters = ReassemblyCounters()
+        self.on_drop: Callable[[DropReason, int, bytes], object] | None = None
+        """Called with reason, identifier and data of what is dropped, but for the services of others."""
         self._node_id = node_id
         self._timeout = timeout
         self._max_sessions = max_sessions
@@ -108,6 +111,11 @@ class Reassembler:
     def sessions(self) -> int:
         """How many transfers are under way."""
         return len(self._sessions)
+
+    @property
+    def routes(self) -> int:
+        """How many identifiers are remembered."""
+        return len(self._routes)
 
     def feed(self, frames: Sequence[Frame], now: Instant | None = None) -> list[Transfer]:
         """The transfers these frames complete, in bus order. Never raises.
@@ -228,7 +236,9 @@ class Reassembler:
         else:
             self._drop("bad_tail" if self._routes.get(can_id) else "bad_identifier", can_id, data)
 
-    def _drop(self, reason: _Reason, can_id: int, data: bytes) -> None:
+    def _drop(self, reason: DropReason, can_id: int, data: bytes) -> None:
         setattr(self.counters, reason, getattr(self.counters, reason) + 1)
+        if self.on_drop is not None:
+            self.on_drop(reason, can_id, data)
         if log.isEnabledFor(logging.DEBUG):
             log.debug("dropped (%s): %08x %s", reason, can_id, data.hex())

@@ -1,7 +1,9 @@
 """Owns Transfer, and how one is split into frames: tail byte, transfer CRC, identifier."""
 
 from binascii import crc_hqx
-from typing import Final, NamedTuple
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Final, NamedTuple, cast
 
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind
@@ -14,6 +16,10 @@ END: Final = 0x40
 TOGGLE: Final = 0x20
 SINGLE_FRAME_BYTES: Final = 7
 """The longest payload that travels in one frame, and so without a transfer CRC."""
+
+_MESSAGE: Final = Kind.MESSAGE
+_TAILS: Final = tuple(bytes((tail,)) for tail in range(256))
+_new: Final = cast("Callable[[type[Frame], tuple[object, ...]], Frame]", tuple.__new__)
 
 
 class Transfer(NamedTuple):
@@ -40,40 +46,54 @@ def split(transfer: Transfer, data_type: DataType, *, discriminator: int | None 
     Raises ValueError when the transfer is not of `data_type`, a number does not fit, or it is anonymous and
     not a message of at most 7 bytes.
     """
-    can_id = _identifier(transfer, data_type, discriminator)
-    payload = transfer.payload
-    transfer_id = fit("transfer_id", transfer.transfer_id, 31)
-    if len(payload) <= SINGLE_FRAME_BYTES:
-        return [Frame(can_id, payload + bytes((START | END | transfer_id,)))]
-    stream = crc_hqx(payload, data_type.crc_seed).to_bytes(2, "little") + payload
-    last = (len(stream) - 1) // SINGLE_FRAME_BYTES
-    frames: list[Frame] = []
-    for number in range(last + 1):
-        tail = transfer_id | (TOGGLE if number & 1 else 0)
-        if number == 0:
-            tail |= START
-        if number == last:
-            tail |= END
-        start = number * SINGLE_FRAME_BYTES
-        frames.append(Frame(can_id, stream[start : start + SINGLE_FRAME_BYTES] + bytes((tail,))))
-    return frames
-
-
-def _identifier(transfer: Transfer, data_type: DataType, discriminator: int | None) -> int:
-    kind, type_id, source, destination, priority = transfer[:5]
-    if type_id != data_type.id or (kind != Kind.MESSAGE) != data_type.service:
+    kind, type_id, source, destination, priority, transfer_id, payload, _ = transfer
+    if type_id != data_type.id or (kind != _MESSAGE) != data_type.service:
         raise ValueError(f"A {kind.name} with type id {type_id} is not a transfer of {data_type.name}.")
-    if kind != Kind.MESSAGE:
+    if source or kind != _MESSAGE:
+        can_id = _identifier(kind, type_id, source, destination, priority)
+    else:
+        can_id = _anonymous(transfer, discriminator)
+    fit("transfer_id", transfer_id, 31)
+    if len(payload) <= SINGLE_FRAME_BYTES:
+        return [Frame(can_id, payload + _TAILS[START | END | transfer_id])]
+    stream = crc_hqx(payload, data_type.crc_seed).to_bytes(2, "little") + payload
+    # What Frame(...) does, without the function call around it: an ArrayCommand has nine.
+    return [_new(Frame, (can_id, stream[part] + tail, 0.0)) for part, tail in _cuts(len(stream), transfer_id)]
+
+
+@lru_cache(maxsize=4096)
+def _cuts(length: int, transfer_id: int) -> tuple[tuple[slice, bytes], ...]:
+    """What each frame holds of a stream of so many bytes, and its tail: the toggle bit alternates, 0 first."""
+    starts = range(0, length, SINGLE_FRAME_BYTES)
+    tails = [transfer_id | (TOGGLE if number & 1 else 0) for number in range(len(starts))]
+    tails[0] |= START
+    tails[-1] |= END
+    return tuple(
+        (slice(start, start + SINGLE_FRAME_BYTES), _TAILS[tail]) for start, tail in zip(starts, tails, strict=True)
+    )
+
+
+@lru_cache(maxsize=4096)
+def _identifier(kind: Kind, type_id: int, source: int, destination: int, priority: int) -> int:
+    """Of a node's message or service; the same few hundred all day long."""
+    if kind != _MESSAGE:
         return make_service_id(priority, type_id, kind == Kind.REQUEST, destination, source)
-    if destination:
-        raise ValueError(f"A message goes to everybody: destination {destination} must be 0.")
-    if source:
-        return make_message_id(priority, type_id, source)
-    if len(transfer.payload) > SINGLE_FRAME_BYTES:
+    _check_addressed_to_all(destination)
+    return make_message_id(priority, type_id, source)
+
+
+def _anonymous(transfer: Transfer, discriminator: int | None) -> int:
+    _check_addressed_to_all(transfer.destination)
+    payload = transfer.payload
+    if len(payload) > SINGLE_FRAME_BYTES:
         raise ValueError(
-            f"{len(transfer.payload)} bytes are above the {SINGLE_FRAME_BYTES} of an anonymous message. "
-            "Give it a source."
+            f"{len(payload)} bytes are above the {SINGLE_FRAME_BYTES} of an anonymous message. Give it a source."
         )
     if discriminator is None:
-        discriminator = crc_hqx(transfer.payload, 0xFFFF) & 0x3FFF
-    return make_anonymous_id(priority, discriminator, type_id)
+        discriminator = crc_hqx(payload, 0xFFFF) & 0x3FFF
+    return make_anonymous_id(transfer.priority, discriminator, transfer.type_id)
+
+
+def _check_addressed_to_all(destination: int) -> None:
+    if destination:
+        raise ValueError(f"A message goes to everybody: destination {destination} must be 0.")

@@ -45,6 +45,8 @@ def encode_value(value: Value, *, high: int = 0, numeric: bool = False) -> bytes
     `numeric` is the two-bit union of the limits, which has no BOOLEAN and no STRING. Raises ValueError for a
     value that is not of its kind or does not fit.
     """
+    if value == EMPTY:
+        return bytes((high,))
     kind, content = value
     if numeric and kind > ValueKind.REAL:
         raise ValueError(f"A limit cannot be {kind.name}. Give EMPTY, INTEGER or REAL.")
@@ -53,8 +55,6 @@ def encode_value(value: Value, *, high: int = 0, numeric: bool = False) -> bytes
         match kind, content:
             case ValueKind.INTEGER, int():
                 return tag + _INT64.pack(content)
-            case ValueKind.EMPTY, None:
-                return tag
             case ValueKind.REAL, float() | int():
                 return tag + _FLOAT32.pack(content)
             case ValueKind.BOOLEAN, int():

@@ -7,11 +7,10 @@ from pathlib import Path
 import can
 import pytest
 
-from hornbill.bus import socketcan
-from hornbill.bus.address import open_port, parse
+from hornbill.bus.address import check, open_port, parse
 from hornbill.bus.clock import run
 from hornbill.errors import PortOpenFailed
-from hornbill.wire.port import PortState
+from hornbill.wire.port import PortState, PortStatistics
 
 
 def failure(address: str, bitrate: int = 1_000_000) -> PortOpenFailed:
@@ -44,55 +43,20 @@ def test_a_serial_device_that_is_not_there() -> None:
     pytest.importorskip("termios", reason="serial device files are a matter of POSIX")
     error = failure("slcan:/dev/no-such-adapter")
     assert "/dev/no-such-adapter" in error.detail
-    assert "plug the adapter in" in error.detail
-
-
-@pytest.fixture
-def net(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(socketcan, "NET", tmp_path)
-    monkeypatch.setattr(socketcan.socket, "AF_CAN", 29, raising=False)
-    return tmp_path
-
-
-def interface(net: Path, name: str, *, kind: int = 280, up: bool) -> None:
-    (net / name).mkdir()
-    (net / name / "type").write_text(f"{kind}\n")
-    (net / name / "flags").write_text("0x40081\n" if up else "0x40080\n")
-
-
-def test_socketcan_interfaces_that_do_not_exist(net: Path) -> None:
-    interface(net, "lo", kind=772, up=True)
-    assert "no CAN interface" in failure("socketcan:can0").detail
-    assert "There is no CAN interface lo" in failure("socketcan:lo").detail
-    interface(net, "can1", up=True)
-    assert "CAN interfaces here: can1." in failure("socketcan:can0").detail
-    missing = failure("socketcan:vcan0")
-    assert missing.facts["remedy"] == "sudo ip link add dev vcan0 type vcan && sudo ip link set vcan0 up"
-    assert "There is no CAN interface ../can1" in failure("socketcan:../can1").detail
-
-
-def test_socketcan_interfaces_that_are_down(net: Path) -> None:
-    interface(net, "can0", up=False)
-    interface(net, "vcan0", up=False)
-    down = failure("socketcan:can0")
-    assert down.facts["remedy"] == "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
-    assert str(down.facts["remedy"]) in down.detail
-    assert "bitrate 500000" in failure("socketcan:can0", 500_000).detail
-    assert failure("socketcan:vcan0").facts["remedy"] == "sudo ip link set vcan0 up"
-
-
-def test_socketcan_off_linux(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(socketcan.socket, "AF_CAN")
-    assert "Linux only" in failure("socketcan:can0").detail
+    assert "There is no such device. Plug the adapter in" in error.detail
+    assert error.facts["remedy"] == "Plug the adapter in and check its name."
 
 
 @pytest.mark.parametrize(
     ("error", "remedy"),
     [
-        (PermissionError(13, "Permission denied"), "dialout"),
-        (can.CanInitializationError("in use", 16), "Another program"),
+        (PermissionError(13, "Permission denied"), "sudo usermod -aG dialout $USER"),
+        (can.CanInitializationError("the hardware is in use by a net"), "Close that program"),
         (OSError(97, "Address family not supported by protocol"), "modprobe can_raw"),
-        (can.CanInterfaceNotImplementedError("no driver"), "Install"),
+        (can.CanInterfaceNotImplementedError("no driver"), "modprobe peak_usb"),
+        (OSError("pcanbasic library not found."), "Install PCAN-Basic"),
+        (can.CanInitializationError("a hardware handle is invalid"), "check its name"),
+        (ValueError("channel"), "manual of pcan"),
         (can.CanInitializationError("something else"), "plugged in"),
     ],
 )
@@ -103,9 +67,10 @@ def test_what_the_driver_says_comes_with_a_remedy(
         raise error
 
     monkeypatch.setattr(can, "Bus", refuse)
-    detail = failure("pcan:PCAN_USBBUS1").detail
-    assert str(error) in detail
-    assert remedy in detail
+    failed = failure("pcan:PCAN_USBBUS1")
+    assert str(error) in failed.detail
+    assert remedy in failed.detail
+    assert remedy in str(failed.facts["remedy"])
 
 
 @pytest.mark.parametrize("way", ["deadline", "cancelled"])
@@ -125,7 +90,7 @@ def test_an_opening_that_succeeds_too_late_is_closed_again(way: str, monkeypatch
 
     async def main() -> None:
         if way == "deadline":
-            with pytest.raises(PortOpenFailed, match=r"did not open within 0\.01 s"):
+            with pytest.raises(PortOpenFailed, match=r"did not open within 0\.01 s.*Unplug"):
                 await open_port("virtual:x", deadline_s=0.01)
         else:
             opening = asyncio.create_task(open_port("virtual:x"))
@@ -147,9 +112,36 @@ def test_no_file_in_the_home_folder_changes_what_is_opened(tmp_path: Path, monke
 
     async def main() -> None:
         port = await open_port("virtual:home")
-        bus = port._bus  # type: ignore[attr-defined] # pyright: ignore
+        bus = port._link._bus  # type: ignore[attr-defined] # pyright: ignore
         assert not bus.receive_own_messages
         assert port.state is PortState.ACTIVE
+        await port.close()
+
+    asyncio.run(main())
+
+
+def test_a_driver_that_times_out_by_itself_is_not_called_hanging(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(**_: object) -> can.BusABC:
+        raise TimeoutError("no answer from the device")
+
+    monkeypatch.setattr(can, "Bus", refuse)
+    detail = failure("pcan:PCAN_USBBUS1").detail
+    assert "hangs" not in detail
+    assert "no answer from the device" in detail
+
+
+def test_what_is_tried_again_is_refused_at_once_when_it_never_can_be_opened() -> None:
+    assert check(" slcan : /dev/ttyACM0 ", 500_000) == "slcan:/dev/ttyACM0"
+    for address, bitrate in (("can0", 1_000_000), ("slcan:", 1_000_000), ("nothing:1", 1), ("slcan:/dev/x", 0)):
+        with pytest.raises(PortOpenFailed):
+            check(address, bitrate)
+
+
+def test_counters_go_on_in_what_is_given() -> None:
+    async def main() -> None:
+        statistics = PortStatistics(rx_frames=7)
+        port = await open_port("virtual:counters", statistics=statistics)
+        assert port.statistics is statistics
         await port.close()
 
     asyncio.run(main())

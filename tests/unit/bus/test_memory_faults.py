@@ -75,6 +75,10 @@ def test_corrupted_frames_are_repeated_in_order_and_cost_time() -> None:
         bus.corruption(pct)
         await stream(a)
         assert b.statistics.errors == c.statistics.errors == a.statistics.errors
+        assert (
+            b.statistics.error_frames == c.statistics.error_frames == a.statistics.error_frames == a.statistics.errors
+        )
+        assert a.statistics.unacknowledged == 0
         assert a.statistics.tx_frames == b.statistics.rx_frames == COUNT
         assert a.state is PortState.ACTIVE
         return heard, a.statistics.busy_s, a.statistics.errors
@@ -97,6 +101,7 @@ def test_a_sender_that_always_fails_goes_bus_off_and_recovers_on_request(fast: b
         assert a.state is PortState.BUS_OFF
         assert b.state is PortState.ACTIVE
         assert b.statistics.errors == 32  # 8 up for each failure, off above 255
+        assert (a.statistics.bus_offs, a.statistics.unacknowledged) == (1, 0)
         bus.corruption(0)
         heard = heard_by(b)
         a.send([Frame(1, b"lost")])
@@ -155,8 +160,8 @@ def test_alone_on_the_bus_a_port_turns_passive_and_keeps_its_frames(fast: bool) 
         a.send([Frame(2, b""), Frame(1, b"")])
         await asyncio.sleep(3600)
         assert a.state is PortState.PASSIVE
-        assert a.statistics.errors == 16
-        assert a.statistics.tx_frames == 0
+        assert a.statistics.errors == a.statistics.error_frames == a.statistics.unacknowledged == 16
+        assert (a.statistics.tx_frames, a.statistics.bus_offs) == (0, 0)
         b = bus.port("b")
         heard: list[Frame] = []
         b.listen(heard.extend)
@@ -196,7 +201,7 @@ def test_want_of_an_acknowledgement_alone_never_leads_to_bus_off() -> None:
             await asyncio.sleep(10e-6)
             await b.close()
             await asyncio.sleep(0.001)
-        assert a.statistics.errors == 16 + 40
+        assert a.statistics.errors == a.statistics.unacknowledged == 16 + 40
         assert a.state is PortState.PASSIVE
 
     run(main())

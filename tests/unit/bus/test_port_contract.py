@@ -1,4 +1,4 @@
-"""Owns the contract every CanPort keeps, tried on the embedded bus and on python-can's virtual bus."""
+"""Owns the contract every CanPort keeps, tried on the embedded bus, python-can's virtual bus and slcan adapters."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
@@ -14,8 +14,10 @@ from hornbill.bus.memory import MemoryBus
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState
+from unit.bus.adapter import FakeAdapter
 
 _channels = count()
+_terminals: list[str] = []
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,18 @@ async def memory_pair(*, fast: bool = False) -> tuple[CanPort, CanPort]:
     return bus.port("a"), bus.port("b")
 
 
+def on_terminals(scenario: Coroutine[Any, Any, None]) -> None:
+    with FakeAdapter() as one, FakeAdapter() as other:
+        one.neighbour, other.neighbour = other, one
+        _terminals[:] = (one.channel, other.channel)
+        asyncio.run(scenario)
+
+
+async def slcan_pair() -> tuple[CanPort, CanPort]:
+    one, other = _terminals
+    return await open_port(f"slcan:{one}"), await open_port(f"slcan:{other}")
+
+
 async def virtual_pair() -> tuple[CanPort, CanPort]:
     address = f"virtual:contract-{next(_channels)}"
     return await open_port(address), await open_port(address)
@@ -41,6 +55,7 @@ KINDS = {
     "memory, fast": Kind(run, lambda: memory_pair(fast=True)),
     "memory in real time": Kind(asyncio.run, memory_pair),
     "python-can": Kind(asyncio.run, virtual_pair),
+    "slcan": Kind(on_terminals, slcan_pair),
 }
 
 

@@ -93,7 +93,7 @@ def test_a_loop_that_is_busy_for_too_long_loses_the_newest(monkeypatch: pytest.M
     asyncio.run(main())
 
 
-def test_foreign_frames_are_counted_and_not_delivered() -> None:
+def test_foreign_frames_are_counted_and_neither_they_nor_our_own_are_delivered() -> None:
     async def main() -> None:
         adapter = Adapter()
         port = opened(adapter)
@@ -104,12 +104,14 @@ def test_foreign_frames_are_counted_and_not_delivered() -> None:
             can.Message(arbitration_id=2, is_remote_frame=True),
             can.Message(arbitration_id=3, is_fd=True, data=bytes(12)),
             can.Message(is_error_frame=True),
+            can.Message(arbitration_id=5, is_rx=False, data=b"echo"),
             can.Message(arbitration_id=4, data=b"ours"),
         ):
             adapter.incoming.put(message)
         await until(lambda: heard)
         assert [(frame.id, frame.data) for frame in heard] == [(4, b"ours")]
-        assert (port.statistics.rx_dropped, port.statistics.errors, port.statistics.rx_frames) == (3, 1, 1)
+        seen = port.statistics
+        assert (seen.ignored, seen.errors, seen.error_frames, seen.rx_frames, seen.rx_dropped) == (3, 1, 1, 1, 0)
         await port.close()
 
     asyncio.run(main())
@@ -254,23 +256,88 @@ def test_a_few_garbled_messages_are_counted_and_a_stream_of_them_is_the_end() ->
     asyncio.run(main())
 
 
-def test_socketcan_error_frames_tell_the_state() -> None:
+@pytest.mark.parametrize("interface", ["socketcan", "gs_usb"])
+def test_error_frames_tell_the_state_and_are_counted_by_kind(interface: str) -> None:
     async def main() -> None:
         adapter = Adapter()
-        port = opened(adapter, "socketcan:can0")
-        for identifier, data, state in (
-            (0x004, b"\0\x20", PortState.PASSIVE),
-            (0x040, b"", PortState.BUS_OFF),
-            (0x100, b"", PortState.ACTIVE),
-            (0x004, b"\0\x10", PortState.PASSIVE),
-            (0x020, b"", PortState.PASSIVE),
-            (0x004, b"\0\x40", PortState.ACTIVE),
-        ):
-            errors = port.statistics.errors
-            message = can.Message(arbitration_id=identifier, is_extended_id=False, is_error_frame=True, data=data)
-            adapter.incoming.put(message)
-            await until(lambda errors=errors: port.statistics.errors == errors + 1)
-            await until(lambda state=state: port.state is state)
+        port = opened(adapter, f"{interface}:can0")
+
+        async def tell(identifier: int, data: bytes, state: PortState) -> None:
+            adapter.incoming.put(can.Message(arbitration_id=identifier, is_error_frame=True, data=data))
+            adapter.incoming.put(can.Message(arbitration_id=1))
+            heard = port.statistics.rx_frames
+            await until(lambda: port.statistics.rx_frames == heard + 1)
+            assert port.state is state
+            assert (port.trouble is None) == (state is PortState.ACTIVE)
+
+        await tell(0x004, b"\0\x20", PortState.PASSIVE)
+        await tell(0x040, b"", PortState.BUS_OFF)
+        await tell(0x040, b"", PortState.BUS_OFF)
+        assert "bit rate (1000000 bit/s)" in (port.trouble or "")
+        await tell(0x100, b"", PortState.ACTIVE)
+        await tell(0x004, b"\0\x10", PortState.PASSIVE)
+        await tell(0x020, b"", PortState.PASSIVE)
+        await tell(0x004, b"\0\x08", PortState.ACTIVE)
+        await tell(0x002, b"", PortState.ACTIVE)
+        await tell(0x004, b"\0\x01", PortState.ACTIVE)
+        seen = port.statistics
+        assert (seen.bus_offs, seen.unacknowledged, seen.error_frames, seen.errors, seen.rx_dropped) == (1, 1, 7, 7, 1)
+        await port.close()
+
+    asyncio.run(main())
+
+
+def test_error_frames_of_other_interfaces_are_counted_and_not_read() -> None:
+    async def main() -> None:
+        adapter = Adapter()
+        port = opened(adapter, "pcan:PCAN_USBBUS1")
+        adapter.incoming.put(can.Message(arbitration_id=0x060, is_error_frame=True))
+        await until(lambda: port.statistics.error_frames == 1)
+        assert (port.state, port.statistics.unacknowledged) == (PortState.ACTIVE, 0)
+        await port.close()
+
+    asyncio.run(main())
+
+
+def test_a_lost_bus_says_why_and_counters_go_on_in_the_port_after_it() -> None:
+    async def main() -> None:
+        adapter = Adapter()
+        port = opened(adapter, "pcan:PCAN_USBBUS1")
+        assert port.trouble is None
+        adapter.incoming.put(can.Message(arbitration_id=1))
+        adapter.incoming.put(can.CanOperationError("The USB device was pulled out."))
+        await until(lambda: port.state is PortState.LOST)
+        assert port.trouble == (
+            "pcan:PCAN_USBBUS1 was lost: The USB device was pulled out. Check the adapter and its cable."
+        )
+        await port.close()
+        assert port.trouble is None
+        next_adapter = Adapter()
+        again = PythonCanPort(next_adapter, address="pcan:x", bitrate=1_000_000, statistics=port.statistics)
+        next_adapter.incoming.put(can.Message(arbitration_id=1))
+        await until(lambda: again.statistics.rx_frames == 2)
+        again.send([Frame(1, b"")])
+        await until(lambda: port.statistics.tx_frames == 1)
+        await again.close()
+
+    asyncio.run(main())
+
+
+def test_frames_that_come_close_by_one_another_wake_an_idle_loop_a_few_times_only() -> None:
+    async def main() -> None:
+        adapter = Adapter()
+        port = opened(adapter)
+        batches: list[int] = []
+        port.listen(lambda frames: batches.append(len(frames)))
+
+        def send() -> None:
+            for number in range(1000):
+                adapter.incoming.put(can.Message(arbitration_id=number))
+                time.sleep(5e-5)
+
+        await asyncio.to_thread(send)
+        await until(lambda: sum(batches) == 1000)
+        assert len(batches) < 700
         await port.close()
 
     asyncio.run(main())

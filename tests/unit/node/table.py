@@ -16,6 +16,8 @@ class MemoryTable:
         self.kept = dict(entries or {})
         self.pins = pins
         self.recorded: list[tuple[str, int]] = []
+        self.away_s: dict[str, float] = {}
+        self.broken = False
 
     def entries(self) -> dict[Uid, NodeId]:
         """All of them."""
@@ -26,9 +28,20 @@ class MemoryTable:
         return uid in self.pins
 
     def record(self, uid: Uid, node_id: NodeId) -> None:
-        """Keep it."""
+        """Keep it. Raises OSError while `broken`."""
+        if self.broken:
+            raise OSError("the disk is full")
         self.recorded.append((uid, node_id))
         self.kept[uid] = node_id
+
+    def idle(self, longer_than_s: float) -> list[Uid]:
+        """By `away_s`; who is not in it was never away."""
+        gone = [uid for uid, away in self.away_s.items() if away > longer_than_s and uid in self.kept]
+        return [Uid(uid) for uid in sorted(gone, key=lambda uid: -self.away_s[uid]) if uid not in self.pins]
+
+    def forget(self, uid: Uid) -> None:
+        """Drop it."""
+        del self.kept[uid]
 
 
 @dataclass
@@ -49,6 +62,10 @@ class Neighbours:
     def resident(self, node_id: int) -> bytes | None:
         """Their unique id, where it is known."""
         return self.uids.get(node_id)
+
+    def home(self, unique_id: bytes) -> int | None:
+        """Where it lives."""
+        return next((node_id for node_id, uid in self.uids.items() if uid == unique_id), None)
 
     def last_heard(self, node_id: int) -> float | None:
         """When."""

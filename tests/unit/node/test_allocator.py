@@ -4,12 +4,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.node.allocator import Allocator, AllocatorMode, AllocatorState, Pending, Rival
+from hornbill.node.allocator import Allocator, AllocatorMode, AllocatorState
+from hornbill.node.directory import Directory
 from hornbill.node.node_ids import find_free
+from hornbill.node.waiting import Pending
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import Allocation
 from hornbill.wire.transfer import Transfer
-from unit.node.table import MemoryTable, Neighbours, answer_of, ask, exchange
+from unit.node.table import MemoryTable, Neighbours, ask, exchange
 
 A = bytes(range(0xA0, 0xB0))
 B = bytes(range(0xB0, 0xC0))
@@ -110,10 +112,55 @@ def test_a_node_that_restarts_keeps_its_id_although_it_was_just_heard() -> None:
     neighbours = Neighbours()
     it = allocator(neighbours=neighbours)
     assert exchange(it, A, 0.0) == 125
-    neighbours.heard[125] = 10.0
+    neighbours.heard[125], neighbours.uids[125] = 10.0, A
     assert exchange(it, A, 10.7) == 125  # it asks 0.6 s after its start at the earliest
-    neighbours.heard[125], neighbours.uids[125] = 20.4, A
+    neighbours.heard[125] = 20.4
     assert exchange(it, A, 20.5) == 125
+
+
+def test_while_nobody_knows_who_uses_its_id_a_node_gets_none_and_it_is_found_out() -> None:
+    neighbours = Neighbours({20: 9.0})
+    table = MemoryTable({A.hex(): 20})
+    it = allocator(table, neighbours)
+    asked: list[int] = []
+    it.on_unclear.append(asked.append)
+    assert exchange(it, A, 10.0) is None
+    assert asked == [20]
+    assert exchange(it, B, 10.3) == 125  # nobody else waits for that
+    neighbours.uids[20] = A  # it was the node itself, before its restart
+    assert exchange(it, A, 11.0) == 20
+    neighbours.heard[20], neighbours.uids[20] = 99.0, C
+    assert exchange(it, A, 100.0) == 124
+    assert asked == [20]
+
+
+def test_an_id_nobody_explains_is_its_owners_again_after_three_seconds_of_silence() -> None:
+    it = allocator(MemoryTable({A.hex(): 20}), Neighbours({20: 9.0}))
+    assert [exchange(it, A, now) for now in (10.0, 11.0, 12.0)] == [None, None, 20]
+
+
+def test_whoever_talks_while_the_owner_asks_is_another_whatever_it_said_of_itself() -> None:
+    neighbours = Neighbours({125: 9.0}, {125: A})
+    table = MemoryTable({A.hex(): 125})
+    it = allocator(table, neighbours)
+    ask(it, A[:6], 10.0, first=True)
+    neighbours.heard[125] = 10.05
+    ask(it, A[6:12], 10.1)
+    assert ask(it, A[12:], 10.2) == Allocation(124, False, A)
+
+
+def test_a_node_met_before_gets_the_id_it_had_unless_it_wishes_for_another() -> None:
+    """The table is new, or another allocator gave that id."""
+    neighbours = Neighbours({20: 5.0, 30: 5.0, 40: 5.0}, {20: A, 30: B, 40: C})
+    it = allocator(MemoryTable({"00" * 16: 40}), neighbours)
+    assert exchange(it, A, 10.0) == 20
+    assert exchange(it, B, 11.0, preferred=60) == 60
+    assert exchange(it, C, 12.0) == 125  # its id belongs to somebody else by now
+
+
+def test_ids_of_former_times_are_given_last() -> None:
+    it = Allocator(MemoryTable(), own_ids=frozenset(), residents=Directory(remembered=(125, 124)))
+    assert exchange(it, A, 0.0) == 123
 
 
 def test_a_node_whose_id_another_one_uses_gets_a_new_one() -> None:
@@ -148,27 +195,6 @@ def test_a_pinned_id_is_given_and_never_replaced_by_another() -> None:
     assert exchange(it, A, 101.0) is None
     assert [each.refusal for each in refusals] == ["Node id 10 is pinned to it, but another node uses that id."]
     assert table.kept == {A.hex(): 10}
-
-
-# A full table.
-
-
-def test_when_every_id_is_taken_it_says_so_and_names_the_node(caplog: pytest.LogCaptureFixture) -> None:
-    table = MemoryTable({number(n).hex(): n for n in range(1, 126)})
-    it = allocator(table)
-    refusals: list[Pending] = []
-    it.on_refused.append(refusals.append)
-    assert exchange(it, A, 0.0) is None
-    assert exchange(it, A, 1.0) is None
-    (refusal,) = refusals
-    assert refusal.partial == A.hex()
-    assert refusal.refusal == "All 125 node ids are taken. Forget allocations of nodes that are gone."
-    assert A.hex() in caplog.text
-    (waiting,) = it.pending(1.2)
-    assert (waiting.refusal, waiting.attempts) == (refusal.refusal, 2)
-    del table.kept[number(7).hex()]
-    assert exchange(it, A, 2.0) == 7
-    assert it.pending(2.2) == []
 
 
 # Stages.
@@ -295,48 +321,3 @@ def test_a_new_id_is_not_given_before_the_bus_was_listened_to() -> None:
     assert exchange(it, B, 100.1) is None
     assert exchange(it, A, 100.2) == 99  # who was here before need not wait
     assert exchange(it, B, 100.9) == 125
-
-
-# Another allocator.
-
-
-def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCaptureFixture) -> None:
-    table = MemoryTable()
-    it = allocator(table)
-    ask(it, A[:6], 0.0, first=True)
-    assert answer_of(it, 9, Allocation(0, False, A[:6]), 0.01) is None
-    assert it.state is AllocatorState.STANDING_DOWN
-    assert it.rival == Rival(9, 0.01, 1)
-    assert ask(it, A[6:12], 0.1) is None
-    answer_of(it, 9, Allocation(0, False, A[:12]), 0.11)
-    assert [(each.partial, each.stage) for each in it.pending(0.2)] == [(A[:12].hex(), 2)]
-    assert ask(it, A[12:], 0.3) is None
-    answer_of(it, 9, Allocation(77, False, A), 0.31)
-    assert it.pending(0.4) == []
-    assert table.recorded == []
-    assert it.rival == Rival(9, 0.31, 3)
-    assert caplog.text.count("standing down") == 1
-
-
-def test_it_comes_back_when_the_other_one_leaves_three_requests_unanswered() -> None:
-    it = allocator()
-    answer_of(it, 9, Allocation(0, False, A[:6]), 0.0)
-    for n in range(3):
-        assert ask(it, A[:6], 1.0 + n, first=True) is None
-    assert exchange(it, A, 4.0) == 125
-    assert it.state is AllocatorState.ON
-
-
-def test_the_other_one_keeps_it_down_for_as_long_as_it_answers() -> None:
-    it = allocator()
-    for n in range(20):
-        ask(it, A[:6], n, first=True)
-        answer_of(it, 9, Allocation(0, False, A[:6]), n + 0.001)
-    assert it.state is AllocatorState.STANDING_DOWN
-
-
-def test_a_person_can_let_it_answer_again() -> None:
-    it = allocator()
-    answer_of(it, 9, Allocation(0, False, A[:6]), 0.0)
-    it.resume()
-    assert exchange(it, A, 1.0) == 125

@@ -8,7 +8,9 @@ from hornbill.bus.clock import run
 from hornbill.bus.memory import MemoryBus
 from hornbill.node.directory import Directory, NodeRecord
 from hornbill.wire.datatype import Kind
-from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Allocation, Health, Mode, NodeStatus
+from hornbill.wire.services import GetNodeInfoResponse, HardwareVersion, SoftwareVersion
+from hornbill.wire.transfer import Transfer, split
 from unit.node.peer import Peer, participant
 
 
@@ -16,13 +18,16 @@ def status(uptime: int, health: Health = Health.OK) -> NodeStatus:
     return NodeStatus(uptime, health, Mode.OPERATIONAL)
 
 
+def info(unique_id: bytes) -> GetNodeInfoResponse:
+    return GetNodeInfoResponse(status(1), SoftwareVersion(1, 0), HardwareVersion(1, 0, unique_id), "org.example")
+
+
 class Told:
-    """What the directory's hooks said, as (what, node id)."""
+    """The restarts the directory told of, by node id."""
 
     def __init__(self, directory: Directory) -> None:
-        self.events: list[tuple[str, int]] = []
-        directory.on_appeared.append(lambda record: self.events.append(("appeared", record.node_id)))
-        directory.on_restarted.append(lambda record: self.events.append(("restarted", record.node_id)))
+        self.restarted: list[int] = []
+        directory.on_restarted.append(lambda record: self.restarted.append(record.node_id))
 
 
 def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
@@ -31,8 +36,9 @@ def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
     directory.hear(42, status(6, Health.WARNING), 101.0)
     record = directory.records[42]
     assert record == NodeRecord(42, status(6, Health.WARNING), 101.0, 100.0)
-    assert record.online(103.9)
-    assert not record.online(104.0)
+    assert directory.is_online(42, 103.9)
+    assert not directory.is_online(42, 104.0)
+    assert not directory.is_online(43, 103.9)
     assert directory.online(103.9) == [record]
     assert directory.online(104.0) == []
 
@@ -44,26 +50,25 @@ def test_online_nodes_come_by_node_id() -> None:
     assert [record.node_id for record in directory.online(1.0)] == [3, 9, 77]
 
 
-def test_it_tells_of_nodes_that_appear_and_that_come_back() -> None:
+def test_a_node_that_comes_back_with_the_uptime_it_should_have_has_not_restarted() -> None:
     directory = Directory()
     told = Told(directory)
     directory.hear(42, status(5), 100.0)
-    directory.hear(42, status(6), 101.0)
-    assert told.events == [("appeared", 42)]
     directory.hear(42, status(16), 111.0)  # a cable was pulled
-    assert told.events == [("appeared", 42), ("appeared", 42)]
-    assert directory.records[42].restarts == 0
+    assert told.restarted == []
+    assert directory.records[42].lives == 0
 
 
 def test_an_uptime_that_goes_back_is_a_restart() -> None:
     directory = Directory()
     told = Told(directory)
     directory.hear(42, status(500), 100.0)
-    directory.identify(42, bytes(16))
+    directory.identify(42, info(bytes(16)))
+    assert directory.records[42].lives == 0
     directory.hear(42, status(0), 101.0)
-    assert told.events == [("appeared", 42), ("restarted", 42)]
+    assert told.restarted == [42]
     record = directory.records[42]
-    assert (record.restarts, record.leaps, record.unique_id) == (1, 0, None)
+    assert (record.restarts, record.leaps, record.lives, record.info, record.unique_id) == (1, 0, 1, None, None)
 
 
 def test_a_restart_right_after_a_restart_is_one_more() -> None:
@@ -78,7 +83,7 @@ def test_a_restart_out_of_sight_is_seen_by_an_uptime_that_lags_behind() -> None:
     told = Told(directory)
     directory.hear(42, status(5), 100.0)
     directory.hear(42, status(20), 160.0)  # it should have been 65
-    assert told.events == [("appeared", 42), ("restarted", 42), ("appeared", 42)]
+    assert told.restarted == [42]
 
 
 @pytest.mark.parametrize("delay", [-0.9, 0.0, 0.9, 1.5])
@@ -87,7 +92,7 @@ def test_late_and_early_statuses_are_no_restart(delay: float) -> None:
     told = Told(directory)
     for second in range(10):
         directory.hear(42, status(second), 100.0 + second + (delay if second % 2 else 0.0))
-    assert told.events == [("appeared", 42)]
+    assert told.restarted == []
     assert directory.records[42].leaps == 0
 
 
@@ -102,12 +107,29 @@ def test_two_nodes_with_one_id_restart_and_leap_in_turn() -> None:
 
 def test_it_keeps_the_unique_id_of_a_node_it_has_met() -> None:
     directory = Directory()
-    directory.identify(42, bytes(16))
+    directory.identify(42, info(bytes(16)))
     assert directory.resident(42) is None
     directory.hear(42, status(1), 0.0)
-    directory.identify(42, bytes(range(16)))
+    directory.identify(42, info(bytes(range(16))))
     directory.hear(42, status(2), 1.0)
     assert directory.resident(42) == bytes(range(16))
+
+
+def test_it_knows_where_a_node_was_met_last() -> None:
+    directory = Directory()
+    assert directory.home(bytes(16)) is None
+    for at, node_id in ((0.0, 42), (5.0, 43)):
+        directory.hear(node_id, status(1), at)
+        directory.identify(node_id, info(bytes(16)))
+    assert directory.home(bytes(16)) == 43
+    assert directory.home(bytes(range(16))) is None
+
+
+def test_ids_of_former_times_are_known_but_nobody_was_heard_on_them() -> None:
+    directory = Directory(remembered=(7, 9))
+    directory.hear(9, status(1), 0.0)
+    assert directory.known() == {7, 9}
+    assert directory.heard() == directory.occupied(1.0) == {9}
 
 
 def test_a_hook_that_fails_keeps_no_other_from_being_called(caplog: pytest.LogCaptureFixture) -> None:
@@ -116,10 +138,11 @@ def test_a_hook_that_fails_keeps_no_other_from_being_called(caplog: pytest.LogCa
     def fail(_record: NodeRecord) -> None:
         raise RuntimeError("a bug")
 
-    directory.on_appeared.append(fail)
+    directory.on_restarted.append(fail)
     told = Told(directory)
-    directory.hear(42, status(1), 0.0)
-    assert told.events == [("appeared", 42)]
+    directory.hear(42, status(5), 0.0)
+    directory.hear(42, status(0), 1.0)
+    assert told.restarted == [42]
     assert "a bug" in caplog.text
 
 
@@ -142,9 +165,20 @@ def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
         await asyncio.sleep(3)
         assert directory.occupied(host.clock()) == set()
         assert directory.known() == {42, 43}
+        # Whatever it sends, a node that is heard is there.
+        talker.say_status(5)
+        await asyncio.sleep(2.5)
+        talker.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
+        await asyncio.sleep(2.5)
+        assert [record.node_id for record in directory.online(host.clock())] == [42]
         directory.forget(42)
         directory.forget(43)
         assert directory.known() == set()
+        assert directory.anonymous_heard is None
+        asking = Allocation(0, True, bytes(6))
+        mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, asking.encode()), Allocation.TYPE))
+        await asyncio.sleep(0.01)
+        assert directory.anonymous_heard == pytest.approx(host.clock(), abs=0.01)
         leave()
         talker.say_status(5)
         await asyncio.sleep(0.01)

@@ -45,6 +45,21 @@ def test_what_is_more_urgent_goes_first_within_a_node_and_among_nodes() -> None:
     assert drain(lanes) == ["1b", "3a", "2a", "1a", "2b"]
 
 
+def test_an_item_gives_way_to_more_urgent_ones_alone_and_comes_back_before_its_equals() -> None:
+    lanes = Lanes[str]()
+    for item, priority in (("1a", 24), ("1b", 24), ("2a", 20)):
+        lanes.put(int(item[0]), priority, item)
+    assert lanes.take() == "2a"
+    assert lanes.take() == "1a"
+    assert not lanes.give_way(1, 24, "1a")
+    assert lanes.take() is None
+    for item in ("1c", "1d"):
+        lanes.put(1, 17, item)
+    assert lanes.give_way(1, 24, "1a")
+    lanes.free(2)
+    assert drain(lanes) == ["1c", "1d", "1a", "1b"]
+
+
 def test_clearing_drops_what_waits_and_a_busy_node_can_still_be_freed() -> None:
     lanes = Lanes[str]()
     lanes.put(1, 24, "1a")

@@ -110,6 +110,40 @@ def test_a_dead_node_does_not_hold_up_the_others() -> None:
     run(play())
 
 
+def test_what_is_more_urgent_waits_for_one_try_of_a_read_and_not_for_all_of_them() -> None:
+    async def play() -> None:
+        _, host, peer = pair(drop=lambda number: number < 2)
+        reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
+        later = asyncio.ensure_future(host.request(42, read("0x39"), timeout=0.1))
+        await asyncio.sleep(0.01)
+        began = now()
+        with pytest.raises(NoAnswer):
+            await host.request(42, read("0x00"), priority=17, timeout=0.05)
+        assert now() - began == pytest.approx(0.09 + 0.05, abs=0.002)
+        assert (await reading).name == "0x38"
+        assert (await later).name == "0x39"
+        assert peer.names == ["0x38", "0x00", "0x38", "0x39"]
+        assert host.request_counters.repeats == 1
+        await host.close()
+
+    run(play())
+
+
+def test_the_late_answer_of_a_read_that_gave_way_counts_and_it_is_not_sent_again() -> None:
+    async def play() -> None:
+        _, host, peer = pair(delay=lambda number: 0.12 if number == 0 else 0.05)
+        reading = asyncio.ensure_future(host.request(42, read("0x38"), timeout=0.1, tries=25))
+        await asyncio.sleep(0.01)
+        urgent = asyncio.ensure_future(host.request(42, read("0x00"), priority=17, timeout=0.1))
+        assert (await reading).name == "0x38"
+        assert (await urgent).name == "0x00"
+        assert (await host.request(42, read("0x39"))).name == "0x39"
+        assert peer.names == ["0x38", "0x00", "0x39"]
+        await host.close()
+
+    run(play())
+
+
 def test_an_urgent_request_goes_at_once_with_a_transfer_id_of_its_own() -> None:
     async def play() -> None:
         _, host, peer = pair(drop=lambda number: number == 0)

@@ -39,7 +39,7 @@ from hornbill.wire.services import (
 from hornbill.wire.transfer import Transfer, split
 from hornbill.wire.types import AnyStructure, decode
 
-__all__ = ["FIRMWARE", "MODELS", "NODE", "START", "TESTER", "Desk", "catalog", "integer"]
+__all__ = ["FIRMWARE", "FREE", "MODELS", "NODE", "QUIET", "START", "TESTER", "Desk", "catalog", "integer"]
 
 TESTER = 126
 NODE = 42
@@ -49,6 +49,11 @@ MODELS = (
     "BLA21-06U-A0", "BLA21-06U-AB", "BLA21-12U-A0", "BLA21-12U-AB",
     "BLA21-28U-A0", "BLA21-28U-AB", "BLA15-06U-A0", "BLA15-12U-A0",
 )  # fmt: skip
+QUIET = {"timeout_action": 0, "soft_start": 0}
+"""Saved in a servo that does nothing before the first command and goes on after the last."""
+FREE = QUIET | {"speed_torque_control": 1}
+"""The same in one that takes speed and torque, too."""
+
 
 T = TypeVar("T", bound=AnyStructure)
 
@@ -87,6 +92,21 @@ class Desk:
         if up:
             self.servo.power_on(self.now)
             self.wait(0.2)
+
+    def under(self, **conditions: float | None) -> "Desk":
+        """This desk, with these `Conditions` and a moment for the servo to notice."""
+        for name, value in conditions.items():
+            assert hasattr(self.servo.conditions, name), name
+            setattr(self.servo.conditions, name, value)
+        self.wait(0.1)
+        return self
+
+    def power_cycle(self, off_s: float = 1.0) -> None:
+        """Take the supply away, and give it back."""
+        self.servo.power_off(self.now)
+        self.wait(off_s)
+        self.servo.power_on(self.now)
+        self.wait(0.2)
 
     # Time.
 

@@ -117,3 +117,31 @@ def test_limits_that_hold_back_are_told() -> None:
     horn.obey(orders._replace(target=-500.0, speed_low=-1e4))
     horn.advance(0.02)
     assert (horn.limited_speed, horn.limited_torque) == (0, -1)
+
+
+@pytest.mark.parametrize("gain", [0.015, 0.15])
+def test_what_pushed_it_into_the_dead_band_does_not_push_it_on_through(gain: float) -> None:
+    plant = plant_of(catalog().models["BLA21-12U-A0"])
+    orders = HOLD._replace(
+        controller=Controller.ANGLE_CASCADE, target=45.0, angle_p=100 * plant.angle_p, dead_band=3.0, inertia=3.0,
+        speed_p=50 * plant.speed_p, speed_i=gain, speed_dead_band=3.6, speed_i_limit=0.2,
+    )  # fmt: skip
+    horn = motion(orders, "BLA21-12U-A0")
+    horn.advance(3.0)
+    assert horn.asleep
+    assert abs(horn.angle - 45.0) <= 3.0
+
+
+def test_in_the_dead_band_the_integral_still_holds_a_load() -> None:
+    plant = plant_of(catalog().models["BLA21-06U-A0"])
+    orders = HOLD._replace(
+        controller=Controller.ANGLE_CASCADE, angle_p=40 * plant.angle_p, speed_p=50 * plant.speed_p, speed_i=0.015,
+        speed_dead_band=3.6, speed_i_limit=1.0, load=-0.3,
+    )  # fmt: skip
+    horn = motion(orders)
+    horn.advance(5.0)
+    rest = horn.angle
+    horn.advance(60.0)
+    assert horn.angle == rest
+    assert abs(rest) <= 0.4
+    assert horn.torque == pytest.approx(0.3, abs=BREAKAWAY)

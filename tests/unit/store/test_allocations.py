@@ -68,6 +68,29 @@ def test_another_id_than_the_pinned_one_ends_the_pin(store: Store) -> None:
     assert store.allocations.entries() == {A: 11}
 
 
+def test_nodes_that_are_there_are_seen_now_and_others_are_not(store: Store, wall: Wall) -> None:
+    store.allocations.record(A, NodeId(125))
+    store.allocations.record(B, NodeId(124))
+    wall.now = 2000.0
+    store.allocations.seen([A, Uid("c0" * 16)])
+    store.allocations.seen([])
+    assert store.allocations.row(A).last_seen == 2000.0
+    assert store.allocations.row(B).last_seen == 1000.0
+    assert len(store.allocations.rows()) == 2
+
+
+def test_the_longest_unseen_come_first_and_pinned_ones_never(store: Store, wall: Wall) -> None:
+    for seconds, uid in ((2000.0, A), (1000.0, B), (1500.0, Uid("c0" * 16)), (1200.0, Uid("d0" * 16))):
+        wall.now = seconds
+        store.allocations.record(uid, NodeId(int(seconds) // 100))
+    store.allocations.pin(Uid("d0" * 16), NodeId(12))
+    store.allocations.pin(Uid("e0" * 16), NodeId(13))
+    wall.now = 3000.0
+    assert store.allocations.idle(1200.0) == [B, "c0" * 16]
+    assert store.allocations.idle(2000.0) == []
+    assert store.allocations.idle(0.0) == [B, "c0" * 16, A]
+
+
 def test_an_id_belongs_to_one_node(store: Store) -> None:
     store.allocations.record(A, NodeId(125))
     for method in (store.allocations.record, store.allocations.pin):
@@ -88,6 +111,7 @@ def test_ids_nobody_may_be_given_cannot_be_pinned(store: Store, node_id: int) ->
 
 
 def test_what_is_not_there_cannot_be_forgotten(store: Store) -> None:
-    with pytest.raises(Unknown) as caught:
-        store.allocations.forget(A)
-    assert caught.value.code == "unknown_uid"
+    for method in (store.allocations.forget, store.allocations.row):
+        with pytest.raises(Unknown) as caught:
+            method(A)
+        assert caught.value.code == "unknown_uid"

@@ -59,8 +59,17 @@ def test_nan_is_text_in_fields() -> None:
     assert math.isnan(back.force)
 
 
-def test_a_name_or_string_that_reads_nan_stays_text() -> None:
-    request = GetSetRequest(0, Value(ValueKind.STRING, "NaN"), "NaN")
+def test_infinity_is_text_in_fields() -> None:
+    fields = to_fields(ActuatorStatus(1, 2.0, math.inf, -math.inf, 127))
+    assert (fields["force"], fields["speed"]) == ("Infinity", "-Infinity")
+    back = from_fields(ActuatorStatus.TYPE.name, Kind.MESSAGE, fields)
+    assert isinstance(back, ActuatorStatus)
+    assert (back.force, back.speed) == (math.inf, -math.inf)
+
+
+@pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
+def test_a_name_or_string_that_reads_like_no_number_stays_text(word: str) -> None:
+    request = GetSetRequest(0, Value(ValueKind.STRING, word), word)
     assert from_fields(GetSetRequest.TYPE.name, Kind.REQUEST, to_fields(request)) == request
 
 

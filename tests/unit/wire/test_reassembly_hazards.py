@@ -1,16 +1,20 @@
-"""Reassembly under whatever a bus can do: mixed, lost, repeated, late and senseless frames."""
+"""Reassembly under whatever a bus can do: mixed, lost, repeated, damaged, late and senseless frames."""
+
+from random import Random
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from hornbill.wire import types
 from hornbill.wire.frame import Frame
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
+from unit.wire.damage import damage
+from unit.wire.reference import transfers_in
 from unit.wire.structures import structures, transfer
 
 MAX_SESSIONS = 4
+FRAME_S = 0.00014
 
 
 def frames_of(sent: Transfer) -> list[Frame]:
@@ -19,11 +23,12 @@ def frames_of(sent: Transfer) -> list[Frame]:
 
 @st.composite
 def senders(draw: st.DrawFn) -> list[list[Transfer]]:
-    """Up to five nodes with a few transfers each, one after the other, transfer ids counting up."""
+    """Up to five nodes with a few transfers each, one after the other, transfer ids counting up past 31."""
     talks: list[list[Transfer]] = []
     for source in range(1, 1 + draw(st.integers(1, 5))):
         talk = draw(st.lists(structures, min_size=1, max_size=4))
-        talks.append([transfer(s, source=source, transfer_id=n) for n, s in enumerate(talk)])
+        first = draw(st.integers(0, 31))
+        talks.append([transfer(s, source=source, transfer_id=(first + n) % 32) for n, s in enumerate(talk)])
     return talks
 
 
@@ -68,6 +73,23 @@ def test_repeated_frames_change_no_longer_transfer(data: st.DataObject, talks: l
     assert all(t in sent for t in received)
 
 
+@given(st.data(), senders(), st.integers(0, 1 << 32), st.integers(1, 8))
+@settings(max_examples=200)
+def test_of_damaged_frames_comes_what_a_plain_receiver_finds(
+    data: st.DataObject, talks: list[list[Transfer]], seed: int, times: int
+) -> None:
+    mixed = data.draw(st.composite(mix)(talks))
+    row = [frame._replace(at=100.0 + n * FRAME_S) for n, (_, frame) in enumerate(mixed)]
+    damage(row, Random(seed), times)
+    expected = transfers_in(row)
+    whole, single = Reassembler(), Reassembler()
+    assert whole.feed(row) == expected
+    assert [found for frame in row for found in single.feed([frame])] == expected
+    assert whole.counters.frames == len(row)
+    for found in expected:
+        types.decode(found)
+
+
 frames_of_garbage = st.builds(
     Frame,
     st.sampled_from([0x1003F301, 0x100B8A94, 0x100B948A, 0x10015501, 0x18058100]) | st.integers(-1, 1 << 32),
@@ -88,60 +110,11 @@ def test_garbage_never_raises(garbage: list[Frame], now: float | None, node_id: 
     assert reassembler.sessions <= MAX_SESSIONS
 
 
-class Bus(RuleBasedStateMachine):
-    """Nodes that speak at their own pace on a bus that loses frames, beside a model of what must come out.
-
-    A transfer must come out when all its frames arrived, within the time-out, and nothing else may. There
-    are as many nodes as sessions, so none is evicted.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.reassembler = Reassembler(max_sessions=MAX_SESSIONS)
-        self.now = 100.0
-        self.next_id = [0] * MAX_SESSIONS
-        self.under_way: dict[int, tuple[Transfer, list[Frame], float, bool]] = {}
-
-    @rule(node=st.integers(0, MAX_SESSIONS - 1), structure=structures)
-    def begin(self, node: int, structure: types.AnyStructure) -> None:
-        """A node begins a transfer, maybe dropping the one it was at."""
-        self.next_id[node] = (self.next_id[node] + 1) % 32
-        sent = transfer(structure, source=node + 1, transfer_id=self.next_id[node])
-        self.under_way[node] = (sent, frames_of(sent), self.now, True)
-
-    @precondition(lambda self: self.under_way)
-    @rule(data=st.data(), arrives=st.sampled_from([True, True, True, False]))
-    def send(self, data: st.DataObject, arrives: bool) -> None:
-        """One node's next frame goes out, and arrives or not."""
-        node = data.draw(st.sampled_from(sorted(self.under_way)))
-        sent, frames, begun, whole = self.under_way[node]
-        first = len(frames) == len(frames_of(sent))
-        begun = self.now if first else begun
-        whole = whole and arrives and self.now - begun <= 2.0
-        frame = frames.pop(0)._replace(at=self.now)
-        self.under_way[node] = (sent, frames, begun, whole)
-        received = self.reassembler.feed([frame]) if arrives else []
-        if frames:
-            assert received == []
-            return
-        del self.under_way[node]
-        assert received == ([sent._replace(at=self.now)] if whole else [])
-
-    @rule(seconds=st.sampled_from([0.001, 0.5, 1.9, 2.5]))
-    def wait(self, seconds: float) -> None:
-        """Time passes."""
-        self.now += seconds
-
-    @rule(garbage=st.lists(st.builds(Frame, st.just(0x1003F37F), st.binary(max_size=8)), max_size=3))
-    def disturb(self, garbage: list[Frame]) -> None:
-        """A node out of its mind sends continuations of nothing."""
-        bare = [f._replace(data=f.data[:-1] + b"\x05", at=self.now) for f in garbage]
-        assert self.reassembler.feed(bare) == []
-
-    @invariant()
-    def sessions_are_bounded(self) -> None:
-        assert self.reassembler.sessions <= MAX_SESSIONS
-
-
-Bus.TestCase.settings = settings(max_examples=60, stateful_step_count=40)
-TestBus = Bus.TestCase
+def test_identifiers_never_met_again_are_not_remembered_for_ever() -> None:
+    reassembler = Reassembler()
+    chance = Random(1)
+    most = 0
+    for _ in range(30):
+        reassembler.feed([Frame(chance.getrandbits(29), chance.randbytes(8), 1.0) for _ in range(1000)])
+        most = max(most, reassembler.routes)
+    assert 1000 < most <= 8192

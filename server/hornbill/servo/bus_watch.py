@@ -1,0 +1,134 @@
+"""Owns BusWatch: what the servo layer does, and says, when the bus is lost and when it is back."""
+
+from collections.abc import Callable
+
+from hornbill.servo.fleet import Fleet
+from hornbill.servo.hub import BusChanged, Happened, Hub
+from hornbill.servo.motion import Motion
+from hornbill.servo.servo import Servo
+from hornbill.servo.stop import Stop
+from hornbill.servo.timebase import TimeBase
+from hornbill.units import Instant
+from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
+
+GONE = frozenset((PortState.LOST, PortState.CONNECTING, PortState.DISCONNECTED, PortState.BUS_OFF))
+"""States in which nothing we send arrives."""
+
+SAMPLE_POINT = 0.875
+"""Where in a bit the servos sample (section 2.1)."""
+
+NEAR = 0.005
+
+
+class BusWatch:
+    """Looks at the port of the connected bus. When it is lost every command ends at once, and torque off is owed to
+    the servos that were under command; when it is back, that is written first, and nothing else by itself.
+    """
+
+    def __init__(
+        self, hub: Hub, base: TimeBase, fleet: Fleet, motion: Motion, stop: Stop, on_back: Callable[[], None]
+    ) -> None:
+        """`on_back` is called when a lost bus works again."""
+        self._hub = hub
+        self._base = base
+        self._fleet = fleet
+        self._motion = motion
+        self._stop = stop
+        self._on_back = on_back
+        self._port: CanPort | NoPort = NO_PORT
+        self._state = NO_PORT.state
+        self._reopened = 0
+        self._lost_at: Instant | None = None
+        self._told: set[str] = set()
+
+    @property
+    def gone(self) -> bool:
+        """Whether a bus is connected that cannot be used now."""
+        return self._lost_at is not None
+
+    def begin(self, port: CanPort) -> None:
+        """This port's bus was joined: it is open, or will be when its adapter can be opened."""
+        self._port, self._state, self._reopened = port, port.state, port.statistics.reopened
+        self._hub.tell(BusChanged())
+        if self._state in GONE:
+            self._set_lost_at(self._base.now())
+            self._tell("warning", "bus_lost", f"{self._trouble()}{self._promise()}")
+            return
+        self._set_lost_at(None)
+        self._tell("info", "connected", f"Connected to {port.address} at {port.bitrate / 1e6:g} Mbit/s.")
+        self._check_sample_point()
+
+    def end(self) -> None:
+        """The bus was left."""
+        self._port, self._state = NO_PORT, NO_PORT.state
+        self._set_lost_at(None)
+
+    def look(self) -> None:
+        """Notice what the port says of itself; call it at least every 50 ms."""
+        port, state, reopened = self._port, self._port.state, self._port.statistics.reopened
+        if isinstance(port, NoPort):
+            return
+        if state is not self._state:
+            self._state = state
+            self._hub.tell(BusChanged())
+        if reopened != self._reopened:  # it may have been lost and back between two looks
+            self._reopened = reopened
+            if not self.gone:
+                self._lost()
+        if state in GONE:
+            if not self.gone:
+                self._lost()
+            elif self._trouble() not in self._told:
+                self._tell("warning", "bus_trouble", self._trouble())
+        elif self.gone:
+            self._back()
+
+    def _lost(self) -> None:
+        self._set_lost_at(self._base.now())
+        self._fleet.bus_lost()
+        servos = self._motion.bus_lost()
+        text = f"{self._trouble()}{self._promise()}"
+        if servos:
+            text += f" Commands have ended. Torque goes off on {_names(servos)} once the bus is back; cut the supply "
+            text += "of what can move until then."
+        self._tell("failure", "bus_lost", text)
+
+    def _back(self) -> None:
+        assert self._lost_at is not None
+        away = self._base.now() - self._lost_at
+        self._set_lost_at(None)
+        self._stop.hurry()
+        self._fleet.bus_back()
+        self._on_back()
+        owed = self._motion.debts.servos()
+        text = f"{self._port.address} is back after {away:.1f} s. Nothing moves by itself."
+        if owed:
+            text += f" Torque goes off on {_names(owed)}."
+        self._tell("notice", "bus_back", text)
+        self._check_sample_point()
+
+    def _set_lost_at(self, at: Instant | None) -> None:
+        self._lost_at = at
+        self._told.clear()
+        self._motion.bus_gone = self._stop.bus_gone = at is not None
+
+    def _trouble(self) -> str:
+        return self._port.trouble or f"{self._port.address} is lost. Check the adapter and its cable."
+
+    def _promise(self) -> str:
+        return "" if self._port.retry_in_s is None else " It is opened again by itself."
+
+    def _check_sample_point(self) -> None:
+        point = self._port.sample_point
+        if point is None or abs(point - SAMPLE_POINT) <= NEAR:
+            return
+        text = f"{self._port.address} samples a bit at {point:.1%}; the servos do at {SAMPLE_POINT:.1%}."
+        self._tell("notice", "sample_point", f"{text} On a short bus that works; on a long one set the adapter alike.")
+
+    def _tell(self, level: str, code: str, text: str) -> None:
+        self._told.add(self._trouble())
+        self._hub.tell(Happened(level, code, text))
+
+
+def _names(servos: list[Servo]) -> str:
+    return ", ".join(servo.title for servo in servos)

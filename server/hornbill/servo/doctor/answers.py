@@ -1,0 +1,163 @@
+"""Owns the doctor's findings on who answers: nodes that never do, answers lost or late, servos that went."""
+
+from statistics import median
+from typing import Final
+
+from hornbill.servo.doctor.finding import Finding, Severity, count, ok, percent
+from hornbill.servo.doctor.identity import is_doubled
+from hornbill.servo.doctor.record import HERE_S, Record
+from hornbill.servo.doctor.watch import NodeWatch, Questions
+from hornbill.servo.servo import Servo
+
+SILENT_REQUESTS: Final = 5
+SILENT_S: Final = 2.5
+"""So many requests over so long without one answer, while the node goes on talking: it does not answer."""
+
+RECENT_S: Final = 10.0
+LOST_SHARE: Final = 0.02
+LOST_AT_LEAST: Final = 5
+
+SLOW_S: Final = 0.05
+SLOW_ANSWERS: Final = 10
+
+ALLOCATING_S: Final = 3.0
+BACK_WITHIN_S: Final = 30.0
+"""How long servos that lost their node ids may queue for new ones: about 1.1 s each."""
+
+
+def silent_nodes(record: Record) -> list[Finding]:
+    """Nodes that say NodeStatus and never answer. One that answers "no such parameter" does answer."""
+    found = [
+        _silent(record, node_id, node, questions)
+        for node_id, node in record.here().items()
+        if (questions := _unanswered(record, node_id, node)) is not None
+    ]
+    told = f"{count(len(record.here()), 'node')} on the bus."
+    return found or [ok("silent_node", "Whoever is asked answers", told)]
+
+
+def _unanswered(record: Record, node_id: int, node: NodeWatch) -> Questions | None:
+    servo = record.servo(node_id)
+    if (servo is not None and servo.busy is not None) or is_doubled(record, node):
+        return None
+    is_servo = servo is not None or record.now - node.servo_id_at < HERE_S
+    for questions in (node.registers,) if is_servo else (node.info,):
+        since = questions.unanswered_since
+        if since is not None and questions.unanswered >= SILENT_REQUESTS and record.now - since > SILENT_S:
+            return questions
+    # one that does not even say who it is, is not asked for registers
+    if is_servo and not node.registers.unanswered and node.info.unanswered >= SILENT_REQUESTS:
+        since = node.info.unanswered_since
+        return node.info if since is not None and record.now - since > SILENT_S else None
+    return None
+
+
+def _silent(record: Record, node_id: int, node: NodeWatch, questions: Questions) -> Finding:
+    seconds = record.now - (questions.unanswered_since or record.now)
+    what = "parameters" if questions is node.registers else "who it is"
+    name = record.name(node_id)
+    return Finding(
+        "silent_node",
+        Severity.WARNING,
+        f"{name[0].upper()}{name[1:]} does not answer",
+        f"Heard {record.now - node.heard:.1f} s ago; {questions.unanswered} requests for {what} in {seconds:.0f} s, "
+        "0 answers.",
+        "It sends and does not hear, or is no servo: check its cable, then cut its supply and restart it.",
+        node_ids=(node_id,),
+        uids=record.uids(node_id),
+    )
+
+
+def lost_answers(record: Record) -> list[Finding]:
+    """Whether requests had to be repeated to nodes that were there all the time, and do answer others."""
+    tries = record.counts.over(RECENT_S).tries
+    begin = record.now - RECENT_S
+    lost = {
+        node_id: missing
+        for node_id, node in record.here().items()
+        if node.registers.answered and _unanswered(record, node_id, node) is None
+        if (missing := sum(at > begin for at in node.registers.lost))
+    }
+    total = sum(lost.values())
+    share = total / tries if tries else 0.0
+    evidence = f"{total} of {count(tries, 'request')} in {RECENT_S:.0f} s had no answer"
+    if total < LOST_AT_LEAST or share <= LOST_SHARE:
+        return [ok("answers_lost", "Answers come", f"{evidence}.")]
+    worst = sorted(lost, key=lambda node_id: -lost[node_id])
+    names = ", ".join(f"{lost[node_id]} of {record.name(node_id)}" for node_id in worst[:3])
+    return [
+        Finding(
+            "answers_lost",
+            Severity.WARNING,
+            "Answers get lost",
+            f"{evidence} ({percent(share)}): {names}.",
+            "Look at the plugs and the cable of the first of them, then at the termination, 120 Ω at both ends.",
+            node_ids=tuple(sorted(lost)),
+            uids=record.uids(*sorted(lost)),
+        )
+    ]
+
+
+def slow_answers(record: Record) -> list[Finding]:
+    """Whether answers take much longer than the millisecond a servo needs."""
+    begin = record.now - RECENT_S
+    times = {
+        node_id: [seconds for at, seconds in node.round_trips if at > begin] for node_id, node in record.here().items()
+    }
+    slow = {
+        node_id: middle
+        for node_id, each in times.items()
+        if len(each) >= SLOW_ANSWERS and (middle := median(each)) > SLOW_S
+    }
+    every = [seconds for each in times.values() for seconds in each]
+    if not every:
+        return []
+    slowest = max((max(each), node_id) for node_id, each in times.items() if each)
+    evidence = (
+        f"Median {1000 * median(every):.1f} ms, slowest {1000 * slowest[0]:.1f} ms ({record.name(slowest[1])}), "
+        f"{count(len(every), 'answer')} in {RECENT_S:.0f} s."
+    )
+    if not slow:
+        return [ok("answers_slow", "Servos answer in time", evidence)]
+    return [
+        Finding(
+            "answers_slow",
+            Severity.WARNING,
+            "Answers are slow",
+            f"{evidence} Over {1000 * SLOW_S:.0f} ms in the median: {', '.join(map(record.name, sorted(slow)))}.",
+            "Look whether the adapter or this computer is busy, and whether the bus is loaded.",
+            node_ids=tuple(sorted(slow)),
+            uids=record.uids(*sorted(slow)),
+        )
+    ]
+
+
+def offline_servos(record: Record) -> list[Finding]:
+    """Servos that were here and are not, while others are."""
+    servos = record.servos()
+    gone = [one for one in servos if _is_gone(record, one)]
+    return [_offline(record, one) for one in gone] or [
+        ok("servo_offline", "Every servo met is there", f"{count(len(servos), 'servo')} since connecting.")
+    ]
+
+
+def _is_gone(record: Record, servo: Servo) -> bool:
+    if servo.online or servo.busy is not None or servo.status_at is None:
+        return False
+    away = record.now - servo.status_at
+    allocating = record.allocation_at is not None and record.now - record.allocation_at < ALLOCATING_S
+    return away > HERE_S and not (allocating and away < BACK_WITHIN_S)
+
+
+def _offline(record: Record, servo: Servo) -> Finding:
+    assert servo.status_at is not None
+    where = "" if servo.node_id is None else f" on node {servo.node_id}"
+    return Finding(
+        "servo_offline",
+        Severity.WARNING,
+        f"{servo.title} has gone silent",
+        f"Last heard {record.now - servo.status_at:.0f} s ago{where}; the rest of the bus goes on.",
+        "Check its supply, then its cable.",
+        node_ids=() if servo.node_id is None else (servo.node_id,),
+        uids=(servo.uid,),
+    )

@@ -1,0 +1,110 @@
+"""Owns Doctor: looks at one connection in a fixed order, and tells causes without their consequences."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from hornbill.errors import PortError
+from hornbill.node.allocator import Allocator
+from hornbill.node.participant import Participant
+from hornbill.servo.doctor import adapter, allocation, answers, identity, traffic
+from hornbill.servo.doctor.finding import Finding, Severity
+from hornbill.servo.doctor.record import Record
+from hornbill.servo.servo import Servo
+from hornbill.units import Instant
+from hornbill.wire.port import CanPort
+
+Check = Callable[[Record], list[Finding]]
+
+_LINE: Final[Sequence[Check]] = (traffic.silence, adapter.bus_off, adapter.bit_timing)
+"""What must be well before it makes sense to look at single nodes."""
+
+_NODES: Final[Sequence[Check]] = (
+    identity.own_node_id, identity.node_ids, identity.servo_ids, allocation.allocators, allocation.waiting,
+    traffic.dropped, traffic.errors_rising, traffic.load,
+    answers.silent_nodes, answers.lost_answers, answers.slow_answers, answers.offline_servos,
+    traffic.foreign_frames,
+)  # fmt: skip
+
+_RECORDED: Final[Sequence[Check]] = (identity.node_ids, identity.servo_ids, traffic.foreign_frames)
+"""What can be said of a recording: nobody there can be asked, and it may end, or hold what we said."""
+
+_DEAF: Final = frozenset(("only_errors", "unacknowledged", "no_traffic"))
+
+_EXPLAINS: Final[Mapping[str, frozenset[str]]] = {
+    "duplicate_node_id": frozenset(("errors_rising", "answers_lost", "answers_slow", "servo_offline")),
+    "frames_dropped": frozenset(("answers_lost",)),
+    "errors_rising": frozenset(("answers_lost", "answers_slow")),
+    "load_over_budget": frozenset(("answers_slow", "answers_lost")),
+    "answers_slow": frozenset(("answers_lost",)),
+    "bus_off": frozenset(("adapter_lost", "errors_rising", "answers_lost", "servo_offline")),
+}
+"""What a cause brings with it: told beside it, it would lead people astray."""
+
+_RANK: Final = {Severity.FAILURE: 0, Severity.WARNING: 1, Severity.NOTICE: 2, Severity.OK: 3}
+
+
+class Doctor:
+    """Remembers what passes by (`follow`, `tick`), and says what is wrong when asked. It never sends anything."""
+
+    def __init__(self, clock: Callable[[], Instant], servos: Callable[[], Sequence[Servo]]) -> None:
+        """`servos` are those of the fleet."""
+        self._clock = clock
+        self._servos = servos
+        self._record: Record | None = None
+        self._failure: tuple[str, PortError] | None = None
+
+    def could_not_open(self, address: str, error: PortError) -> None:
+        """An adapter was to be opened and did not."""
+        self._failure = address, error
+
+    def follow(self, port: CanPort, participant: Participant, allocator: Allocator) -> None:
+        """A bus was connected: remember what happens on it."""
+        self._failure = None
+        self._record = Record(port, participant, allocator, self._servos, self._clock())
+
+    def leave(self) -> None:
+        """The bus was disconnected."""
+        self._record = None
+
+    def tick(self, now: Instant) -> None:
+        """Look at the counters; call it several times a second."""
+        if self._record is not None:
+            self._record.tick(now)
+
+    def findings(self, *, everything: bool = False) -> list[Finding]:
+        """What is wrong, the worst first, causes without consequences; with `everything` also what is well."""
+        found = self._examine()
+        hidden: set[str] = set()
+        for one in found:
+            if one.severity is not Severity.OK:
+                hidden |= _EXPLAINS.get(one.code, frozenset())
+        wrong = [one for one in found if one.severity is not Severity.OK and one.code not in hidden]
+        well = [one for one in found if one.severity is Severity.OK] if everything else []
+        return sorted(wrong + well, key=lambda one: _RANK[one.severity])
+
+    def _examine(self) -> list[Finding]:
+        record = self._record
+        if record is None:
+            return [adapter.no_connection(self._failure)]
+        record.tick(self._clock())
+        found = adapter.working(record)
+        if record.down:
+            return (_why_off(record) if record.was_off else []) + found
+        if record.recorded:
+            return found + [one for check in _RECORDED for one in check(record)]
+        for check in _LINE:
+            found += check(record)
+        if not any(one.code in _DEAF and one.severity is Severity.FAILURE for one in found) and not _is_off(found):
+            for check in _NODES:
+                found += check(record)
+        return found
+
+
+def _why_off(record: Record) -> list[Finding]:
+    """For an adapter that is closed because its controller was off the bus, and will be opened again."""
+    errors = traffic.only_errors(record)
+    return ([] if errors is None else [errors]) + adapter.bus_off(record) + adapter.bit_timing(record)
+
+
+def _is_off(found: Sequence[Finding]) -> bool:
+    return any(one.code == "bus_off" and one.severity is Severity.FAILURE for one in found)

@@ -1,0 +1,191 @@
+"""Owns Record: what the doctor remembers of one connection, kept up to date by hooks and the host's tick."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from hornbill.node.allocator import Allocator
+from hornbill.node.participant import Participant
+from hornbill.servo.doctor.counts import Counts, Sample, sample
+from hornbill.servo.doctor.watch import NodeWatch
+from hornbill.servo.servo import Servo
+from hornbill.units import Instant, NodeId, Uid
+from hornbill.wire.frame import Frame
+from hornbill.wire.messages import ActuatorStatus, Allocation, NodeStatus
+from hornbill.wire.port import CanPort, PortState
+from hornbill.wire.services import GetNodeInfoRequest, GetSetRequest
+from hornbill.wire.transfer import END, START, Transfer
+
+BUS_OFF_REMEMBERED_S: Final = 30.0
+
+HERE_S: Final = 3.0
+"""A node that has not been heard for so long is gone (three NodeStatus missed, table 2-2)."""
+
+_WORKING: Final = frozenset((PortState.ACTIVE, PortState.PASSIVE, PortState.BUS_OFF))
+_SESSION: Final = 0x00FF_FF80
+"""Type, direction, destination and the service flag of an identifier."""
+
+
+@dataclass(slots=True)
+class Grant:
+    """How often a node id was given to a node and nobody was heard on it since."""
+
+    uid: Uid
+    times: int
+    last: Instant
+
+
+class Record:
+    """One connection, from when it was made: counters, silence, nodes, grants. Bounded, and never asks anything."""
+
+    def __init__(
+        self,
+        port: CanPort,
+        participant: Participant,
+        allocator: Allocator,
+        servos: Callable[[], Sequence[Servo]],
+        now: Instant,
+    ) -> None:
+        self.port = port
+        self.participant = participant
+        self.allocator = allocator
+        self.since = now
+        self.heard_at: Instant | None = None
+        """When a frame last came in."""
+        self.counts = Counts(self._sample(now))
+        self.at_last_frame = self.counts.latest
+        """The counters when a frame last came in, or at the start."""
+        self.bus_offs: int = port.statistics.bus_offs
+        self.bus_off_at: Instant | None = None
+        """When the controller was last seen to be off the bus."""
+        self.opened = not self.down
+        """Whether the adapter ever worked."""
+        self.down_since: Instant | None = None
+        """Since when the adapter cannot be used; None while it can."""
+        self.nodes: dict[int, NodeWatch] = {}
+        self.grants: dict[int, Grant] = {}
+        self.allocation_at: Instant | None = None
+        """When anybody last said anything about node ids, ourselves excepted."""
+        self.met: set[Uid] = set()
+        """Servos that were online on this connection."""
+        self._servos = servos
+        self._requests = {GetSetRequest.TYPE.id: True, GetNodeInfoRequest.TYPE.id: False}
+        to_us = participant.node_id << 8 | 0x80
+        self._answers = {type_id << 16 | to_us: is_register for type_id, is_register in self._requests.items()}
+        participant.subscribe(NodeStatus, self._on_node_status)
+        participant.subscribe(ActuatorStatus, self._on_status)
+        participant.subscribe(Allocation, self._on_allocation)
+        participant.on_frames.append(self._on_frames)
+        participant.on_round_trip.append(self._on_round_trip)
+        allocator.on_granted.append(self._on_granted)
+
+    @property
+    def now(self) -> Instant:
+        """The instant of the last look."""
+        return self.counts.latest.at
+
+    @property
+    def silence_s(self) -> float:
+        """Seconds since a frame came in, or since the start."""
+        return self.now - (self.since if self.heard_at is None else self.heard_at)
+
+    @property
+    def since_last_frame(self) -> Sample:
+        """How far the counters went since a frame came in."""
+        return self.counts.latest.since(self.at_last_frame)
+
+    @property
+    def down(self) -> bool:
+        """Whether the adapter cannot be used now."""
+        return self.port.state not in _WORKING
+
+    @property
+    def was_off(self) -> bool:
+        """Whether the controller is, or was a moment ago, off the bus."""
+        return self.bus_off_at is not None and self.now - self.bus_off_at < BUS_OFF_REMEMBERED_S
+
+    @property
+    def recorded(self) -> bool:
+        """Whether what is heard was on another bus at another time: a recording is played back."""
+        return self.port.address.startswith("file:")
+
+    def tick(self, now: Instant) -> None:
+        """Look at the counters; call it several times a second."""
+        before, port = self.counts.latest, self.port
+        self.counts.take(self._sample(now))
+        if self.counts.latest.rx_frames != before.rx_frames:
+            self.heard_at, self.at_last_frame = now, self.counts.latest
+        if port.statistics.bus_offs > self.bus_offs or port.state is PortState.BUS_OFF:
+            self.bus_offs, self.bus_off_at = port.statistics.bus_offs, now
+        if not self.down:
+            self.opened, self.down_since = True, None
+        elif self.down_since is None:
+            self.down_since = now
+        self.met.update(one.uid for one in self._servos() if one.online)
+
+    def here(self) -> dict[int, NodeWatch]:
+        """The nodes that were heard lately, by node id."""
+        limit = self.now - HERE_S
+        return {node_id: self.nodes[node_id] for node_id in sorted(self.nodes) if self.nodes[node_id].heard > limit}
+
+    def servos(self) -> list[Servo]:
+        """The servos that were online on this connection, wherever they are now."""
+        return [one for one in self._servos() if one.uid in self.met]
+
+    def servo(self, node_id: int) -> Servo | None:
+        """The servo known to be on a node id."""
+        return next((one for one in self._servos() if one.node_id == node_id), None)
+
+    def name(self, node_id: int) -> str:
+        """What to call a node in a sentence."""
+        servo = self.servo(node_id)
+        return f"node {node_id}" if servo is None else f"{servo.title} (node {node_id})"
+
+    def uids(self, *node_ids: int) -> tuple[str, ...]:
+        """The unique ids of the servos known to be on these node ids."""
+        found = (self.servo(each) for each in node_ids)
+        return tuple(one.uid for one in found if one is not None)
+
+    def _sample(self, now: Instant) -> Sample:
+        return sample(self.port.statistics, self.participant.request_counters, now)
+
+    def _node(self, node_id: int) -> NodeWatch:
+        found = self.nodes.get(node_id)
+        if found is None:
+            found = self.nodes[node_id] = NodeWatch()
+        return found
+
+    def _on_node_status(self, transfer: Transfer, status: NodeStatus) -> None:
+        if transfer.source:
+            self._node(transfer.source).hear_node_status(transfer.transfer_id, status.uptime_sec, transfer.at)
+            self.grants.pop(transfer.source, None)
+
+    def _on_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
+        if transfer.source:
+            self._node(transfer.source).hear_status(transfer.transfer_id, status.actuator_id, transfer.at)
+
+    def _on_allocation(self, transfer: Transfer, _message: Allocation) -> None:
+        self.allocation_at = transfer.at
+
+    def _on_granted(self, uid: Uid, node_id: NodeId) -> None:
+        before = self.grants.get(node_id)
+        times = before.times + 1 if before is not None and before.uid == uid else 1
+        self.grants[node_id] = Grant(uid, times, self.participant.clock())
+
+    def _on_round_trip(self, node_id: int, seconds: float) -> None:
+        self._node(node_id).round_trips.append((self.participant.clock(), seconds))
+
+    def _on_frames(self, frames: Sequence[Frame], sent: bool) -> None:
+        """Pair requests with answers by the last and the first of their frames."""
+        if sent:
+            for can_id, data, at in frames:
+                is_register = self._requests.get(can_id >> 16 & 0xFF)
+                if is_register is not None and can_id & 0x8080 == 0x8080 and data[-1] & START:
+                    node = self._node(can_id >> 8 & 0x7F)
+                    (node.registers if is_register else node.info).ask(data[-1] & 31, at)
+            return
+        answers = self._answers
+        for can_id, data, _ in frames:
+            if can_id & _SESSION in answers and data and data[-1] & END:
+                node = self._node(can_id & 0x7F)
+                (node.registers if answers[can_id & _SESSION] else node.info).answer(data[-1] & 31)

@@ -1,0 +1,121 @@
+"""Owns Patient: a bus with something wrong, and the doctor looking at it; strangers to put on that bus."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from behaviour.rig import Rig, json
+from hornbill.wire.datatype import Kind
+from hornbill.wire.frame import Frame
+from hornbill.wire.messages import Allocation
+from hornbill.wire.port import CanPort
+from hornbill.wire.reassembly import Reassembler
+from hornbill.wire.transfer import Transfer, split
+
+LOOK_S = 0.05
+
+
+def codes(rig: Rig) -> list[str]:
+    """The codes of what the doctor finds now, the worst first."""
+    return [one.code for one in rig.host.doctor.findings()]
+
+
+async def finds(rig: Rig, *expected: str, within_s: float) -> dict[str, Any]:
+    """Wait until the doctor finds just these, in this order; the first one, as GET /bus/doctor answers it."""
+    try:
+        async with asyncio.timeout(within_s):
+            while codes(rig) != list(expected):
+                await asyncio.sleep(LOOK_S)
+    except TimeoutError:
+        raise AssertionError(f"not {expected} within {within_s} s, but {rig.host.doctor.findings()}") from None
+    found: list[dict[str, Any]] = json(await rig.call("GET", "/bus/doctor"))
+    assert [one["code"] for one in found] == list(expected)
+    assert all(one["text"] and one["evidence"] and one["remedy"] for one in found)
+    return found[0]
+
+
+async def stays(rig: Rig, *expected: str, for_s: float) -> None:
+    """Assert that the doctor finds just these for so long, whenever it looks."""
+    loop = asyncio.get_running_loop()
+    until = loop.time() + for_s
+    while loop.time() < until:
+        assert codes(rig) == list(expected), rig.host.doctor.findings()
+        await asyncio.sleep(LOOK_S)
+
+
+async def well(rig: Rig, within_s: float) -> None:
+    """Wait until the doctor finds nothing, and see that it stays so for 10 s."""
+    try:
+        async with asyncio.timeout(within_s):
+            while codes(rig):
+                await asyncio.sleep(LOOK_S)
+    except TimeoutError:
+        raise AssertionError(f"still found after {within_s} s: {rig.host.doctor.findings()}") from None
+    assert json(await rig.call("GET", "/bus/doctor")) == []
+    await stays(rig, for_s=10)
+
+
+@dataclass
+class Applicant:
+    """A node that asks for a node id again and again, and gets no further than part `stage` (1 to 3) of its own."""
+
+    port: CanPort
+    unique_id: bytes
+    stage: int
+    period_s: float = 0.8
+
+    def __post_init__(self) -> None:
+        self._reassembler = Reassembler()
+        self._sent = 0
+        self._timer: asyncio.TimerHandle | None = None
+        self.port.listen(self._receive)
+        self._ask()
+
+    async def leave(self) -> None:
+        """Ask no more."""
+        if self._timer is not None:
+            self._timer.cancel()
+        await self.port.close()
+
+    def _ask(self) -> None:
+        self._say(0, 6)
+        self._timer = asyncio.get_running_loop().call_later(self.period_s, self._ask)
+
+    def _receive(self, frames: list[Frame]) -> None:
+        for transfer in self._reassembler.feed(frames, asyncio.get_running_loop().time()):
+            message = Allocation.decode(transfer.payload) if transfer.type_id == Allocation.TYPE.id else None
+            if message is None or not transfer.source or not self.unique_id.startswith(message.unique_id):
+                continue
+            known = len(message.unique_id)
+            if known == 6 and self.stage >= 2:
+                self._say(6, 12)
+            elif known == 12 and self.stage >= 3:
+                self._say(12, 16)
+
+    def _say(self, start: int, end: int) -> None:
+        asked = Allocation(0, start == 0, self.unique_id[start:end]).encode()
+        self._sent += 1
+        transfer = Transfer(Kind.MESSAGE, Allocation.TYPE.id, 0, 0, 24, self._sent & 31, asked)
+        self.port.send(split(transfer, Allocation.TYPE, discriminator=self._sent & 0x3FFF))
+
+
+class Every:
+    """Calls something every `period_s` seconds until it is stopped."""
+
+    def __init__(self, period_s: float, what: Callable[[int], object]) -> None:
+        self._task = asyncio.create_task(self._run(period_s, what))
+
+    async def _run(self, period_s: float, what: Callable[[int], object]) -> None:
+        number = 0
+        while True:
+            what(number)
+            number += 1
+            await asyncio.sleep(period_s)
+
+    async def stop(self) -> None:
+        """Call it no more."""
+        self._task.cancel()
+        (ended,) = await asyncio.gather(self._task, return_exceptions=True)
+        if not isinstance(ended, asyncio.CancelledError):
+            raise AssertionError(f"it ended by itself: {ended!r}")

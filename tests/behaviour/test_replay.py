@@ -1,0 +1,131 @@
+"""A recording as the bus of the server: it is watched like any other, and nobody is told that anything was done."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from behaviour.rig import Rig, Socket, json, play, problem
+from hornbill.app import recorder_of
+from hornbill.bus.replay import open_replay
+from hornbill.errors import BusReadOnly
+from hornbill.sim.recipe import Recipe
+from hornbill.wire.services import EMPTY, GetSetRequest
+
+Transfers = list[dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A host that meets a servo, gives another its node id, reads and writes: with the node id of the host of today."""
+    folder = tmp_path_factory.mktemp("logs")
+
+    async def scene(rig: Rig) -> None:
+        recorder = recorder_of(rig.host, folder)
+        rig.app.state.recorder = recorder
+        json(await rig.call("POST", "/bus/log", {"name": "bench"}), 201)
+        await rig.host.connect("memory:host", 1_000_000)
+        servo = (await rig.ready(2))[0]
+        for limit in (60, 70):
+            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_limit_cw": limit}}))
+        await asyncio.sleep(2)
+        await recorder.stop()
+
+    play(scene, Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11), Recipe("BLA15-06U-A0", "1.300"), connect=False)
+    return folder / "bench.log"
+
+
+def replay(path: Path, scene: Callable[[Rig], Awaitable[None]], *, speed: float = 1) -> None:
+    async def attached(rig: Rig) -> None:
+        await rig.host.attach(await open_replay(f"file:{path}?speed={speed:g}"))
+        await scene(rig)
+
+    play(attached, connect=False)
+
+
+def test_the_bus_is_shown_as_what_it_is(recorded: Path) -> None:
+    frames = len(recorded.read_text().splitlines())
+
+    async def scene(rig: Rig) -> None:
+        await asyncio.sleep(3.0)
+        shown = json(await rig.call("GET", "/bus"))
+        assert (shown["state"], shown["trouble"], shown["tx_frames"]) == ("active", None, 0)
+        assert shown["address"] == f"file:{recorded}?speed=1"
+        assert shown["rx_fps"] > 20
+        assert shown["load_pct"] > 0.1
+        await asyncio.sleep(120)
+        after = json(await rig.call("GET", "/bus"))
+        assert (after["state"], after["rx_fps"], after["errors"]) == ("active", 0.0, 0)
+        assert after["rx_frames"] == frames
+
+    replay(recorded, scene)
+
+
+@pytest.mark.parametrize("speed", [1, 4])
+def test_the_monitor_shows_what_was_on_the_bus_of_then(recorded: Path, speed: float) -> None:
+    async def scene(rig: Rig) -> None:
+        page = Socket(rig.app)
+        page.say(type="subscribe", topics=["frames"], frames={"kind": "response", "type": "GetSet"})
+        await asyncio.sleep(30)
+        rows: Transfers = [row for one in page.heard() if one["type"] == "frames" for row in one["transfers"]]
+        written = [row["summary"].rpartition(". ")[0] for row in rows if ", as asked" in row["summary"]]
+        assert written[:2] == ["GetSet answer 0x38 = 600, 60.0°, as asked", "GetSet answer 0x38 = 700, 70.0°, as asked"]
+        assert not any(row["sent"] for row in rows)
+        await page.close()
+
+    replay(recorded, scene, speed=speed)
+
+
+def test_no_question_of_today_is_answered_by_a_recording(recorded: Path) -> None:
+    """The recording is full of answers to our node id; 32 transfer ids soon repeat."""
+
+    async def scene(rig: Rig) -> None:
+        assert rig.host.connection is not None
+        counters = rig.host.connection.participant.request_counters
+        await asyncio.sleep(60)
+        assert counters.answers == 0
+        assert counters.late > 100, "the answers of then came by"
+        assert rig.host.connection.port.statistics.tx_frames == 0
+        assert rig.host.fleet.all() == []
+
+    replay(recorded, scene)
+
+
+def test_what_would_be_sent_is_refused_honestly(recorded: Path) -> None:
+    async def scene(rig: Rig) -> None:
+        await asyncio.sleep(2)
+        participant = rig.host.connected().participant
+        with pytest.raises(BusReadOnly, match="is a recording: nothing can be read from it or written to it"):
+            await participant.request(11, GetSetRequest(0, EMPTY, "0x08"), tries=10)
+        lease = await rig.lease()
+        refused = await rig.call("POST", "/servos/" + "0" * 32 + "/command", {"type": "angle", "value": 5}, lease=lease)
+        problem(refused, "unknown_servo", 404)
+        stopped = json(await rig.call("POST", "/stop"))
+        assert (stopped["latched"], stopped["servos"]) == (True, [])
+
+    replay(recorded, scene)
+
+
+def test_nodes_of_the_recording_are_listed_and_nothing_of_it_is_kept(recorded: Path) -> None:
+    async def scene(rig: Rig) -> None:
+        await asyncio.sleep(6)
+        nodes = {one["node_id"]: one for one in json(await rig.call("GET", "/nodes"))}
+        assert 11 in nodes
+        assert nodes[11]["online"]
+        assert json(await rig.call("GET", "/allocations")) == {"allocations": [], "pending": []}
+        assert list(rig.host.store.servos.all()) == []
+
+    replay(recorded, scene)
+
+
+def test_another_bus_can_be_connected_afterwards(recorded: Path) -> None:
+    async def scene(rig: Rig) -> None:
+        await asyncio.sleep(1)
+        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+        servo = (await rig.ready())[0]
+        json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))
+        assert json(await rig.call("GET", "/bus"))["allocator"]["state"] == "on"
+
+    replay(recorded, scene)

@@ -1,0 +1,57 @@
+"""Simulated servos beside a served bus: only where it was asked for, and on the bus that is served."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import httpx
+
+from behaviour.rig import json, problem
+from hornbill.app import build
+from hornbill.bus import clock
+from hornbill.settings import Settings
+
+Scene = Callable[[httpx.AsyncClient], Awaitable[None]]
+
+
+def serve(scene: Scene, folder: Path, *, sim_api: bool) -> None:
+    """Run `scene` with a client of the whole application."""
+
+    async def run() -> None:
+        settings = Settings(data_dir=folder, view=False, sim_api=sim_api)
+        app = build(settings, demo=False)
+        transport = httpx.ASGITransport(app)
+        async with (
+            app.router.lifespan_context(app),
+            httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1", timeout=None) as client,
+        ):
+            await scene(client)
+
+    clock.run(run())
+
+
+async def until_ready(client: httpx.AsyncClient) -> list[str]:
+    """The models of the servos once one is ready."""
+    async with asyncio.timeout(30):
+        while True:
+            servos = (await client.get("/servos")).json()
+            if any(one["state"] == "ready" for one in servos):
+                return [one["model"] for one in servos]
+            await asyncio.sleep(0.05)
+
+
+def test_without_the_flag_there_is_no_simulator(tmp_path: Path) -> None:
+    async def scene(client: httpx.AsyncClient) -> None:
+        problem(await client.get("/sim/servos"), "no_simulator", 404)
+        problem(await client.post("/sim/servos", json={"model": "BLA21-06U-A0"}), "no_simulator", 404)
+
+    serve(scene, tmp_path, sim_api=False)
+
+
+def test_with_the_flag_and_no_adapter_servos_live_on_a_bus_of_their_own(tmp_path: Path) -> None:
+    async def scene(client: httpx.AsyncClient) -> None:
+        assert json(await client.get("/sim/servos")) == []
+        json(await client.post("/sim/servos", json={"model": "BLA15-06U-A0", "node_id": 20}), 201)
+        assert await until_ready(client) == ["BLA15-06U-A0"]
+
+    serve(scene, tmp_path, sim_api=True)

@@ -1,0 +1,380 @@
+"""Owns the tests of Adapters: what is plugged in, told in time whatever a driver does, and never in anybody's way."""
+
+import asyncio
+import os
+import pty
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+
+from behaviour.rig import Rig, json, play
+from hornbill.bus import adapters as adapters_module
+from hornbill.bus import diagnosis, kernel_adapters, socketcan
+from hornbill.bus.adapter import Adapter
+from hornbill.bus.adapters import ANSWER_S, LOOKED_AT, Adapters, detect
+from hornbill.bus.serial_ports import serial_adapters
+
+
+@dataclass
+class Port:
+    """A serial port as pyserial lists it."""
+
+    device: str
+    vid: int | None = None
+    pid: int | None = None
+    serial_number: str | None = None
+    manufacturer: str | None = None
+    product: str | None = None
+
+
+def listed(*looks: Callable[[], list[Adapter]], connected: str | None = None) -> list[Adapter]:
+    return asyncio.run(Adapters(looks={f"x{n}": look for n, look in enumerate(looks)}).plugged_in(connected))
+
+
+def one(address: str, **more: Any) -> Callable[[], list[Adapter]]:
+    return lambda: [Adapter(address, "adapter", **more)]
+
+
+# Looking everywhere at once.
+
+
+def test_everything_that_is_found_is_told_in_order() -> None:
+    found = listed(one("socketcan:can0"), list[Adapter], one("slcan:/dev/ttyACM0"))
+    assert [(each.interface, each.channel, each.usable) for each in found] == [
+        ("socketcan", "can0", True), ("slcan", "/dev/ttyACM0", True),
+    ]  # fmt: skip
+
+
+def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert ANSWER_S <= 1.5
+    monkeypatch.setattr(adapters_module, "ANSWER_S", 0.2)
+    go_on = threading.Event()
+    asked = 0
+
+    def hang() -> list[Adapter]:
+        nonlocal asked
+        asked += 1
+        go_on.wait(10)
+        return [Adapter("slow:0", "slow")]
+
+    async def main() -> None:
+        adapters = Adapters(looks={"slow": hang, "quick": one("quick:0")})
+        for _ in range(2):
+            began = time.monotonic()
+            late = 0.0
+            looking = asyncio.create_task(adapters.plugged_in())
+            while not looking.done():
+                turn = time.monotonic()
+                await asyncio.sleep(0.01)
+                late = max(late, time.monotonic() - turn)
+            assert time.monotonic() - began < 1.0
+            assert late < 0.2, "the loop went on meanwhile"
+            hung, quick = looking.result()
+            assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
+            assert hung.reason == "It does not answer."
+            assert quick.usable
+        assert asked == 1
+        go_on.set()
+        await asyncio.sleep(0.05)
+        assert [each.address for each in await adapters.plugged_in()] == ["slow:0", "quick:0"]
+        adapters.close()
+
+    asyncio.run(main())
+
+
+def test_a_driver_that_fails_hides_only_its_own() -> None:
+    def fail() -> list[Adapter]:
+        raise RuntimeError("a defect in a driver")
+
+    assert [each.address for each in listed(fail, one("slcan:/dev/x"))] == ["slcan:/dev/x"]
+
+
+def test_two_who_ask_at_once_share_one_look() -> None:
+    asked = 0
+
+    def look() -> list[Adapter]:
+        nonlocal asked
+        asked += 1
+        time.sleep(0.05)
+        return []
+
+    async def main() -> None:
+        adapters = Adapters(looks={"x": look})
+        await asyncio.gather(*(adapters.plugged_in() for _ in range(5)))
+
+    asyncio.run(main())
+    assert asked == 1
+
+
+def test_the_driver_of_the_open_bus_is_not_asked_and_what_it_said_before_is_told_again() -> None:
+    asked: list[str] = []
+
+    def look(name: str) -> Callable[[], list[Adapter]]:
+        return lambda: asked.append(name) or [Adapter(f"{name}:0", name), Adapter(f"{name}:1", name)]
+
+    async def main() -> None:
+        adapters = Adapters(looks={name: look(name) for name in ("pcan", "kvaser", "slcan")})
+        await adapters.plugged_in()
+        asked.clear()
+        found = await adapters.plugged_in("pcan:1")
+        assert asked == ["kvaser", "slcan"]
+        assert [each.address for each in found] == [
+            f"{name}:{n}" for name in ("pcan", "kvaser", "slcan") for n in (0, 1)
+        ]
+        assert [each.address for each in found if each.state == "connected"] == ["pcan:1"]
+        await adapters.plugged_in("slcan:0")
+        assert "slcan" in asked, "looking at serial ports opens none"
+
+    asyncio.run(main())
+
+
+def test_the_connected_bus_is_told_also_when_nobody_finds_it(tmp_path: Path) -> None:
+    found = listed(one("slcan:/dev/ttyACM9"), connected="kvaser:7")
+    assert (found[0].address, found[0].state, found[0].usable) == ("kvaser:7", "connected", True)
+    device, link = tmp_path / "ttyACM0", tmp_path / "by-id"
+    device.touch()
+    link.symlink_to(device)
+    found = listed(one(f"slcan:{device}", state="in_use", reason="we use it"), connected=f"slcan:{link}@2000000")
+    assert [(each.state, each.reason) for each in found] == [("connected", None)]
+
+
+def test_no_interface_of_python_can_is_forgotten() -> None:
+    looks = adapters_module._everywhere()  # pyright: ignore[reportPrivateUsage]
+    assert set(looks) | LOOKED_AT == set(can.VALID_INTERFACES)
+    assert {"socketcan", "slcan", "pcan", "kvaser", "vector", "gs_usb"} <= set(looks)
+
+
+def test_on_this_machine_it_answers_in_time_and_says_nothing_on_stderr(capfd: pytest.CaptureFixture[str]) -> None:
+    async def main() -> None:
+        adapters = Adapters()
+        for _ in range(2):
+            began = time.monotonic()
+            await adapters.plugged_in()
+            assert time.monotonic() - began < 2
+
+    asyncio.run(main())
+    assert capfd.readouterr() == ("", "")
+
+
+# python-can's detection.
+
+
+def detecting(monkeypatch: pytest.MonkeyPatch, *configs: dict[str, Any]) -> None:
+    class Bus:
+        @staticmethod
+        def _detect_available_configs() -> tuple[dict[str, Any], ...]:
+            return configs
+
+    def load(_name: str) -> object:
+        return type("module", (), {"KvaserBus": Bus})
+
+    monkeypatch.setattr(adapters_module, "import_module", load)
+
+
+def test_what_python_can_detects_is_told_with_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    config = {"interface": "kvaser", "channel": 1, "device_name": "Kvaser Leaf Light v2", "serial": 1234}
+    detecting(monkeypatch, config, {"channel": 2}, {"serial": 7})
+    leaf, plain, unnamed = detect("kvaser")
+    assert (leaf.address, leaf.name, leaf.state) == ("kvaser:1", "Kvaser Leaf Light v2 1234", "ready")
+    assert (plain.address, plain.name) == ("kvaser:2", "kvaser")
+    assert unnamed.usable is False
+    assert unnamed.remedy is not None
+    assert "kvaser:CHANNEL" in unnamed.remedy
+
+
+# Serial ports.
+
+
+def test_known_adapters_come_first_then_named_ones_and_possible_ones_last() -> None:
+    found = serial_adapters(
+        [
+            Port("COM9", 0x0403, 0x6001, "A1", "FTDI", "FT232R"),
+            Port("COM1"),
+            Port("COM8", 0x1234, 0x5678, None, "Somebody", "USB-CAN Plus"),
+            Port("COM7", 0x16D0, 0x117E, "S7", "Openlight Labs", "CANable2 b158aa7"),
+            Port("COM6", 0x1D50, 0x60C7, "S6", "Zubax Robotics", None),
+            Port("COM5", 0x2341, 0x0043, "S5", "Arduino", "Uno"),
+            Port("COM4", 0x0403, 0xFFA8, "S4", "LAWICEL", None),
+            Port("COM3", 0x04D8, 0x000A, None, "Microchip", "USBtin"),
+            Port("COM2", 0xAD50, 0x60C4, "S2", None, None),
+        ]
+    )
+    assert [(each.address, each.name) for each in found] == [
+        ("slcan:COM2", "CANable S2"),
+        ("slcan:COM3", "USBtin"),
+        ("slcan:COM4", "LAWICEL CANUSB S4"),
+        ("slcan:COM6", "Zubax Babel S6"),
+        ("slcan:COM7", "CANable2 b158aa7 S7"),
+        ("slcan:COM8", "USB-CAN Plus"),
+        ("slcan:COM9", "FT232R A1"),
+    ]
+    assert [each.usable for each in found] == [True] * 7
+    assert [each.reason is not None for each in found] == [False] * 6 + [True], "that one may be anything"
+
+
+@pytest.mark.parametrize("product", ["Scanner", "American Serial", "Mechanical Keyboard", "Candle"])
+def test_a_word_that_only_contains_can_is_no_adapter(product: str) -> None:
+    assert serial_adapters([Port("COM1", 1, 2, None, None, product)]) == []
+
+
+@pytest.fixture
+def device() -> Iterator[str]:
+    ours, theirs = pty.openpty()
+    yield os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_a_serial_port_this_user_may_not_use(device: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_access(_path: str, _mode: int) -> bool:
+        return False
+
+    monkeypatch.setattr(os, "access", no_access)
+    (found,) = serial_adapters([Port(device, 0xAD50, 0x60C4)])
+    assert (found.state, found.usable) == ("no_permission", False)
+    assert found.remedy is not None
+    assert found.remedy.startswith(f"Run: sudo usermod -aG {Path(device).group()} $USER")
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="who has a file open is told by Linux alone")
+def test_a_serial_port_another_program_uses_is_told_with_its_name(device: str) -> None:
+    (found,) = serial_adapters([Port(device, 0xAD50, 0x60C4)])  # the fixture has it open
+    assert (found.state, found.usable) == ("in_use", False)
+    assert found.reason is not None
+    assert f"(process {os.getpid()})" in found.reason
+    assert diagnosis.users_of("/dev/no-such-device") == []
+
+
+def test_a_serial_port_that_has_just_gone() -> None:
+    (found,) = serial_adapters([Port("/dev/no-such-port", 0xAD50, 0x60C4)])
+    assert (found.state, found.usable) == ("no_driver", False)
+
+
+# The kernel's.
+
+
+@pytest.fixture
+def kernel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(socketcan, "NET", tmp_path / "net")
+    monkeypatch.setattr(kernel_adapters, "USB", tmp_path / "usb")
+    monkeypatch.setattr(socketcan, "_details", lambda: DETAILS)
+    (tmp_path / "net").mkdir()
+    (tmp_path / "usb").mkdir()
+    return tmp_path
+
+
+DETAILS = {
+    "can0": {"bittiming": {"bitrate": 1_000_000, "sample_point": "0.875"}},
+    "can1": {"bittiming": {"bitrate": 500_000, "sample_point": "0.875"}},
+    "can2": {"bittiming": {"bitrate": 1_000_000, "sample_point": "0.750"}},
+}
+
+
+def interface(kernel: Path, name: str, *, up: bool = True, on: Path | None = None) -> None:
+    folder = kernel / "net" / name
+    folder.mkdir()
+    (folder / "type").write_text("280\n")
+    (folder / "flags").write_text("0x40081\n" if up else "0x40080\n")
+    if on is not None:
+        (folder / "device").symlink_to(on)
+
+
+def plugged(kernel: Path, name: str, ids: str, *, driver: str = "", net: str = "", **told: str) -> Path:
+    device, part = kernel / "usb" / name, kernel / "usb" / f"{name}:1.0"
+    device.mkdir()
+    vendor, product = ids.split(":")
+    for key, text in ({"idVendor": vendor, "idProduct": product} | told).items():
+        (device / key).write_text(f"{text}\n")
+    real = device / f"{name}:1.0"
+    real.mkdir()
+    part.symlink_to(real)
+    if driver:
+        (kernel / driver).mkdir(exist_ok=True)
+        (real / "driver").symlink_to(kernel / driver)
+    if net:
+        (real / "net" / net).mkdir(parents=True)
+    return real
+
+
+def test_an_interface_is_told_with_its_product_and_timing(kernel: Path) -> None:
+    real = plugged(
+        kernel, "1-1", "1d50:606f", driver="gs_usb", net="can0",
+        manufacturer="bytewerk", product="candleLight USB to CAN adapter", serial="0044",
+    )  # fmt: skip
+    interface(kernel, "can0", on=real)
+    interface(kernel, "vcan0")
+    usb, virtual = kernel_adapters.kernel_adapters()
+    assert usb == Adapter(
+        "socketcan:can0", "bytewerk candleLight USB to CAN adapter 0044", bitrate=1_000_000, sample_point=0.875
+    )
+    assert (virtual.name, virtual.state, virtual.bitrate) == ("virtual CAN interface", "ready", None)
+
+
+def test_an_interface_that_cannot_be_used_is_told_with_the_command_that_helps(kernel: Path) -> None:
+    interface(kernel, "can0", up=False)
+    interface(kernel, "can1")
+    interface(kernel, "can2")
+    down, wrong, odd = kernel_adapters.kernel_adapters()
+    assert (down.state, down.usable) == ("down", False)
+    assert down.remedy == "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
+    assert (wrong.state, wrong.usable, wrong.bitrate) == ("wrong_bitrate", False, 500_000)
+    assert wrong.remedy == (
+        "sudo ip link set can1 down && sudo ip link set can1 up type can bitrate 1000000 sample-point 0.875"
+    )
+    assert (odd.state, odd.usable, odd.sample_point) == ("ready", True, 0.75)
+    assert odd.reason is not None
+    assert "75.0%" in odd.reason
+
+
+def test_an_adapter_without_a_driver_is_told_with_the_module_to_load(kernel: Path) -> None:
+    interface(kernel, "can0")
+    plugged(kernel, "1-1", "0c72:000c", product="PCAN-USB")
+    plugged(kernel, "1-2", "1209:2323")
+    plugged(kernel, "1-3", "0bfd:0120", driver="kvaser_usb")
+    plugged(kernel, "1-4", "046d:c077", product="Mouse")
+    _, pcan, candle, hidden = kernel_adapters.kernel_adapters()
+    assert (pcan.address, pcan.name, pcan.state, pcan.usable) == ("socketcan:can1", "PCAN-USB", "no_driver", False)
+    assert pcan.remedy == "sudo modprobe peak_usb"
+    assert (candle.address, candle.name, candle.remedy) == ("socketcan:can2", "candleLight", "sudo modprobe gs_usb")
+    assert hidden.remedy is not None
+    assert "--network host" in hidden.remedy
+
+
+# Over REST.
+
+
+def test_the_route_tells_them_and_which_one_is_connected() -> None:
+    async def scene(rig: Rig) -> None:
+        rig.app.state.adapters = Adapters(
+            [Adapter("memory:host", "Simulated servos", bitrate=1_000_000)],
+            {"slcan": one("slcan:/dev/x", state="no_permission", reason="Not yours.", remedy="Ask.")},
+        )
+        told = json(await rig.call("GET", "/bus/adapters"))
+        assert told[0] == {
+            "address": "memory:host", "interface": "memory", "channel": "host", "name": "Simulated servos",
+            "state": "connected", "usable": True, "reason": None, "remedy": None,
+            "bitrate": 1_000_000, "sample_point": None,
+        }  # fmt: skip
+        assert (told[1]["state"], told[1]["remedy"]) == ("no_permission", "Ask.")
+        json(await rig.call("DELETE", "/bus"))
+        assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "ready"
+
+    play(scene)
+
+
+def test_a_lost_adapter_is_not_called_connected() -> None:
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        rig.cable.bus_off()
+        assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "connected"
+        await rig.cable.unplug()
+        await asyncio.sleep(1)
+        assert json(await rig.call("GET", "/bus/adapters")) == []
+
+    play(scene)

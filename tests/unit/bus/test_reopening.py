@@ -1,0 +1,233 @@
+"""Owns the tests of ReopeningPort: lost, tried again and again, back; and closed at any instant."""
+
+import asyncio
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hornbill.bus.clock import run
+from hornbill.bus.reopening import BUS_OFF_S, PAUSES_S, STEADY_S, ReopeningPort
+from hornbill.errors import BusDisconnected, PortOpenFailed
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import PortState
+from unit.bus.reopening_desk import Desk, play, refusal
+
+
+def test_while_it_works_it_is_the_adapter() -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        heard: list[Frame] = []
+        port.listen(heard.extend)
+        port.send([Frame(1, b"a")])
+        adapter = desk.opened[0]
+        assert adapter.sink is not None
+        adapter.sink([Frame(2, b"b")])
+        assert (adapter.sent, heard) == ([Frame(1, b"a")], [Frame(2, b"b")])
+        for state in (PortState.PASSIVE, PortState.ACTIVE):
+            adapter.state = state
+            await asyncio.sleep(10)
+            assert port.state is state
+        assert (port.sample_point, port.trouble, port.retry_in_s) == (0.8, None, None)
+        assert (len(desk.opened), port.statistics.tx_frames, port.statistics.reopened) == (1, 1, 0)
+
+    play(scene)
+
+
+def test_the_first_opening_fails_loudly_and_is_not_tried_again() -> None:
+    async def main() -> None:
+        desk = Desk()
+        desk.failure = refusal()
+        port = desk.port()
+        with pytest.raises(PortOpenFailed, match="no such device"):
+            await port.open()
+        await asyncio.sleep(60)
+        assert len(desk.times) == 1
+        assert port.state is PortState.DISCONNECTED
+        await port.close()
+
+    run(main())
+
+
+def test_sooner_or_later_tries_until_it_opens() -> None:
+    async def main() -> None:
+        desk = Desk()
+        desk.failure = refusal("Plug it in.")
+        port = desk.port()
+        await port.open_sooner_or_later()
+        assert (port.state, port.trouble) == (PortState.LOST, "Plug it in.")
+        assert port.retry_in_s is not None
+        await asyncio.sleep(30)
+        desk.failure = None
+        await asyncio.sleep(PAUSES_S[-1])
+        assert (port.state, port.trouble, port.retry_in_s) == (PortState.ACTIVE, None, None)
+        assert port.statistics.reopened == 0, "it never was open before"
+        await port.close()
+
+    run(main())
+
+
+def test_a_lost_adapter_shows_within_an_instant_and_is_open_again_after_the_first_pause() -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        heard: list[Frame] = []
+        port.listen(heard.extend)
+        port.send([Frame(1, b"")])
+        desk.lose("The cable is broken.")
+        assert port.state is PortState.LOST
+        await asyncio.sleep(0.1)
+        assert (port.state, port.trouble) == (PortState.LOST, "The cable is broken.")
+        assert port.retry_in_s is not None
+        assert 0 < port.retry_in_s <= PAUSES_S[0]
+        await asyncio.sleep(0.2)
+        assert (port.state, port.trouble, port.retry_in_s) == (PortState.ACTIVE, None, None)
+        first, second = desk.opened
+        assert first.closed
+        assert second.sent == []
+        assert second.sink is not None
+        second.sink([Frame(3, b"")])
+        assert heard == [Frame(3, b"")]
+        port.send([Frame(4, b"")])
+        assert (port.statistics.tx_frames, port.statistics.reopened) == (2, 1)
+        assert second.statistics is port.statistics
+
+    play(scene)
+
+
+def test_what_is_sent_while_it_is_lost_never_leaves() -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        desk.open_s = 0.5
+        desk.lose()
+        for _ in range(12):
+            with pytest.raises(BusDisconnected):
+                port.send([Frame(1, b"old")])
+            await asyncio.sleep(0.05)
+        assert port.state is PortState.CONNECTING
+        assert port.retry_in_s == 0
+        await asyncio.sleep(1)
+        assert port.state is PortState.ACTIVE
+        assert [one.sent for one in desk.opened] == [[], []]
+
+    play(scene)
+
+
+def test_the_pauses_grow_up_to_the_last_one_and_the_reason_is_always_the_newest() -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        desk.failure = refusal("The interface is down.")
+        lost_at = asyncio.get_running_loop().time()
+        desk.lose("Lost.")
+        await asyncio.sleep(0.3)
+        assert port.trouble == "The interface is down."
+        await asyncio.sleep(20)
+        pauses = [after - before for before, after in zip([lost_at, *desk.times[1:]], desk.times[1:], strict=False)]
+        expected = [*PAUSES_S, PAUSES_S[-1], PAUSES_S[-1]]
+        assert pauses == [pytest.approx(pause, abs=0.06) for pause in expected]
+        desk.failure = refusal("It is in use.")
+        await asyncio.sleep(5)
+        assert port.trouble == "It is in use."
+
+    play(scene)
+
+
+def test_an_adapter_that_is_lost_again_and_again_is_waited_for_longer_and_longer() -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        for pause in PAUSES_S:
+            desk.lose()
+            await asyncio.sleep(pause - 0.01)
+            assert port.state is PortState.LOST
+            await asyncio.sleep(0.1)
+            assert port.state is PortState.ACTIVE
+        await asyncio.sleep(STEADY_S)
+        desk.lose()
+        await asyncio.sleep(PAUSES_S[0] + 0.1)
+        assert port.state is PortState.ACTIVE, "it was steady in between"
+
+    play(scene)
+
+
+def test_a_controller_off_the_bus_is_given_a_moment_and_then_opened_again() -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        adapter = desk.opened[0]
+        adapter.state, adapter.trouble = PortState.BUS_OFF, "Off the bus."
+        with pytest.raises(BusDisconnected):
+            port.send([Frame(1, b"")])
+        await asyncio.sleep(BUS_OFF_S / 2)
+        assert (port.state, port.trouble) == (PortState.BUS_OFF, "Off the bus.")
+        adapter.state, adapter.trouble = PortState.ACTIVE, None
+        await asyncio.sleep(BUS_OFF_S)
+        assert len(desk.opened) == 1, "it recovered by itself"
+        adapter.state, adapter.trouble = PortState.BUS_OFF, "Off the bus."
+        await asyncio.sleep(BUS_OFF_S + 0.1)
+        assert (port.state, port.trouble) == (PortState.LOST, "Off the bus.")
+        await asyncio.sleep(0.3)
+        assert (port.state, len(desk.opened)) == (PortState.ACTIVE, 2)
+
+    play(scene)
+
+
+def test_an_adapter_somebody_else_closed_is_lost() -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        await desk.opened[0].close()
+        assert port.state is PortState.LOST
+        await asyncio.sleep(0.3)
+        assert port.state is PortState.ACTIVE
+
+    play(scene)
+
+
+def test_a_defect_of_a_driver_does_not_end_the_trying(caplog: pytest.LogCaptureFixture) -> None:
+    async def scene(desk: Desk, port: ReopeningPort) -> None:
+        desk.failure = ZeroDivisionError("a defect")
+        desk.lose()
+        await asyncio.sleep(0.3)
+        assert port.state is PortState.LOST
+        assert port.trouble is not None
+        assert "a defect" in port.trouble
+        desk.failure = None
+        await asyncio.sleep(1)
+        assert port.state is PortState.ACTIVE
+
+    play(scene)
+    assert "could not be opened" in caplog.text
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    until_s=st.floats(0, 4),
+    open_s=st.sampled_from([0.0, 0.05, 0.7]),
+    close_s=st.sampled_from([0.0, 0.03, 0.5]),
+    losses=st.lists(st.floats(0.001, 1.5), max_size=4),
+    broken=st.booleans(),
+    first=st.booleans(),
+)
+def test_closed_at_any_instant_it_leaves_nothing(
+    until_s: float, open_s: float, close_s: float, losses: list[float], broken: bool, first: bool
+) -> None:
+    """Whatever it is doing then: opening for the first time, watching, closing, waiting, opening again."""
+
+    async def mishaps(desk: Desk) -> None:
+        for pause in losses:
+            await asyncio.sleep(pause)
+            if desk.opened:
+                desk.lose()
+            desk.failure = refusal() if broken and desk.failure is None else None
+
+    async def main() -> None:
+        desk = Desk(open_s=open_s, close_s=close_s)
+        port = desk.port()
+        opening = asyncio.create_task(port.open() if first else port.open_sooner_or_later())
+        trouble = asyncio.create_task(mishaps(desk))
+        await asyncio.sleep(until_s)
+        await port.close()
+        await port.close()
+        assert port.state is PortState.DISCONNECTED
+        assert (port.trouble, port.retry_in_s) == (None, None)
+        with pytest.raises(BusDisconnected):
+            port.send([Frame(1, b"")])
+        trouble.cancel()
+        await asyncio.gather(opening, trouble, return_exceptions=True)
+        attempts = len(desk.times)
+        await asyncio.sleep(20)
+        assert all(one.closed for one in desk.opened)
+        assert len(desk.times) == attempts
+        assert asyncio.all_tasks() == {asyncio.current_task()}
+
+    run(main())

@@ -1,0 +1,175 @@
+"""Owns the tests of SocketCAN interfaces: what is wrong with one, the command that helps, and `ip` that is absent."""
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hornbill.bus import socketcan
+from hornbill.bus.address import open_port
+from hornbill.bus.clock import run
+from hornbill.bus.socketcan import Interface, check, interfaces
+from hornbill.errors import PortOpenFailed
+
+SET_IT = "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
+
+
+@pytest.fixture(autouse=True)
+def net(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(socketcan, "NET", tmp_path)
+    monkeypatch.setattr(socketcan.socket, "AF_CAN", 29, raising=False)
+    monkeypatch.setattr(socketcan.shutil, "which", nothing)
+    return tmp_path
+
+
+def nothing(_name: str, path: str) -> str | None:
+    """There is no such program."""
+    assert "/sbin" in path
+
+
+def something(_name: str, path: str) -> str:
+    """Where a program is."""
+    return "/sbin/ip"
+
+
+def interface(net: Path, name: str, *, kind: int = 280, up: bool = True, carrier: bool = True) -> None:
+    (net / name).mkdir()
+    (net / name / "type").write_text(f"{kind}\n")
+    (net / name / "flags").write_text("0x40081\n" if up else "0x40080\n")
+    if up:  # the kernel refuses to read it of one that is down
+        (net / name / "carrier").write_text(f"{carrier:d}\n")
+
+
+def can(name: str, bitrate: int = 1_000_000, sample_point: object = "0.875", **more: object) -> dict[str, Any]:
+    """A link as `ip -details -json` prints it, the sample point as a text."""
+    timing = {"bitrate": bitrate, "sample_point": sample_point, "tq": 25, "sjw": 1, "brp": 1}
+    data = {"state": "ERROR-ACTIVE", "restart_ms": 0, "bittiming": timing, "clock": 40_000_000} | more
+    return {"ifname": name, "link_type": "can", "linkinfo": {"info_kind": "can", "info_data": data}}
+
+
+def ip_says(monkeypatch: pytest.MonkeyPatch, *links: object, text: str | None = None, error: object = None) -> None:
+    def answer(command: tuple[str, ...], **options: Any) -> subprocess.CompletedProcess[bytes]:
+        assert command[1:] == ("-details", "-json", "link", "show")
+        assert options["timeout"] <= 1.0
+        if isinstance(error, Exception):
+            raise error
+        said = json.dumps(links) if text is None else text
+        return subprocess.CompletedProcess(command, 0, said.encode())
+
+    monkeypatch.setattr(socketcan.shutil, "which", something)
+    monkeypatch.setattr(socketcan.subprocess, "run", answer)
+
+
+def failure(channel: str, bitrate: int = 1_000_000) -> PortOpenFailed:
+    """What opening it fails with."""
+    with pytest.raises(PortOpenFailed) as caught:
+        run(open_port(f"socketcan:{channel}", bitrate=bitrate))
+    assert caught.value.facts["address"] == f"socketcan:{channel}"
+    return caught.value
+
+
+def test_an_interface_that_does_not_exist(net: Path) -> None:
+    interface(net, "lo", kind=772)
+    assert "no CAN interface" in failure("can0").detail
+    assert "There is no CAN interface lo" in failure("lo").detail
+    interface(net, "can1")
+    assert "CAN interfaces here: can1." in failure("can0").detail
+    missing = failure("vcan0")
+    assert missing.facts["remedy"] == "sudo ip link add dev vcan0 type vcan && sudo ip link set vcan0 up"
+    assert "There is no CAN interface ../can1" in failure("../can1").detail
+
+
+def test_an_interface_that_is_down(net: Path) -> None:
+    for name in ("can0", "vcan0", "slcan0"):
+        interface(net, name, up=False)
+    down = failure("can0")
+    assert down.facts["remedy"] == "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
+    assert str(down.facts["remedy"]) in down.detail
+    assert "bitrate 500000" in failure("can0", 500_000).detail
+    assert failure("vcan0").facts["remedy"] == "sudo ip link set vcan0 up"
+    assert failure("slcan0").facts["remedy"] == "sudo ip link set slcan0 up"
+
+
+def test_off_linux(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(socketcan.socket, "AF_CAN")
+    assert "Linux only" in failure("can0").detail
+
+
+def test_a_wrong_bit_rate_is_refused_with_the_command_that_corrects_it(
+    net: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interface(net, "can0")
+    ip_says(monkeypatch, can("can0", 500_000))
+    wrong = failure("can0")
+    assert wrong.detail.startswith("can0 runs at 500000 bit/s and not at 1000000.")
+    assert wrong.facts["remedy"] == SET_IT
+    assert check("can0", 500_000) is not None, "what was asked for"
+    ip_says(monkeypatch, can("can0", 999_000))
+    assert check("can0", 1_000_000) is not None, "a crystal that does not divide evenly"
+    ip_says(monkeypatch, can("can0", 990_000))
+    assert failure("can0").facts["remedy"] == SET_IT
+
+
+@pytest.mark.parametrize("told", ["0.750", 0.75])
+def test_another_sample_point_is_allowed_and_shown(told: object, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    interface(net, "can0")
+    ip_says(monkeypatch, can("can0", sample_point=told))
+    assert check("can0", 1_000_000) == Interface("can0", up=True, bitrate=1_000_000, sample_point=0.75)
+
+
+@pytest.mark.parametrize("by", ["carrier", "ip"])
+def test_a_controller_that_stays_off_the_bus(by: str, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    interface(net, "can0", carrier=by != "carrier")
+    if by == "ip":
+        ip_says(monkeypatch, can("can0", state="BUS-OFF"))
+    off = failure("can0")
+    assert "off the bus" in off.detail
+    assert off.facts["remedy"] == "sudo ip link set can0 type can restart"
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        (None, FileNotFoundError(2, "gone")),
+        (None, subprocess.TimeoutExpired("ip", 1)),
+        (None, subprocess.CalledProcessError(255, "ip")),
+        ("ip: unrecognized option", None),
+        ("", None),
+        ("{}", None),
+        ("[{}]", None),
+        ("[1]", None),
+        ('[{"ifname": "can0", "linkinfo": "can"}]', None),
+        ('[{"ifname": "can0", "linkinfo": {"info_kind": "can"}}]', None),
+        ('[{"ifname": "can0", "linkinfo": {"info_data": {"bittiming": {"bitrate": 1000000}}}}]', None),
+        ('[{"ifname": "can0", "linkinfo": {"info_data": {"bittiming": {"bitrate": "x", "sample_point": "y"}}}}]', None),
+    ],
+)
+def test_where_ip_does_not_tell_the_timing_is_unknown_and_nothing_is_refused(
+    text: str | None, error: object, net: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interface(net, "can0")
+    ip_says(monkeypatch, text=text, error=error)
+    assert check("can0", 1_000_000) == Interface("can0", up=True)
+
+
+def test_without_ip_and_without_sysfs(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    interface(net, "can0")
+    assert check("can0", 1_000_000) == Interface("can0", up=True)
+    monkeypatch.setattr(socketcan, "NET", net / "nowhere")
+    assert check("can0", 1_000_000) is None, "opening it will tell"
+    assert interfaces() == []
+
+
+def test_every_interface_is_listed_up_or_down(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    interface(net, "eth0", kind=1)
+    interface(net, "can1", up=False)
+    interface(net, "can0")
+    interface(net, "vcan0")
+    ip_says(monkeypatch, {"ifname": "eth0"}, can("can0"), can("can1", 250_000), {"ifname": "vcan0"})
+    assert interfaces() == [
+        Interface("can0", up=True, bitrate=1_000_000, sample_point=0.875),
+        Interface("can1", up=False, bitrate=250_000, sample_point=0.875),
+        Interface("vcan0", up=True),
+    ]

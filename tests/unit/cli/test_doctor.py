@@ -1,0 +1,63 @@
+"""Owns the tests of `hornbill doctor`: what it prints of the server's findings, and its exit code."""
+
+import json
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from hornbill.cli import app
+from hornbill.client import Client
+
+
+def finding(severity: str, text: str, remedy: str | None = None) -> dict[str, Any]:
+    return {
+        "code": text.casefold().replace(" ", "_"), "severity": severity, "text": text, "evidence": f"{text}: 3 times.",
+        "remedy": remedy, "node_ids": [], "uids": [],
+    }  # fmt: skip
+
+
+OK = [finding("ok", "Frames come in"), finding("ok", "One allocator")]
+NOTICE = finding("notice", "Odd frames", "Let them be.")
+WARNING = finding("warning", "Errors rise", "Look at the plugs.")
+FAILURE = finding("failure", "Nobody is heard", "Check the supply.")
+
+
+def doctor(found: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch, *flags: str) -> tuple[int, str]:
+    def ask(_self: Client, verb: str, path: str, body: object = None, **query: str) -> object:
+        assert (verb, path, body, query) == ("GET", "/bus/doctor", None, {"all": "true"})
+        return found
+
+    monkeypatch.setattr(Client, "ask", ask)
+    result = CliRunner().invoke(app, ["doctor", *flags])
+    return result.exit_code, result.stdout
+
+
+def test_a_healthy_bus_is_one_line_and_exit_code_0(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert doctor(OK, monkeypatch) == (0, "Nothing wrong found: 2 checks passed.\n")
+
+
+@pytest.mark.parametrize(("found", "code"), [([FAILURE], 1), ([WARNING], 1), ([NOTICE], 0), ([WARNING, NOTICE], 1)])
+def test_only_warnings_and_failures_make_exit_code_1(
+    found: list[dict[str, Any]], code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert doctor([*found, *OK], monkeypatch)[0] == code
+    assert doctor([*found, *OK], monkeypatch, "--json")[0] == code
+
+
+def test_a_finding_is_told_with_its_evidence_and_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, text = doctor([FAILURE, WARNING, *OK], monkeypatch)
+    assert text.splitlines() == [
+        "Failure: Nobody is heard",
+        "  Nobody is heard: 3 times.",
+        "  → Check the supply.",
+        "Warning: Errors rise",
+        "  Errors rise: 3 times.",
+        "  → Look at the plugs.",
+        "2 found: 2 checks passed.",
+    ]
+
+
+def test_json_holds_what_is_wrong_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, text = doctor([WARNING, *OK], monkeypatch, "--json")
+    assert json.loads(text) == [WARNING]

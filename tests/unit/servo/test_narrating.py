@@ -1,0 +1,148 @@
+"""Sentences with the names and units of the tables, and what an answer answers."""
+
+from dataclasses import dataclass
+from typing import Any, cast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.schema.catalog import Catalog
+from hornbill.servo.narrating import Narrator
+from hornbill.servo.servo import Servo
+from hornbill.wire.datatype import Kind
+from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Command, CommandType
+from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest, GetSetResponse, Value, integer
+from hornbill.wire.transfer import Transfer
+from hornbill.wire.types import AnyStructure, decode
+from unit.wire.structures import structures, transfer
+
+CATALOG = Catalog.load()
+
+
+@dataclass
+class Met:
+    """As much of a servo as a sentence needs."""
+
+    node_id: int
+    servo_id: int
+    pwm_mode: int | None = None
+
+    def raw(self, key: str) -> int | None:
+        return self.pwm_mode if key == "pwm_mode" else None
+
+
+def narrator(*servos: Met) -> Narrator:
+    return Narrator(CATALOG, lambda: cast("list[Servo]", servos))
+
+
+def tell(one: Narrator, structure: AnyStructure, at: float = 0.0, **header: Any) -> str:
+    sent = transfer(structure, **header)._replace(at=at)
+    return one.tell(sent, structure, one.follow(sent))
+
+
+def answer(value: Value, name: str) -> GetSetResponse:
+    return GetSetResponse(value, EMPTY, EMPTY, EMPTY, name)
+
+
+@pytest.mark.parametrize(
+    ("structure", "told"),
+    [
+        (GetSetRequest(0, EMPTY, "0x08"), "GetSet request read 0x08 current_angle"),
+        (GetSetRequest(0, integer(600), "0x38"), "GetSet request write 0x38 angle_limit_cw = 600, 60.0°"),
+        (answer(integer(600), "0x38"), "GetSet answer 0x38 = 600, 60.0°"),
+        (answer(integer(120), "0x0C"), "GetSet answer 0x0C = 120, 12.0 V"),
+        (answer(integer(40), "0x2C"), "GetSet answer 0x2C = 40"),
+        (answer(integer(1), "0x20"), "GetSet answer 0x20 = 1, Off"),
+        (answer(integer(9), "0x20"), "GetSet answer 0x20 = 9"),
+        (answer(integer(555_555_555), "0x01"), "GetSet answer 0x01 = 555555555, inactive"),
+        (answer(integer(0), "0x18"), "GetSet answer 0x18 = 0, no fault"),
+        (
+            answer(integer(0b1_0000_0010), "0x18"),
+            "GetSet answer 0x18 = 258, Hardware warning, Software notification",
+        ),
+        (answer(integer(1 << 30), "0x1B"), "GetSet answer 0x1B = 1073741824, bit 30"),
+        (answer(integer(5), "0x07"), "GetSet answer 0x07 = 5"),
+        (answer(integer(5), "0xzz"), "GetSet answer 0xzz = 5"),
+    ],
+)
+def test_registers_have_their_names_and_values_their_units(structure: AnyStructure, told: str) -> None:
+    assert tell(narrator(), structure) == told
+
+
+def test_the_position_of_a_servo_is_in_degrees_and_that_of_a_stranger_is_not() -> None:
+    status = ActuatorStatus(1, 0.125, 0.0, 0.0, 0)
+    assert tell(narrator(Met(10, 1)), status, source=10) == "Status servo 1, 12.5°"
+    assert tell(narrator(Met(10, 1)), status, source=11) == "Status servo 1, position 0.125"
+
+
+def test_a_command_is_in_the_units_of_the_servo_it_is_for() -> None:
+    message = ArrayCommand(
+        (
+            Command(1, CommandType.POSITION, -0.125),
+            Command(1, CommandType.UNITLESS, 0.5),
+            Command(1, CommandType.SPEED, 100),
+            Command(1, CommandType.FORCE, -20),
+            Command(9, CommandType.POSITION, -0.125),
+        )
+    )
+    assert tell(narrator(Met(10, 1)), message) == (
+        "ArrayCommand servo 1 to −12.5°, servo 1 to 90.0°, servo 1 speed 100 rpm, servo 1 torque −20 %, "
+        "servo 9 position −0.125"
+    )
+
+
+def test_the_unit_follows_the_mode_the_servo_is_known_to_be_in() -> None:
+    held = answer(integer(500), "0x36")
+    row = CATALOG.by_key["pwm_output_range"]
+    assert row.unit_when is not None
+    in_mode = tell(narrator(Met(10, 1, pwm_mode=row.unit_when.raw)), held, source=10)
+    not_known = tell(narrator(), held, source=10)
+    assert in_mode.endswith(row.unit_when.unit)
+    assert not_known.endswith(row.unit)
+    assert row.unit != row.unit_when.unit
+
+
+def test_an_answer_tells_how_long_it_took_and_whether_the_servo_did_as_asked() -> None:
+    one = narrator()
+    tell(one, GetSetRequest(0, integer(900), "0x38"), at=5.0, source=127, destination=10, transfer_id=3)
+    told = tell(one, answer(integer(900), "0x38"), at=5.0008, source=10, destination=127, transfer_id=3)
+    assert told == "GetSet answer 0x38 = 900, 90.0°, as asked. 0.8 ms"
+    tell(one, GetSetRequest(0, integer(-900), "0x39"), at=6.0, source=127, destination=10, transfer_id=4)
+    told = tell(one, answer(integer(-750), "0x39"), at=6.002, source=10, destination=127, transfer_id=4)
+    assert told == "GetSet answer 0x39 = −750, −75.0°, asked for −900. 2.0 ms"
+    tell(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, source=127, destination=10, transfer_id=5)
+    told = tell(one, answer(integer(1), "0x08"), at=7.001, source=10, destination=127, transfer_id=5)
+    assert told == "GetSet answer 0x08 = 1, 0.1°. 1.0 ms"
+
+
+def test_an_answer_to_somebody_else_and_a_second_answer_are_not_taken_for_it() -> None:
+    one = narrator()
+    tell(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, source=127, destination=10, transfer_id=5)
+    stranger = tell(one, answer(integer(1), "0x08"), at=7.001, source=10, destination=126, transfer_id=5)
+    first = tell(one, answer(integer(1), "0x08"), at=7.002, source=10, destination=127, transfer_id=5)
+    second = tell(one, answer(integer(1), "0x08"), at=7.003, source=10, destination=127, transfer_id=5)
+    assert (stranger, second) == ("GetSet answer 0x08 = 1, 0.1°", "GetSet answer 0x08 = 1, 0.1°")
+    assert first.endswith("2.0 ms")
+
+
+def test_requests_that_nobody_answers_are_forgotten_before_they_are_too_many() -> None:
+    one = narrator()
+    asked = [(source, number) for source in range(1, 80) for number in range(32)]
+    for source, number in asked:
+        one.follow(transfer(GetNodeInfoRequest(), source=source, destination=100, transfer_id=number))
+    answered = [
+        one.follow(Transfer(Kind.RESPONSE, GetNodeInfoRequest.TYPE.id, 100, source, 16, number, b""))
+        for source, number in asked
+    ]
+    remembered = [found is not None for found in answered]
+    assert sum(remembered) == 1024
+    assert all(remembered[-1024:]), "the newest are kept"
+
+
+@given(st.lists(st.tuples(structures, st.integers(1, 3), st.integers(1, 3), st.integers(0, 2)), max_size=12))
+def test_whatever_is_said_on_a_bus_is_told(talk: list[tuple[AnyStructure, int, int, int]]) -> None:
+    one = narrator(Met(1, 1), Met(2, 2))
+    for structure, source, destination, transfer_id in talk:
+        sent = transfer(structure, source=source, destination=destination, transfer_id=transfer_id)
+        assert one.tell(sent, decode(sent), one.follow(sent)).isprintable()

@@ -1,0 +1,115 @@
+"""Polling a crowd: how often each servo is asked, evenly over the second, and how soon a new wish counts."""
+
+import asyncio
+from collections import Counter
+from typing import Any, cast
+
+import pytest
+
+from hornbill.bus import clock
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.parameter import Parameter
+from hornbill.servo.asking import Asker, Patience
+from hornbill.servo.polling import ALWAYS, BACKGROUND, READ_S, Polling
+from hornbill.servo.reading import LIVE_PERIOD_S
+from hornbill.servo.servo import Servo, State
+from hornbill.servo.timebase import TimeBase
+from hornbill.units import Raw, Uid
+from hornbill.wire.messages import Health, Mode, NodeStatus
+
+CATALOG = Catalog.load()
+MODEL = CATALOG.models["BLA21-06U-A0"]
+
+
+class Reads:
+    """Stands for an Asker whose servos answer after the time a read takes; every read is noted."""
+
+    def __init__(self, overview: Raw = 0) -> None:
+        self.overview = overview
+        self.done: list[tuple[float, Uid, str]] = []
+
+    async def read(self, servo: Servo, parameter: Parameter, _patience: Patience) -> Raw:
+        loop = asyncio.get_running_loop()
+        self.done.append((loop.time(), servo.uid, parameter.key))
+        await asyncio.sleep(READ_S)
+        raw = self.overview if parameter.key == "fault_overview" else 0
+        servo.note(parameter.key, raw, loop.time())
+        return raw
+
+
+def ready(number: int) -> Servo:
+    servo = Servo(Uid(f"{number:032x}"), CATALOG)
+    servo.identify_as(MODEL, 1300)
+    servo.online = servo.identified = True
+    servo.status = NodeStatus(100, Health.OK, Mode.OPERATIONAL)
+    assert servo.state is State.READY
+    return servo
+
+
+def polled(count: int, seconds: float, overview: Raw = 0) -> list[tuple[float, Uid, str]]:
+    """What so many servos are asked after they have settled."""
+
+    async def scene() -> list[tuple[float, Uid, str]]:
+        reads = Reads(overview)
+        polling = Polling(cast(Asker, reads), TimeBase(asyncio.get_running_loop().time))
+        for number in range(count):
+            polling.begin(ready(number))
+            await asyncio.sleep(0.003)
+        await asyncio.sleep(5.0)
+        reads.done.clear()
+        await asyncio.sleep(seconds)
+        await polling.close()
+        return reads.done
+
+    return clock.run(scene())
+
+
+def test_few_servos_are_asked_as_often_as_told() -> None:
+    counts = Counter((uid, key) for _, uid, key in polled(16, 20.0))
+    assert len(counts) == 16 * len(ALWAYS)
+    for (_, key), count in counts.items():
+        assert count == pytest.approx(20.0 / ALWAYS[key], abs=1)
+
+
+def test_a_crowd_leaves_the_bus_to_others() -> None:
+    done = polled(125, 20.0)
+    assert len(done) * READ_S / 20.0 <= BACKGROUND * 1.02
+
+
+@pytest.mark.parametrize(("count", "overview"), [(16, 0), (125, 0), (125, 1 << 16)])
+def test_no_reading_is_ever_stale_for_want_of_a_poll(count: int, overview: Raw) -> None:
+    last: dict[tuple[Uid, str], float] = {}
+    for at, uid, key in polled(count, 20.0, overview):
+        limit = LIVE_PERIOD_S[CATALOG.by_key[key].group]
+        assert at - last.get((uid, key), at) < limit - 0.1, key
+        last[uid, key] = at
+    assert len(last) == count * (len(ALWAYS) + (3 if overview else 0))
+
+
+def test_servos_that_came_together_are_asked_one_after_another() -> None:
+    done = polled(100, 20.0)
+    slots = Counter(int(at * 20) for at, _, _ in done)
+    mean = len(done) / (20 * 20)
+    assert max(slots.values()) < 3 * mean
+
+
+def test_a_new_wish_is_not_kept_waiting() -> None:
+    async def scene() -> float:
+        reads: Any = Reads()
+        loop = asyncio.get_running_loop()
+        polling = Polling(reads, TimeBase(loop.time))
+        servo = ready(1)
+        polling.begin(servo)
+        await asyncio.sleep(5.05)
+        reads.done.clear()
+        wished = loop.time()
+        polling.wish(servo, ["current_speed"], 20.0)
+        while not any(key == "current_speed" for _, _, key in reads.done):
+            await asyncio.sleep(0.001)
+        waited = loop.time() - wished
+        await asyncio.sleep(1.0)
+        assert sum(key == "current_speed" for _, _, key in reads.done) == pytest.approx(20, abs=2)
+        await polling.close()
+        return waited
+
+    assert clock.run(scene()) < 0.01

@@ -1,0 +1,63 @@
+"""Faults: conditions, injected bits and latches add up to the four words, and a start sorts them out."""
+
+import pytest
+
+from hornbill.sim.faults import Faults
+from unit.sim.desk import catalog
+
+WEAK, DRIVER, WATCHDOG, HOT = "sensor_weak", "motor_driver", "watchdog_restart", "temperature_high"
+
+
+def faults() -> Faults:
+    return Faults(catalog().faults_of(True))
+
+
+def test_a_condition_and_an_injected_bit_of_the_same_name_are_one_bit() -> None:
+    found = faults()
+    found.inject(HOT, True)
+    found.show([HOT])
+    assert found.words == (0, 1 << 8, 0)
+    found.inject(HOT, False)
+    assert found.words == (0, 1 << 8, 0)
+    found.show([])
+    assert found.words == (0, 0, 0)
+
+
+def test_only_bits_that_tell_of_a_restart_ask_for_one() -> None:
+    found = faults()
+    for key in (WEAK, DRIVER, "rom_lost"):
+        found.inject(key, True)
+    assert found.crashed == set()
+    found.inject(WATCHDOG, True)
+    assert found.crashed == {WATCHDOG}
+    found.start()
+    assert found.crashed == set()
+
+
+def test_a_start_keeps_what_it_found_and_what_is_broken_and_forgets_the_past() -> None:
+    found = faults()
+    for key in (WEAK, DRIVER, WATCHDOG):
+        found.inject(key, True)
+    found.show([HOT])
+    found.start("ram_restart")
+    assert found.active == {WEAK, DRIVER, "ram_restart"}
+
+
+def test_latching_failures_is_a_switch_and_touches_no_warning() -> None:
+    found = faults()
+    found.failures_latch = True
+    for key in (WEAK, DRIVER):
+        found.inject(key, True)
+        found.inject(key, False)
+    assert found.active == {DRIVER}
+    assert found.output_off
+    found.start()
+    assert found.active == set()
+
+
+def test_conditions_a_model_does_not_have_are_left_out() -> None:
+    found = Faults(catalog().faults_of(False))
+    found.show(["pwm_missing", WEAK])
+    assert found.words == (0, 1 << 4, 0)
+    with pytest.raises(ValueError, match="pwm_missing"):
+        found.inject("pwm_missing", True)

@@ -1,0 +1,221 @@
+"""The simulated horn against physics: an independent integration, energy, and an hour of whatever comes."""
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
+
+from hornbill.sim.motion import Controller, Motion, Orders
+from hornbill.sim.plant import BACKLASH_DEG, BREAKAWAY, COULOMB, TORQUE_LAG_S, VISCOUS, Plant, plant_of
+from unit.sim.desk import MODELS, START, Desk, catalog
+
+CONTROL_S = 0.001
+solve: Any = solve_ivp  # pyright: ignore[reportUnknownVariableType]
+
+
+class Reference:
+    """The same plant written down anew: torque lag, inertia, friction and play, solved to seven digits.
+
+    The controller is what the servo's own is: it looks once in CONTROL_S and holds what it asks for.
+    """
+
+    def __init__(self, plant: Plant, orders: Orders) -> None:
+        self.plant, self.orders = plant, orders
+        self.motor = self.speed = self.torque = self.horn = 0.0
+
+    def step(self) -> None:
+        """One period of the controller."""
+        asked = self.ask()
+        gain = self.plant.gain / (1.0 + self.orders.inertia)
+        viscous = VISCOUS / self.plant.synchronous
+        load = self.orders.load
+
+        left = CONTROL_S
+        while left > 1e-12:
+            force = self.torque + load
+            if self.speed == 0.0 and abs(force) <= BREAKAWAY:
+                self.torque = asked + (self.torque - asked) * math.exp(-left / TORQUE_LAG_S)
+                break
+            way = math.copysign(1.0, self.speed or force)
+
+            def slope(_time: float, state: list[float], way: float = way) -> list[float]:
+                _, speed, torque = state
+                acceleration = gain * (torque + load - COULOMB * way - viscous * speed)
+                return [speed, acceleration, (asked - torque) / TORQUE_LAG_S]
+
+            def stands(_time: float, state: list[float], way: float = way) -> float:
+                return way * state[1] + 1e-12
+
+            stands.terminal = True  # pyright: ignore[reportFunctionMemberAccess] - how scipy is told
+            state = [self.motor, self.speed, self.torque]
+            found = solve(slope, (0.0, left), state, events=stands, rtol=1e-7, atol=1e-9)
+            self.motor, self.speed, self.torque = (float(row[-1]) for row in found.y)
+            left -= float(found.t[-1])
+            if found.status == 1:
+                self.speed = 0.0
+        play = BACKLASH_DEG / 2.0
+        self.horn = min(max(self.horn, self.motor - play), self.motor + play)
+        if load:
+            self.horn = self.motor + math.copysign(play, load)
+
+    def ask(self) -> float:
+        """Angle, then speed, then torque; or angle, then voltage (4.18)."""
+        orders, emf = self.orders, self.speed / self.plant.synchronous
+        if orders.controller == Controller.TORQUE:
+            wish = orders.target
+        elif orders.controller == Controller.ANGLE_DIRECT:
+            error = orders.target - self.horn
+            away = orders.angle_p * error if abs(error) > orders.dead_band else 0.0
+            return self.limit(away - 2.4 * emf, -orders.volts, orders.volts) - emf
+        else:
+            error = orders.target - self.horn
+            wanted = orders.angle_p * error - orders.angle_d * self.speed if abs(error) > orders.dead_band else 0.0
+            if orders.controller == Controller.SPEED:
+                wanted = orders.target
+            wanted = self.limit(wanted, orders.speed_low, orders.speed_high)
+            wish = orders.speed_p * (wanted - self.speed)
+        wish = self.limit(wish, orders.torque_low, orders.torque_high)
+        return self.limit(wish + emf, -orders.volts, orders.volts) - emf
+
+    @staticmethod
+    def limit(value: float, low: float, high: float) -> float:
+        return min(max(value, low), high)
+
+
+def orders_of(plant: Plant, controller: Controller, target: float, **more: float) -> Orders:
+    """Those of default gains, smoothing off."""
+    direct = controller == Controller.ANGLE_DIRECT
+    told: dict[str, float] = {
+        "angle_p": 40 * (plant.angle_p_direct if direct else plant.angle_p), "angle_d": 40 * plant.angle_d,
+        "dead_band": 0.3, "speed_p": 50 * plant.speed_p, "speed_low": -1800.0, "speed_high": 1800.0,
+        "torque_low": -1.0, "torque_high": 1.0,
+    }  # fmt: skip
+    return Orders(controller, target)._replace(**{**told, **more})
+
+
+@pytest.mark.parametrize("model", ["BLA21-06U-A0", "BLA21-28U-AB", "BLA15-12U-A0"])
+@pytest.mark.parametrize(
+    ("controller", "target", "more"),
+    [
+        (Controller.ANGLE_CASCADE, 60.0, {}),
+        (Controller.ANGLE_CASCADE, -90.0, {"speed_low": -300.0}),
+        (Controller.ANGLE_CASCADE, 45.0, {"inertia": 2.0, "torque_high": 0.5}),
+        (Controller.ANGLE_DIRECT, 60.0, {}),
+        (Controller.ANGLE_DIRECT, 60.0, {"volts": 0.8, "inertia": 1.0}),
+        (Controller.SPEED, 480.0, {"load": -0.1}),
+        (Controller.TORQUE, 0.3, {}),
+    ],
+)
+def test_a_step_is_within_1_percent_of_an_independent_integration(
+    model: str, controller: Controller, target: float, more: dict[str, float]
+) -> None:
+    plant = plant_of(catalog().models[model])
+    orders = orders_of(plant, controller, target, **more)
+    motion, reference = Motion(plant, 0.0), Reference(plant, orders)
+    motion.obey(orders)
+    furthest = worst = 0.0
+    for number in range(1, 301):
+        motion.advance(number * CONTROL_S + 1e-9)
+        reference.step()
+        furthest = max(furthest, abs(reference.horn))
+        worst = max(worst, abs(motion.angle - reference.horn))
+    assert furthest > 20.0, "a step that does not move proves nothing"
+    assert worst < 0.01 * furthest
+
+
+@pytest.mark.parametrize("controller", [Controller.OFF, Controller.BRAKE])
+@pytest.mark.parametrize("inertia", [0.0, 5.0])
+@pytest.mark.parametrize("model", MODELS)
+def test_energy_never_grows_with_nothing_asked(model: str, inertia: float, controller: Controller) -> None:
+    plant = plant_of(catalog().models[model])
+    motion = Motion(plant, 0.0)
+    motion.obey(Orders(Controller.TORQUE, 0.8, torque_high=1.0, torque_low=-1.0, inertia=inertia))
+    motion.advance(0.5)
+    assert motion.speed > 100.0
+    motion.obey(Orders(controller, inertia=inertia))
+    now, before = 0.5, math.inf
+    motion.advance(now := now + 5 * TORQUE_LAG_S)  # what is in the winding is spent first
+    while motion.speed:
+        energy = motion.speed**2
+        assert energy < before
+        before = energy
+        motion.advance(now := now + 0.002)
+    assert now < 20.0
+    resting = motion.angle
+    motion.advance(now + 60.0)
+    assert motion.angle == resting
+    assert motion.torque == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_brake_stops_sooner_than_friction_alone() -> None:
+    def runs_on(controller: Controller) -> float:
+        motion = Motion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
+        motion.obey(Orders(Controller.TORQUE, 0.8, torque_high=1.0, torque_low=-1.0))
+        motion.advance(0.5)
+        began = motion.angle
+        motion.obey(Orders(controller))
+        motion.advance(30.0)
+        return motion.angle - began
+
+    assert runs_on(Controller.BRAKE) < 0.7 * runs_on(Controller.OFF)
+
+
+def test_inertia_on_the_horn_takes_speed_from_a_start_and_not_from_the_end() -> None:
+    def speeds(inertia: float) -> tuple[float, float]:
+        motion = Motion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
+        motion.obey(Orders(Controller.TORQUE, 0.5, torque_high=1.0, torque_low=-1.0, inertia=inertia))
+        motion.advance(0.02)
+        early = motion.speed
+        motion.advance(10.0)
+        return early, motion.speed
+
+    bare, loaded = speeds(0.0), speeds(4.0)
+    assert loaded[0] < 0.3 * bare[0]
+    assert loaded[1] == pytest.approx(bare[1], rel=0.01)
+
+
+_WAIT = st.floats(10.0, 120.0)
+_ACTS = st.one_of(
+    st.tuples(st.just("0x00"), st.integers(-4_000, 4_000), _WAIT),
+    st.tuples(st.just("0x01"), st.integers(-300, 300), _WAIT),
+    st.tuples(st.just("0x02"), st.integers(-100, 100), _WAIT),
+    st.tuples(st.just("0x20"), st.integers(0, 2), _WAIT),
+    st.tuples(st.just("0x25"), st.integers(0, 1), _WAIT),
+    st.tuples(st.just("0x26"), st.integers(0, 2), _WAIT),
+    st.tuples(st.just("0x2C"), st.integers(1, 100), _WAIT),
+    st.tuples(st.just("0x23"), st.integers(0, 1), _WAIT),
+    st.tuples(st.just("restart"), st.just(0), _WAIT),
+    st.tuples(st.just("load"), st.integers(-60, 60), _WAIT),
+)
+
+
+@settings(max_examples=2, deadline=None, phases=[Phase.generate], suppress_health_check=[HealthCheck.too_slow])
+@given(st.lists(_ACTS, min_size=20, max_size=60), st.sampled_from(MODELS))
+def test_an_hour_of_random_commands_ends_where_the_last_one_says(
+    acts: list[tuple[str, int, float]], model: str
+) -> None:
+    desk = Desk(model)
+    until, turn = START + 3600.0, 0
+    while desk.now < until - 100.0:
+        what, value, seconds = acts[turn % len(acts)]
+        turn += 1
+        if what == "restart":
+            desk.restart()
+        elif what == "load":
+            desk.servo.conditions.load_pct = float(value)
+        else:
+            desk.write(what, value)
+        heard = desk.wait(seconds)
+        assert all(math.isfinite(status.position) for status in desk.statuses(heard))
+        assert math.isfinite(desk.servo.angle_deg)
+        assert abs(desk.servo.speed_rpm) < 400
+        desk.heard.clear()
+    desk.servo.conditions.load_pct = 0.0
+    for name, value in (("0x2C", 40), ("0x20", 0), ("0x26", 0), ("0x25", 0), ("0x24", 0), ("0x23", 0), ("0x00", 0)):
+        desk.write(name, value)
+    desk.wait(until - desk.now)
+    assert desk.read("0x08") == pytest.approx(0, abs=4)
+    assert desk.now == pytest.approx(until)

@@ -1,0 +1,55 @@
+"""SimServo as a function of frames and time: equal seeds give equal lives, and looking changes nothing."""
+
+import pytest
+
+from unit.sim.desk import FREE, START, Desk
+
+
+def test_the_same_seed_gives_the_same_servo_to_the_last_bit() -> None:
+    def life(seed: int) -> list[object]:
+        desk = Desk(rom=FREE, seed=seed)
+        desk.write("0x00", 1_234)
+        desk.wait(0.3)
+        desk.write("0x01", -77)
+        heard = [(each.at, each.payload) for each in desk.wait(2.0)]
+        return [*heard, desk.read("0x0C"), desk.servo.angle_deg]
+
+    assert life(3) == life(3)
+
+
+def test_however_often_it_is_looked_at_the_horn_moves_alike() -> None:
+    def travel(step: float) -> float:
+        desk = Desk(rom=FREE)
+        desk.write("0x00", 900)
+        end = desk.now + 0.2
+        while desk.now < end - 1e-9:
+            desk.wait(step)
+            desk.read("0x08")
+        return desk.servo.angle_deg
+
+    assert travel(0.0013) == pytest.approx(travel(0.2), abs=1.5)
+
+
+def test_it_says_when_it_is_needed_next_and_is_needed_never_without_supply() -> None:
+    desk = Desk(up=False)
+    assert desk.servo.next_due() == float("inf")
+    desk.servo.power_on(START)
+    assert desk.servo.next_due() == pytest.approx(START + 0.1)
+    desk.wait(1.0)
+    assert desk.now < desk.servo.next_due() <= desk.now + 0.05
+    desk.servo.power_off(desk.now)
+    assert desk.servo.next_due() == float("inf")
+
+
+def test_advanced_late_it_catches_up_and_does_not_pour_out_what_it_missed() -> None:
+    desk = Desk()
+    desk.now += 60.0
+    desk.servo.advance(desk.now)
+    assert 60 <= len(desk.node_statuses(desk.collect())) <= 61
+    assert desk.node_statuses(desk.heard)[-1].uptime_sec == 60
+
+
+def test_a_unique_id_has_16_bytes() -> None:
+    servo = Desk().servo
+    with pytest.raises(ValueError, match="Give 16"):
+        type(servo)(servo.model, servo.firmware, bytes(15), faults=())

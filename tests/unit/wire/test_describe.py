@@ -1,0 +1,215 @@
+"""How a transfer is told: sentences people can read, an object JSON can carry, and nothing that raises."""
+
+import json
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hornbill.wire.datatype import Kind
+from hornbill.wire.describe import PROBLEMS, Names, as_object, duration, frame_count, printable, sentence
+from hornbill.wire.messages import (
+    ActuatorStatus,
+    Allocation,
+    ArrayCommand,
+    Command,
+    CommandType,
+    Health,
+    Mode,
+    NodeStatus,
+)
+from hornbill.wire.reassembly import ReassemblyCounters
+from hornbill.wire.services import (
+    EMPTY,
+    ExecuteOpcodeRequest,
+    ExecuteOpcodeResponse,
+    GetNodeInfoRequest,
+    GetNodeInfoResponse,
+    GetSetRequest,
+    GetSetResponse,
+    HardwareVersion,
+    Opcode,
+    RestartNodeRequest,
+    RestartNodeResponse,
+    SoftwareVersion,
+    Value,
+    ValueKind,
+    integer,
+)
+from hornbill.wire.transfer import Transfer, split
+from hornbill.wire.types import AnyStructure, decode
+from unit.wire.structures import structures, transfer
+
+UID = bytes.fromhex("4f0a91c3d2e15566778899aabbccddee")
+
+kinds = st.sampled_from(Kind)
+transfers = st.builds(
+    Transfer,
+    kinds,
+    st.sampled_from([0, 1, 2, 5, 10, 11, 341, 1010, 1011, 20003]),
+    st.integers(0, 127),
+    st.integers(0, 127),
+    st.integers(0, 31),
+    st.integers(0, 31),
+    st.binary(max_size=80),
+    st.floats(0, 2e9),
+)
+
+
+def answer(value: Value, name: str) -> GetSetResponse:
+    return GetSetResponse(value, EMPTY, EMPTY, EMPTY, name)
+
+
+@pytest.mark.parametrize(
+    ("structure", "told"),
+    [
+        (NodeStatus(4355, Health.OK, Mode.OPERATIONAL), "NodeStatus OK, operational, up 1 h 12 min"),
+        (NodeStatus(3, Health.ERROR, Mode.SOFTWARE_UPDATE), "NodeStatus error, software update, up 3 s"),
+        (
+            NodeStatus(61, Health.CRITICAL, 5, 2, 0x12),
+            "NodeStatus critical, mode 5, up 1 min 1 s, sub mode 2, code 0x0012",
+        ),
+        (ActuatorStatus(1, 0.125, math.nan, 0.0, 127), "Status servo 1, position 0.125"),
+        (
+            ActuatorStatus(1, -0.5, 2.5, -3.0, 40),
+            "Status servo 1, position −0.5, force 2.5, speed −3, power 40 %",
+        ),
+        (
+            ArrayCommand((Command(1, CommandType.POSITION, 0.5), Command(2, CommandType.SPEED, -20))),
+            "ArrayCommand servo 1 position 0.5, servo 2 speed −20",
+        ),
+        (ArrayCommand((Command(255, 9, 1.0),)), "ArrayCommand every servo command type 9 1"),
+        (
+            ArrayCommand([Command(n, CommandType.UNITLESS, 0) for n in range(1, 9)]),
+            "ArrayCommand " + ", ".join(f"servo {n} unitless 0" for n in range(1, 7)) + ", 2 more",
+        ),
+        (ArrayCommand(()), "ArrayCommand to nobody"),
+        (GetNodeInfoRequest(), "GetNodeInfo request"),
+        (
+            GetNodeInfoResponse(
+                NodeStatus(1, Health.OK, Mode.OPERATIONAL),
+                SoftwareVersion(1, 3),
+                HardwareVersion(6, 1, UID),
+                "com.futaba",
+            ),
+            "GetNodeInfo answer com.futaba, software 1.3, hardware 6.1, uid 4f0a91c3…",
+        ),
+        (RestartNodeRequest(), "RestartNode request"),
+        (RestartNodeRequest(7), "RestartNode request, wrong number 0x7"),
+        (RestartNodeResponse(True), "RestartNode answer restarts"),
+        (RestartNodeResponse(False), "RestartNode answer refused"),
+        (ExecuteOpcodeRequest(Opcode.SAVE), "ExecuteOpcode request save"),
+        (ExecuteOpcodeRequest(7, 9), "ExecuteOpcode request opcode 7, argument 9"),
+        (ExecuteOpcodeResponse(0, True), "ExecuteOpcode answer done"),
+        (ExecuteOpcodeResponse(-1, False), "ExecuteOpcode answer refused, argument -1"),
+        (GetSetRequest(0, EMPTY, "0x08"), "GetSet request read 0x08"),
+        (GetSetRequest(8, EMPTY, ""), "GetSet request read index 8"),
+        (GetSetRequest(0, integer(-600), "0x39"), "GetSet request write 0x39 = −600"),
+        (answer(integer(600), "0x38"), "GetSet answer 0x38 = 600"),
+        (answer(EMPTY, ""), "GetSet answer empty: no such parameter, or refused"),
+        (answer(Value(ValueKind.REAL, 0.5), "gain"), "GetSet answer gain = 0.5"),
+        (answer(Value(ValueKind.BOOLEAN, 255), "on"), "GetSet answer on = 255"),
+        (answer(Value(ValueKind.STRING, "a\x1b[2J"), "s"), 'GetSet answer s = "a\\x1b[2J"'),
+    ],
+    ids=lambda value: value if isinstance(value, str) else type(value).__name__,
+)
+def test_a_transfer_reads_as_a_sentence(structure: AnyStructure, told: str) -> None:
+    assert sentence(transfer(structure), structure) == told
+
+
+@pytest.mark.parametrize(
+    ("message", "source", "told"),
+    [
+        (Allocation(0, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…"),
+        (Allocation(20, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…, asks for node id 20"),
+        (Allocation(0, False, UID[6:12]), 0, "uid part 2 of 3, 5566…".replace("5566", UID[6:8].hex())),
+        (Allocation(0, False, UID[12:]), 0, f"uid part 3 of 3, {UID[12:14].hex()}…"),
+        (Allocation(0, False, UID[:12]), 127, "heard 12 of 16 bytes, 4f0a…"),
+        (Allocation(12, False, UID), 127, "gives node id 12 to 4f0a91c3…"),
+        (Allocation(0, False, b""), 127, "heard 0 of 16 bytes, nothing"),
+    ],
+)
+def test_both_sides_of_an_allocation_are_told(message: Allocation, source: int, told: str) -> None:
+    assert sentence(transfer(message, source=source), message) == f"Allocation {told}"
+
+
+@pytest.mark.parametrize(
+    ("kind", "type_id", "payload", "told"),
+    [
+        (Kind.MESSAGE, 20003, b"12345", "Unknown message 20003, 5 bytes"),
+        (Kind.REQUEST, 200, b"1", "Unknown service 200 request, 1 byte"),
+        (Kind.RESPONSE, 200, b"", "Unknown service 200 answer, 0 bytes"),
+        (Kind.MESSAGE, 341, b"123456", "NodeStatus not decoded: a payload of 6 bytes does not fit"),
+        (Kind.RESPONSE, 5, b"", "RestartNode answer not decoded: a payload of 0 bytes does not fit"),
+    ],
+)
+def test_what_cannot_be_decoded_is_told_as_such(kind: Kind, type_id: int, payload: bytes, told: str) -> None:
+    assert sentence(Transfer(kind, type_id, 10, 20, 16, 0, payload), None) == told
+
+
+class Known(Names):
+    """A reader who knows one register."""
+
+    def register(self, node: int, name: str) -> str:
+        return "limit" if (node, name) == (20, "0x38") else ""
+
+    def value(self, node: int, name: str, raw: int) -> str:
+        return f"{raw / 10:.1f}°" if name == "0x38" else str(raw)
+
+
+def test_what_the_reader_knows_is_added() -> None:
+    written = GetSetRequest(0, integer(600), "0x38")
+    assert sentence(transfer(written), written, Known()) == "GetSet request write 0x38 limit = 600, 60.0°"
+    held = answer(integer(600), "0x38")
+    assert sentence(transfer(held), held, Known()) == "GetSet answer 0x38 = 600, 60.0°"
+    plain = answer(integer(7), "0x2C")
+    assert sentence(transfer(plain), plain, Known()) == "GetSet answer 0x2C = 7"
+
+
+@given(structures)
+def test_every_structure_has_a_sentence_that_is_safe_to_print(structure: AnyStructure) -> None:
+    told = sentence(transfer(structure), structure)
+    assert told
+    assert told.isprintable()
+
+
+@given(transfers)
+@settings(max_examples=500)
+def test_any_bytes_of_any_type_are_told_and_never_raise(received: Transfer) -> None:
+    structure = decode(received)
+    assert sentence(received, structure).isprintable()
+    told = as_object(received, structure, received.at)
+    again = json.loads(json.dumps(told, allow_nan=False))
+    assert list(again) == [
+        "timestamp", "type", "kind", "data_type_id", "source", "destination", "priority", "transfer_id", "fields",
+        "payload",
+    ]  # fmt: skip
+    assert again["payload"] == received.payload.hex()
+    assert (again["destination"] is None) == (received.kind is Kind.MESSAGE)
+    if again["type"] is None:
+        assert again["fields"] is None
+
+
+@given(structures)
+def test_the_number_of_frames_is_that_of_the_transfer(structure: AnyStructure) -> None:
+    sent = transfer(structure)
+    assert frame_count(sent) == len(split(sent, structure.TYPE))
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"),
+    [(0, "0 s"), (59, "59 s"), (60, "1 min 0 s"), (3600, "1 h 0 min"), (7383, "2 h 3 min"), (273_600, "3 d 4 h")],
+)
+def test_a_duration_is_told_in_its_two_largest_units(seconds: int, told: str) -> None:
+    assert duration(seconds) == told
+
+
+@given(st.text(st.characters(max_codepoint=0xFF)))
+def test_text_from_the_bus_cannot_command_a_terminal(text: str) -> None:
+    assert printable(text).isprintable()
+
+
+def test_every_reason_to_drop_a_frame_has_words() -> None:
+    reasons = set(ReassemblyCounters.__slots__) - {"frames", "transfers"}
+    assert set(PROBLEMS) == reasons
