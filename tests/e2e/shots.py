@@ -44,9 +44,26 @@ def motion(page: Page, url: str, uid: str) -> None:
     page.wait_for_timeout(3000)
 
 
+def bus(page: Page, url: str, _uid: str) -> None:
+    """Load that rises to its limit as every servo is polled fast, and what that looks like in the monitor."""
+    fast = {"channels": ["current_angle", "current_speed", "current_torque"], "rate_hz": 50}
+    with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
+        uids = [one["uid"] for one in api.get("/servos").json()]
+        page.goto(url + "bus")
+        page.wait_for_timeout(22_000)
+        for each in uids:
+            api.put(f"/servos/{each}/telemetry", json=fast)
+        page.wait_for_timeout(20_000)
+        for each in uids:
+            api.put(f"/servos/{each}/telemetry", json={"channels": [], "rate_hz": 1})
+
+
 def main() -> None:
-    """Every page in both themes, wide; and as a tablet shows it, in one."""
+    """Every page, or those named, in both themes, wide; and as a tablet shows it, in one."""
     PICTURES.mkdir(parents=True, exist_ok=True)
+    scenes = [
+        scene for scene in (servos, parameters, motion, bus) if scene.__name__ in sys.argv[1:] or not sys.argv[1:]
+    ]
     with running_demo("--seed", "1") as (_, url), sync_playwright() as playwright:
         api = httpx.Client(base_url=url + "api/v1")
         while sum(one["state"] == "ready" for one in api.get("/servos").json()) < 6:
@@ -56,7 +73,7 @@ def main() -> None:
         uid = next(one["uid"] for one in api.get("/servos").json() if one["label"] == "Elevator L")
         browser = playwright.chromium.launch(executable_path=find(), args=["--no-sandbox"])
         for theme, size, suffix in (("dark", WIDE, ""), ("light", WIDE, ""), ("light", TABLET, "-tablet")):
-            for scene in (servos, parameters, motion):
+            for scene in scenes:
                 context = browser.new_context(
                     viewport=size,  # pyright: ignore[reportArgumentType]
                     color_scheme=theme,  # pyright: ignore[reportArgumentType]

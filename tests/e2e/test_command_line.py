@@ -1,12 +1,14 @@
 """The command line against a running server: what it prints, and that its exit code says whether it worked."""
 
 import json
+import re
 import subprocess
 import sys
 
+import httpx
 import pytest
 
-from e2e.conftest import Demo
+from e2e.conftest import Demo, running_demo
 
 
 def hornbill(demo: Demo | None, *words: str) -> subprocess.CompletedProcess[str]:
@@ -69,3 +71,25 @@ def test_without_a_server_it_says_how_to_start_one() -> None:
 def test_openapi_prints_the_document() -> None:
     document = json.loads(hornbill(None, "openapi").stdout)
     assert "/api/v1/servos/{uid}/parameters/angle_limit_cw" in document["paths"]
+
+
+def test_the_doctor_finds_nothing_in_the_demo(demo: Demo) -> None:
+    examined = hornbill(demo, "doctor")
+    assert examined.returncode == 0, examined.stdout + examined.stderr
+    assert re.fullmatch(r"Nothing wrong found: 1\d checks passed\.\n", examined.stdout)
+    as_json = hornbill(demo, "doctor", "--json")
+    assert (as_json.returncode, json.loads(as_json.stdout)) == (0, [])
+
+
+def test_the_doctor_without_a_bus_says_so_and_exits_with_1() -> None:
+    with running_demo("--servos", "1") as (_, url):
+        httpx.delete(f"{url}api/v1/bus").raise_for_status()
+        lone = Demo(url, httpx.Client())
+        examined = hornbill(lone, "doctor")
+        assert examined.returncode == 1
+        assert examined.stdout.startswith("Failure: No bus is connected\n")
+        assert "PUT /api/v1/bus" in examined.stdout
+        as_json = hornbill(lone, "doctor", "--json")
+        assert as_json.returncode == 1
+        assert [one["code"] for one in json.loads(as_json.stdout)] == ["no_bus"]
+        lone.api.close()

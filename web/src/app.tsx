@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { MotionPage } from "./pages/motion";
 import { ParametersPage } from "./pages/parameters";
 import { ServosPage } from "./pages/servos";
+import { connectOpen } from "./state/connect";
 import { onKey } from "./state/keys";
 import { link } from "./state/link";
 import { route } from "./state/route";
@@ -11,7 +12,11 @@ import { Bands } from "./ui/bands";
 import { TopBar } from "./ui/bar";
 import { Foot } from "./ui/foot";
 import { KeysHelp } from "./ui/keys-help";
+import { lazy } from "./ui/lazy";
 import { Rail } from "./ui/rail";
+
+const BusPage = lazy<{ hash: string }>(() => import("./pages/bus").then(file => file.BusPage));
+const ConnectDialog = lazy(() => import("./pages/bus-connect").then(file => file.ConnectDialog));
 
 export function App() {
   const help = useSignal(false);
@@ -34,6 +39,7 @@ export function App() {
         <Page />
       </main>
       <Foot />
+      {connectOpen.value && <ConnectDialog />}
       {help.value && (
         <KeysHelp
           onClose={() => {
@@ -49,5 +55,6 @@ function Page() {
   const { page, uid, hash } = route.value;
   if (page === "parameters" && uid) return <ParametersPage key={uid} uid={uid} hash={hash} />;
   if (page === "motion" && uid) return <MotionPage key={uid} uid={uid} />;
+  if (page === "bus") return <BusPage hash={hash} />;
   return <ServosPage />;
 }

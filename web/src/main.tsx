@@ -1,7 +1,9 @@
 /** Mounts the page and starts what lives as long as it does. */
 import { render } from "preact";
 import { App } from "./app";
+import { startBusHistory } from "./state/bus-now";
 import { startClock } from "./state/clock";
+import { startDoctor } from "./state/doctor";
 import { listen } from "./state/keys";
 import { startLink } from "./state/link";
 import { startMotion } from "./state/motion";
@@ -27,6 +29,8 @@ startRoute();
 startClock();
 listen(window, pressStop);
 startMotion();
+startBusHistory();
+startDoctor();
 startLink();
 
 const root = document.getElementById("app");

@@ -53,7 +53,7 @@ beforeEach(() => {
     },
     onMessage: message => heard.push(message),
     onState: state => states.push(state),
-    greeting: () => [{ type: "subscribe", topics: ["servos"], uids: null }],
+    greeting: () => [{ type: "subscribe", topics: ["servos"], uids: null, frames: null }],
   });
   live.start();
 });
@@ -66,7 +66,7 @@ afterEach(() => {
 describe("Live", () => {
   test("greets when open, is up when the server has spoken", () => {
     last().accept();
-    expect(last().sent).toEqual([{ type: "subscribe", topics: ["servos"], uids: null }]);
+    expect(last().sent).toEqual([{ type: "subscribe", topics: ["servos"], uids: null, frames: null }]);
     expect(states).toEqual([]);
     last().say(hello);
     expect(states).toEqual(["up"]);

@@ -102,7 +102,7 @@ export class Live {
     if (now - this.#heard > SILENCE_MS) this.#lost();
     else if (now - Math.max(this.#heard, this.#asked) > ASK_MS) {
       this.#asked = now;
-      this.send({ type: "subscribe", topics: ["bus"], uids: null });
+      this.send({ type: "subscribe", topics: ["bus"], uids: null, frames: null });
     }
   }
 

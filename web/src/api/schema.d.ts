@@ -24,6 +24,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/allocations/{uid}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Pin Allocation
+         * @description Choose the id, 1 to 125, a node is given when it asks the next time, met before or not. No other may have it.
+         */
+        put: operations["pin_allocation"];
+        post?: never;
+        /**
+         * Forget Allocation
+         * @description Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew.
+         */
+        delete: operations["forget_allocation"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/bus": {
         parameters: {
             query?: never;
@@ -47,6 +71,143 @@ export interface paths {
          * @description Leave the bus. Torque goes off first on what is under command.
          */
         delete: operations["disconnect_bus"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/bus/adapters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Adapters
+         * @description What a bus can be opened on, and why it cannot just now. Answers within 2 s, whatever a driver does.
+         */
+        get: operations["list_adapters"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/bus/allocator": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Allocator
+         * @description Give node ids unless somebody else does (on), never (off), or whoever else does (insist). It is kept.
+         *
+         *     A mode given on the command line or in the environment counts again at the next start.
+         */
+        put: operations["set_allocator"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/bus/doctor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Examine Bus
+         * @description What is wrong with the bus, the worst first; empty when nothing is. `all`: also what was found well.
+         */
+        get: operations["examine_bus"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/bus/log": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Log
+         * @description The log that is written, or the last one.
+         */
+        get: operations["get_log"];
+        put?: never;
+        /**
+         * Start Log
+         * @description Write every frame to a file in the data folder, sent ones included, until it is stopped or full.
+         *
+         *     The log goes on when the bus is lost and found again. A slow disk never slows the bus: what it cannot take is
+         *     counted as dropped.
+         */
+        post: operations["start_log"];
+        /**
+         * Stop Log
+         * @description End the log; it answers when the file is complete. Without one nothing happens.
+         */
+        delete: operations["stop_log"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/bus/logs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Logs
+         * @description The logs in the data folder, the newest first. One can be played: `PUT /bus` with address `file:NAME`.
+         */
+        get: operations["list_logs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/bus/logs/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Log
+         * @description The file; of the log being written, what is in it now.
+         */
+        get: operations["download_log"];
+        put?: never;
+        post?: never;
+        /**
+         * Delete Log
+         * @description Remove a log from the data folder.
+         */
+        delete: operations["delete_log"];
         options?: never;
         head?: never;
         patch?: never;
@@ -159,6 +320,26 @@ export interface paths {
          * @description Give motion control back. Torque goes off on what was commanded under it.
          */
         delete: operations["release_lease"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/nodes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Nodes
+         * @description Every node heard since the bus was connected, by node id. Empty without a bus.
+         */
+        get: operations["list_nodes"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -1600,6 +1781,58 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/sim/servos": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Sim Servos
+         * @description Every servo on the bench.
+         */
+        get: operations["list_sim_servos"];
+        put?: never;
+        /**
+         * Add Sim Servo
+         * @description Put one more servo on the bench and switch it on.
+         */
+        post: operations["add_sim_servo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/sim/servos/{uid}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Sim Servo
+         * @description One servo on the bench.
+         */
+        get: operations["get_sim_servo"];
+        put?: never;
+        post?: never;
+        /**
+         * Remove Sim Servo
+         * @description Take a servo off the bus, as if its cable were pulled.
+         */
+        delete: operations["remove_sim_servo"];
+        options?: never;
+        head?: never;
+        /**
+         * Change Sim Servo
+         * @description Do to a servo what a bench could do to a real one. All or nothing.
+         */
+        patch: operations["change_sim_servo"];
+        trace?: never;
+    };
     "/api/v1/stop": {
         parameters: {
             query?: never;
@@ -1633,6 +1866,44 @@ export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
         /**
+         * Adapter
+         * @description Something a bus can be opened on. `address` is what `PUT /bus` takes.
+         */
+        Adapter: {
+            /** Address */
+            address: string;
+            /** Bitrate */
+            bitrate: number | null;
+            /** Channel */
+            channel: string;
+            /** Interface */
+            interface: string;
+            /**
+             * Name
+             * @description for people: product, serial number
+             */
+            name: string;
+            /**
+             * Reason
+             * @description why it cannot be used now, or what is odd about it; null when all is well
+             */
+            reason: string | null;
+            /**
+             * Remedy
+             * @description what to do about it; a command where one helps
+             */
+            remedy: string | null;
+            /** Sample Point */
+            sample_point: number | null;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "ready" | "connected" | "down" | "wrong_bitrate" | "no_permission" | "in_use" | "no_driver";
+            /** Usable */
+            usable: boolean;
+        };
+        /**
          * Allocation
          * @description One row of the allocation table.
          */
@@ -1652,6 +1923,30 @@ export interface components {
             uid: string;
         };
         /**
+         * AllocationChange
+         * @description A row as it is now, or as it was before it was forgotten.
+         */
+        AllocationChange: {
+            /** Last Seen */
+            last_seen: number | null;
+            /** Node Id */
+            node_id: number;
+            /**
+             * Note
+             * @description when the change takes effect
+             */
+            note: string;
+            /** Online */
+            online: boolean;
+            /** Pinned */
+            pinned: boolean;
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+        };
+        /**
          * Allocations
          * @description The allocation table and who is waiting.
          */
@@ -1660,6 +1955,17 @@ export interface components {
             allocations: components["schemas"]["Allocation"][];
             /** Pending */
             pending: components["schemas"]["PendingAllocation"][];
+        };
+        /**
+         * AllocatorMode
+         * @description What the allocator shall do.
+         */
+        AllocatorMode: {
+            /**
+             * Mode
+             * @enum {string}
+             */
+            mode: "on" | "off" | "insist";
         };
         /**
          * AllocatorState
@@ -2211,6 +2517,29 @@ export interface components {
             warning: number | null;
         };
         /**
+         * Finding
+         * @description One thing the doctor looked at. `ok` only with `all=true`.
+         */
+        Finding: {
+            /** Code */
+            code: string;
+            /** Evidence */
+            evidence: string;
+            /** Node Ids */
+            node_ids?: number[];
+            /** Remedy */
+            remedy: string | null;
+            /**
+             * Severity
+             * @enum {string}
+             */
+            severity: "ok" | "notice" | "warning" | "failure";
+            /** Text */
+            text: string;
+            /** Uids */
+            uids?: string[];
+        };
+        /**
          * FrameFilter
          * @description Which frames and transfers topic `frames` carries; what is not told is not filtered.
          *
@@ -2480,6 +2809,164 @@ export interface components {
             holder: string;
             /** Ttl S */
             ttl_s: number;
+        };
+        /**
+         * LogFile
+         * @description A log in the data folder.
+         */
+        LogFile: {
+            /** Bytes */
+            bytes: number;
+            /** Modified At */
+            modified_at: number;
+            /** Name */
+            name: string;
+        };
+        /**
+         * LogRequest
+         * @description What to log, and when to stop by itself.
+         */
+        LogRequest: {
+            /**
+             * Format
+             * @default candump
+             * @enum {string}
+             */
+            format: "candump" | "asc" | "blf" | "csv";
+            /**
+             * Limit Mb
+             * @default 100
+             */
+            limit_mb: number;
+            /**
+             * Name
+             * @description file name without ending; the time of the start unless told
+             */
+            name?: string | null;
+        };
+        /**
+         * LogState
+         * @description The log of frames being written, or the last one that was.
+         */
+        LogState: {
+            /** Bytes */
+            bytes: number;
+            /** Dropped */
+            dropped: number;
+            /** Format */
+            format: ("candump" | "asc" | "blf" | "csv") | null;
+            /** Frames */
+            frames: number;
+            /** Limit Bytes */
+            limit_bytes: number;
+            /** Name */
+            name: string | null;
+            /**
+             * Reason
+             * @description why it ended, unless it was stopped
+             */
+            reason: string | null;
+            /**
+             * Started At
+             * @description seconds since 1970 UTC
+             */
+            started_at: number | null;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "idle" | "running" | "stopped" | "full" | "failed";
+        };
+        /**
+         * NewSimServo
+         * @description A servo to put on the bench; what is not told is a new servo's.
+         */
+        NewSimServo: {
+            /**
+             * Angle Deg
+             * @default 0
+             */
+            angle_deg: number;
+            /**
+             * Firmware
+             * @default 1.300
+             * @example 1.300
+             */
+            firmware: string;
+            /**
+             * Model
+             * @example BLA21-06U-A0
+             */
+            model: string;
+            /**
+             * Node Id
+             * @description 0: it asks for one
+             * @default 0
+             */
+            node_id: number;
+            /**
+             * Rom
+             * @description what else was saved, by key, raw
+             */
+            rom?: {
+                [key: string]: number;
+            };
+            /**
+             * Servo Id
+             * @description 0: as delivered
+             * @default 0
+             */
+            servo_id: number;
+            /** Uid */
+            uid?: string | null;
+        };
+        /**
+         * Node
+         * @description Whoever is heard on this bus, servo or not, and this server itself (table 2-17).
+         *
+         *     One that never said NodeStatus has mode `unknown`, health `warning` and uptime 0. Nodes that ask for a node id
+         *     stand as one, with node id 0.
+         */
+        Node: {
+            /** Age S */
+            age_s: number;
+            /** Hardware Version */
+            hardware_version: string | null;
+            /**
+             * Health
+             * @enum {string}
+             */
+            health: "ok" | "warning" | "error" | "critical";
+            /**
+             * Kind
+             * @description unknown: not asked yet, or it does not answer
+             * @enum {string}
+             */
+            kind: "servo" | "hornbill" | "foreign" | "unknown";
+            /** Mode */
+            mode: string;
+            /**
+             * Name
+             * @description from GetNodeInfo
+             */
+            name: string | null;
+            /** Node Id */
+            node_id: number;
+            /**
+             * Note
+             * @description why it is not taken for a servo, or what is odd about it
+             */
+            note: string | null;
+            /** Online */
+            online: boolean;
+            /** Restarts */
+            restarts: number;
+            /** Software Version */
+            software_version: string | null;
+            /** Uid */
+            uid: string | null;
+            /** Uptime S */
+            uptime_s: number;
         };
         /** NodeIdValue */
         NodeIdValue: {
@@ -2878,6 +3365,14 @@ export interface components {
             waiting_s: number;
         };
         /**
+         * Pin
+         * @description The node id a node shall have.
+         */
+        Pin: {
+            /** Node Id */
+            node_id: number;
+        };
+        /**
          * Problem
          * @description application/problem+json: what went wrong, the code to branch on, and what to do.
          */
@@ -3180,6 +3675,183 @@ export interface components {
              */
             type: "servos";
         };
+        /**
+         * SimChange
+         * @description What the bench shall do to a servo; what is not told stays. All or nothing.
+         */
+        SimChange: {
+            /** Answer Delay S */
+            answer_delay_s?: number | null;
+            /**
+             * Behaviour
+             * @description switches to set, by name
+             */
+            behaviour?: {
+                [key: string]: unknown;
+            } | null;
+            /** Drop Responses Pct */
+            drop_responses_pct?: number | null;
+            /**
+             * External Angle Deg
+             * @description turn the horn by hand until 0x08 reads this; it needs a motor without output
+             */
+            external_angle_deg?: number | null;
+            /**
+             * Faults
+             * @description bits to set or to take back, by key
+             */
+            faults?: {
+                [key: string]: boolean;
+            } | null;
+            /** Load Inertia */
+            load_inertia?: number | null;
+            /** Load Pct */
+            load_pct?: number | null;
+            /** Mute */
+            mute?: boolean | null;
+            /** Position Unit */
+            position_unit?: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
+            /** Power */
+            power?: ("off" | "on") | null;
+            /**
+             * Pwm Us
+             * @description null takes it away
+             */
+            pwm_us?: number | null;
+            /**
+             * Refuse Keys
+             * @description parameters GetSet says no to from now on
+             */
+            refuse_keys?: string[] | null;
+            /** Restart Delay S */
+            restart_delay_s?: number | null;
+            /** Sensor Error */
+            sensor_error?: number | null;
+            /** Software Update */
+            software_update?: boolean | null;
+            /** Temperature C */
+            temperature_c?: number | null;
+            /** Voltage V */
+            voltage_v?: number | null;
+        };
+        /**
+         * SimServo
+         * @description One simulated servo and everything the bench does to it.
+         */
+        SimServo: {
+            /**
+             * Angle Deg
+             * @description where the horn stands, clockwise from its notch, every turn counted
+             */
+            angle_deg: number;
+            /** Answer Delay S */
+            answer_delay_s: number;
+            /**
+             * Behaviour
+             * @description the choices where the document is silent
+             */
+            behaviour: {
+                [key: string]: boolean | string;
+            };
+            /** Drop Responses Pct */
+            drop_responses_pct: number;
+            /**
+             * Faults
+             * @description keys of the bits that are set
+             */
+            faults: string[];
+            /** Firmware */
+            firmware: string;
+            /**
+             * Load Inertia
+             * @description inertia on the horn as a multiple of the servo's own
+             */
+            load_inertia: number;
+            /**
+             * Load Pct
+             * @description torque on the horn in % of stall torque, + pushes clockwise
+             */
+            load_pct: number;
+            /** Model */
+            model: string;
+            /** Mute */
+            mute: boolean;
+            /**
+             * Node Id
+             * @description null while it has none
+             */
+            node_id: number | null;
+            /**
+             * Output
+             * @description what the motor gets, after time-out and protection
+             * @enum {string}
+             */
+            output: "on" | "off" | "brake";
+            /**
+             * Position Unit
+             * @enum {string}
+             */
+            position_unit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
+            /**
+             * Power
+             * @enum {string}
+             */
+            power: "off" | "on";
+            /**
+             * Pwm Us
+             * @description pulse width at the PWM input; null without a signal
+             */
+            pwm_us: number | null;
+            /** Refuse Keys */
+            refuse_keys: string[];
+            /** Restart Delay S */
+            restart_delay_s: number;
+            /**
+             * Sensor Error
+             * @description -1..1 of the ±5 °C and ±0.5 V of the sensors
+             */
+            sensor_error: number;
+            /** Serial */
+            serial: number;
+            /** Servo Id */
+            servo_id: number;
+            /** Soft Starting */
+            soft_starting: boolean;
+            /** Software Update */
+            software_update: boolean;
+            /** Speed Rpm */
+            speed_rpm: number;
+            /**
+             * Stage
+             * @enum {string}
+             */
+            stage: "off" | "starting" | "running" | "saving";
+            /**
+             * Starts
+             * @description how often it came up
+             */
+            starts: number;
+            /**
+             * Story
+             * @description why it is on the bench, in one sentence; empty for a plain servo
+             */
+            story: string;
+            /**
+             * Temperature C
+             * @description surroundings
+             */
+            temperature_c: number;
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+            /**
+             * Voltage V
+             * @description supply without load
+             */
+            voltage_v: number;
+        };
         /** SmoothingValue */
         SmoothingValue: {
             /**
@@ -3280,6 +3952,11 @@ export interface components {
             latched: boolean;
             /** Mode */
             mode: ("off" | "brake") | null;
+            /**
+             * Nodes
+             * @description nodes that broadcast an actuator's status and may be servos
+             */
+            nodes?: components["schemas"]["StopNode"][];
             /** Reason */
             reason: string | null;
             /** Servos */
@@ -3311,6 +3988,21 @@ export interface components {
              * @enum {string}
              */
             type: "stop";
+        };
+        /**
+         * StopNode
+         * @description How stop went on a node that may be a servo and has not been identified.
+         */
+        StopNode: {
+            /** Confirmed */
+            confirmed: boolean;
+            /**
+             * Ms
+             * @description from the request to the node's answer
+             */
+            ms: number | null;
+            /** Node Id */
+            node_id: number;
         };
         /**
          * StopRequest
@@ -3588,6 +4280,96 @@ export interface operations {
             };
         };
     };
+    pin_allocation: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Pin"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AllocationChange"];
+                };
+            };
+            /** @description `out_of_range`, `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    forget_allocation: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AllocationChange"];
+                };
+            };
+            /** @description `unknown_uid` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
     get_bus: {
         parameters: {
             query?: never;
@@ -3668,6 +4450,307 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Bus"];
+                };
+            };
+        };
+    };
+    list_adapters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Adapter"][];
+                };
+            };
+        };
+    };
+    set_allocator: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AllocatorMode"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AllocatorState"];
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    examine_bus: {
+        parameters: {
+            query?: {
+                all?: boolean;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Finding"][];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    get_log: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogState"];
+                };
+            };
+        };
+    };
+    start_log: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LogRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogState"];
+                };
+            };
+            /** @description `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `log_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    stop_log: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogState"];
+                };
+            };
+        };
+    };
+    list_logs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogFile"][];
+                };
+            };
+        };
+    };
+    download_log: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description file name, as in GET /bus/logs */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": unknown;
+                };
+            };
+            /** @description `unknown_log` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    delete_log: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description file name, as in GET /bus/logs */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_log` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+            /** @description `log_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
                 };
             };
         };
@@ -3936,6 +5019,26 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    list_nodes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Node"][];
                 };
             };
         };
@@ -13691,6 +14794,219 @@ export interface operations {
             };
             /** @description `no_answer` */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_sim_servos: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimServo"][];
+                };
+            };
+            /** @description `no_simulator` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    add_sim_servo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewSimServo"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimServo"];
+                };
+            };
+            /** @description `no_simulator` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_sim_servo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimServo"];
+                };
+            };
+            /** @description `no_simulator`, `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    remove_sim_servo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `no_simulator`, `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    change_sim_servo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SimChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimServo"];
+                };
+            };
+            /** @description `no_simulator`, `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -35,6 +35,24 @@ export function angle(value: number | null | undefined): string {
   return value === null || value === undefined ? `${NONE}°` : withUnit(signed(value, 1), "°");
 }
 
+/** "8 214 806": whole, in groups of three. */
+export function grouped(value: number): string {
+  return number(Math.round(value), 0).replace(/\B(?=(\d{3})+$)/g, NARROW);
+}
+
+/** "640 B", "12.3 kB", "1.25 GB": of a thousand each, as disks are sold. */
+export function size(bytes: number): string {
+  if (bytes < 1000) return withUnit(String(bytes), "B");
+  const units = ["kB", "MB", "GB"];
+  let place = 0;
+  let value = bytes / 1000;
+  while (value >= 999.5 && place < units.length - 1) {
+    value /= 1000;
+    place += 1;
+  }
+  return withUnit(number(value, value < 9.95 ? 2 : value < 99.95 ? 1 : 0), units[place] ?? "");
+}
+
 /** "0.1 s", "14 s", "3 min", "2 h": as exact as it is useful. `decimals` 0: calm enough for a sentence. */
 export function age(seconds: number, decimals = 1): string {
   if (seconds < 9.95) return withUnit(seconds.toFixed(decimals), "s");
@@ -54,6 +72,13 @@ export function clock(utc: number, millis = false): string {
 /** "14:01". */
 export function minute(utc: number): string {
   return clock(utc).slice(0, 5);
+}
+
+/** "2026-03-01". */
+export function date(utc: number): string {
+  const at = new Date(utc * 1000);
+  const pair = (n: number) => String(n).padStart(2, "0");
+  return `${at.getFullYear()}-${pair(at.getMonth() + 1)}-${pair(at.getDate())}`;
 }
 
 interface Shape {

@@ -1,14 +1,13 @@
-/** Owns what the Servos page says while there is no servo: the evidence, what to check, the adapter to connect. */
-import { useSignal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+/** Owns what the Servos page says while there is no servo: the evidence, what to check, the way to an adapter. */
+import { ask } from "../api/client";
 import type { Bus, Servo } from "../api/types";
 import { number } from "../form/format";
+import { connectOpen } from "../state/connect";
 import { bus, connected } from "../state/desk";
 import { pending, replaceAll } from "../state/fleet";
 import { text } from "../text/en";
 import { Button } from "../ui/button";
 import { Dial } from "../ui/dial";
-import { Glyph } from "../ui/glyph";
 
 export function EmptyServos({ loading }: { loading: boolean }) {
   const state = bus.value;
@@ -29,7 +28,7 @@ export function EmptyServos({ loading }: { loading: boolean }) {
         <p class="strong">
           {connected.value && state
             ? text.empty.evidence(number(state.rx_fps, 0), String(state.errors))
-            : text.empty.noBus}
+            : why(state)}
         </p>
         <ul>
           {connected.value ? (
@@ -59,63 +58,27 @@ export function EmptyServos({ loading }: { loading: boolean }) {
 export function Reconnect() {
   return (
     <section class="reconnect">
-      <p class="strong">{text.empty.noBus}</p>
-      <p class="second">{text.empty.pick}</p>
+      <p class="strong">{why(bus.value)}</p>
       <Connect />
     </section>
   );
 }
 
+function why(state: Bus | null): string {
+  return state?.state === "lost" ? (state.trouble ?? text.empty.lostBus) : text.empty.noBus;
+}
+
 function Connect() {
-  const address = useSignal(bus.peek()?.address ?? "");
-  const busy = useSignal(false);
-  const problem = useSignal<string | null>(null);
-  const connect = async () => {
-    busy.value = true;
-    problem.value = null;
-    try {
-      bus.value = await ask<Bus>("PUT", "/bus", { body: { address: address.peek().trim() } });
-    } catch (error) {
-      problem.value = text.problem(problemOf(error));
-    } finally {
-      busy.value = false;
-    }
-  };
   return (
-    <form
-      class="connect"
-      onSubmit={event => {
-        event.preventDefault();
-        void connect();
+    <Button
+      live
+      look="primary"
+      testid="open-connect"
+      onClick={() => {
+        connectOpen.value = true;
       }}
     >
-      <label>
-        <span class="hidden-text">{text.empty.adapter}</span>
-        <input
-          class="field"
-          data-testid="adapter"
-          placeholder={text.empty.example}
-          autocomplete="off"
-          value={address.value}
-          onInput={event => {
-            address.value = event.currentTarget.value;
-          }}
-        />
-      </label>
-      <Button
-        live
-        look="primary"
-        testid="connect"
-        disabled={busy.value || address.value.trim() === ""}
-        onClick={() => void connect()}
-      >
-        {busy.value ? text.empty.connecting : text.empty.connect}
-      </Button>
-      {problem.value && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {problem.value}
-        </p>
-      )}
-    </form>
+      {text.empty.connect}
+    </Button>
   );
 }

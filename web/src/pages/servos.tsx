@@ -1,5 +1,7 @@
 /** Owns the Servos page: every servo a row, who is waiting for a node id, and what to do when there is none. */
 import { useComputed, useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { watchAllocations } from "../state/allocations";
 import { needsAttention } from "../state/condition";
 import { connected } from "../state/desk";
 import { all, type KnownServo, loaded, nameOf } from "../state/fleet";
@@ -11,12 +13,12 @@ import { Search } from "../ui/search";
 import { Segments } from "../ui/segments";
 import { EmptyServos, Reconnect } from "./empty-servos";
 import { ServoRow } from "./servo-row";
-import { usePending, Waiting } from "./waiting";
+import { Waiting } from "./waiting";
 
 type Filter = "all" | "attention" | "unsaved";
 
 export function ServosPage() {
-  usePending();
+  useEffect(() => watchAllocations().end, []);
   const filter = useSignal<Filter>("all");
   const wanted = useSignal("");
   const counts = useComputed(() => ({

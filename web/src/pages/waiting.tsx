@@ -1,35 +1,10 @@
 /** Owns the entries of nodes that wait for a node id: heard, second part, third part. */
-import { useEffect } from "preact/hooks";
-import { ask } from "../api/client";
-import type { Allocations } from "../api/types";
 import { age } from "../form/format";
-import { monotonic, now } from "../state/clock";
+import { now } from "../state/clock";
 import { pending } from "../state/fleet";
-import { up } from "../state/link";
 import { text } from "../text/en";
 import { Glyph } from "../ui/glyph";
 import { Icon, Spinner } from "../ui/icon";
-
-const ASK_MS = 1000;
-
-/** Asks each second who is waiting, while the page is shown: nothing streams it. */
-export function usePending(): void {
-  useEffect(() => {
-    const look = async () => {
-      if (document.hidden || !up.peek()) return;
-      try {
-        const answer = await ask<Allocations>("GET", "/allocations");
-        const heardAt = monotonic();
-        pending.value = answer.pending.map(one => ({ ...one, heardAt }));
-      } catch {
-        pending.value = [];
-      }
-    };
-    void look();
-    const timer = setInterval(() => void look(), ASK_MS);
-    return () => clearInterval(timer);
-  }, []);
-}
 
 export function Waiting() {
   return (

@@ -37,8 +37,17 @@ export function onRefusal(act: (error: ErrorMessage) => void): () => void {
   return () => refusals.delete(act);
 }
 
+type FramesMessage = Extract<ServerMessage, { type: "frames" }>;
+const monitors = new Set<(message: FramesMessage) => void>();
+
+/** Told what was on the bus, while somebody is subscribed to it. */
+export function onFrames(act: (message: FramesMessage) => void): () => void {
+  monitors.add(act);
+  return () => monitors.delete(act);
+}
+
 const greeting = (): ClientMessage[] => [
-  { type: "subscribe", topics: ["servos", "telemetry", "events", "jobs", "bus"], uids: null },
+  { type: "subscribe", topics: ["servos", "telemetry", "events", "jobs", "bus"], uids: null, frames: null },
 ];
 
 const address = () => `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${API}/ws`;
@@ -90,6 +99,9 @@ function receive(message: ServerMessage): void {
       break;
     case "bus":
       bus.value = message.bus;
+      break;
+    case "frames":
+      for (const act of monitors) act(message);
       break;
     case "lease":
       setLease(message.lease);

@@ -1,26 +1,31 @@
 /** Owns the address bar: which page is shown, of which servo, at which parameter. */
 import { computed, signal } from "@preact/signals";
 
-export type Page = "servos" | "parameters" | "motion";
+export type Page = "servos" | "parameters" | "motion" | "bus";
 
 export interface Route {
   page: Page;
   uid: string | null;
-  /** The parameter key behind the #. */
+  /** What stands behind the #: a parameter's key, or a part of the page. */
   hash: string;
 }
 
+const BUS = /^\/bus\/?$/;
 const SERVO = /^\/servos\/([0-9a-f]{32})\/(parameters|motion)\/?$/;
 
 export function parse(path: string, hash: string): Route {
+  const behind = decodeURIComponent(hash.replace(/^#/, ""));
+  if (BUS.test(path)) return { page: "bus", uid: null, hash: behind };
   const found = SERVO.exec(path);
   if (!found?.[1]) return { page: "servos", uid: null, hash: "" };
-  return { page: found[2] as Page, uid: found[1], hash: decodeURIComponent(hash.replace(/^#/, "")) };
+  return { page: found[2] as Page, uid: found[1], hash: behind };
 }
 
 export function pathOf(page: Page, uid: string | null, hash = ""): string {
+  const behind = hash === "" ? "" : `#${hash}`;
+  if (page === "bus") return `/bus${behind}`;
   if (page === "servos" || uid === null) return "/servos";
-  return `/servos/${uid}/${page}${hash === "" ? "" : `#${hash}`}`;
+  return `/servos/${uid}/${page}${behind}`;
 }
 
 const here = () => parse(location.pathname, location.hash);

@@ -1,18 +1,19 @@
 /** Owns the top bar: bus, load on a ruled scale, counts by health, motion control, and Stop at its end. */
 import { useComputed } from "@preact/signals";
-import type { Bus } from "../api/types";
 import { number, withUnit } from "../form/format";
+import { channelOf, retryIn } from "../state/bus-now";
 import { now } from "../state/clock";
 import type { Kind } from "../state/condition";
 import { bus, lease, stopped } from "../state/desk";
 import { all, nameOf, servo } from "../state/fleet";
 import { conditionHere } from "../state/here";
-import { demo } from "../state/link";
 import { holder, motion } from "../state/motion";
+import { pathOf } from "../state/route";
 import { narrow } from "../state/screen";
 import { text } from "../text/en";
 import { Glyph } from "./glyph";
 import { Mark } from "./icon";
+import { follow } from "./rail";
 import { StopButton } from "./stop";
 
 export function TopBar() {
@@ -32,15 +33,12 @@ export function TopBar() {
   );
 }
 
-/** "can0" of "socketcan:can0": what it is called on the bench. */
-function channel(address: string | null): string {
-  return address === null ? "" : (address.split(":").at(-1) ?? address);
-}
+const BUS = pathOf("bus", null);
 
 function BusCell() {
   const state = bus.value;
   if (!state) return null;
-  const name = demo.value ? text.bar.demo.toLowerCase() : channel(state.address);
+  const name = channelOf(state.address);
   const load = state.load_pct === null ? null : withUnit(number(state.load_pct, 0), "%");
   const caption = narrow.value && load !== null ? text.bar.busLoad(name, load) : text.bar.bus(name);
   const rate =
@@ -48,14 +46,16 @@ function BusCell() {
       ? ""
       : `, ${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
   const well = state.state === "active";
+  const word = text.bar.busState[state.state];
+  const waits = retryIn.value;
   return (
-    <div class="bar-cell">
+    <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)} data-testid="bar-bus">
       <span class="cap">{caption}</span>
       <span class={`val ${well ? "" : "strong k-warning"}`}>
-        {text.bar.busState[state.state]}
+        {waits === null || narrow.value ? word : text.bar.retry(word, Math.ceil(waits))}
         {well && rate}
       </span>
-    </div>
+    </a>
   );
 }
 
@@ -63,7 +63,7 @@ const SCALE = 130;
 
 function LoadCell() {
   const load = bus.value?.load_pct ?? null;
-  const cap = capOf(bus.value);
+  const cap = bus.value?.load_cap_pct ?? null;
   if (!bus.value || bus.value.state === "disconnected") return null;
   const shown = load === null ? text.bar.loadUnknown : text.bar.load(withUnit(number(load, 0), "%"));
   const words =
@@ -71,7 +71,7 @@ function LoadCell() {
       ? text.bar.loadLimit(withUnit(number(load, 0), "%"), withUnit(number(cap, 0), "%"))
       : shown;
   return (
-    <div class="bar-cell">
+    <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)}>
       <span class="cap">{words}</span>
       <svg class="ruled" width={SCALE + 2} height="16" viewBox={`-1 0 ${SCALE + 2} 16`} aria-hidden="true">
         <path d={ruler(SCALE, 20)} stroke="var(--edge)" stroke-width="1" fill="none" />
@@ -80,14 +80,8 @@ function LoadCell() {
         )}
         {cap !== null && <path d={`M${(SCALE * cap) / 100} 0V16`} stroke="var(--limit)" stroke-width="2" />}
       </svg>
-    </div>
+    </a>
   );
-}
-
-// The cap is the server's to tell; a build that does not tell it shows none rather than a guess.
-function capOf(state: Bus | null): number | null {
-  const cap = (state as (Bus & { load_cap_pct?: number | null }) | null)?.load_cap_pct;
-  return typeof cap === "number" ? cap : null;
 }
 
 function ruler(width: number, parts: number): string {

@@ -1,11 +1,13 @@
 /** Owns the left rail: the pages that exist, in the order of work, with what needs a look at their right. */
 import type { ComponentChildren } from "preact";
 import { stopped } from "../state/desk";
+import { complaints } from "../state/doctor";
 import { all, uids } from "../state/fleet";
 import { motion } from "../state/motion";
 import { go, lastUid, type Page, pathOf, route } from "../state/route";
 import { choose, type Wish, wish } from "../state/theme";
 import { text } from "../text/en";
+import { Glyph } from "./glyph";
 import { Icon, type IconName } from "./icon";
 import { Segments } from "./segments";
 
@@ -48,6 +50,9 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
             </Item>
           </>
         )}
+        <Item page="bus" uid={null} icon="bus" label={text.nav.bus}>
+          <BusBadge />
+        </Item>
       </nav>
       <div class="rail-foot">
         <button type="button" class="rail-item" onClick={onKeys} data-testid="keys">
@@ -67,6 +72,30 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         />
       </div>
     </aside>
+  );
+}
+
+/** What the doctor finds, from any page. */
+function BusBadge() {
+  const { failure, warning } = complaints.value;
+  if (failure + warning === 0) return null;
+  return (
+    <span class="badge" data-testid="bus-badge">
+      {failure > 0 && (
+        <>
+          <Glyph kind="failure" size={12} />
+          {failure}
+          <span class="hidden-text">{text.state.counts.failure(failure)}</span>
+        </>
+      )}
+      {warning > 0 && (
+        <span class={failure > 0 ? "badge-part word" : "badge-part"}>
+          <Glyph kind="warning" size={12} />
+          {warning}
+          <span class="hidden-text">{text.state.counts.warning(warning)}</span>
+        </span>
+      )}
+    </span>
   );
 }
 

@@ -6,6 +6,7 @@ export const nav = {
   servos: "Servos",
   parameters: "Parameters",
   motion: "Motion",
+  bus: "Bus",
   label: "Pages",
   on: "on",
   stopped: "stopped",
@@ -25,6 +26,7 @@ export const bar = {
     lost: "Adapter lost",
   },
   bitrate: (mbit: string) => `${mbit}\u202fMbit/s`,
+  retry: (word: string, s: number) => `${word}, next try in ${s}\u202fs`,
   load: (pct: string) => `Load ${pct}`,
   loadLimit: (pct: string, cap: string) => `Load ${pct}, limit ${cap}`,
   loadUnknown: "Load not known",
@@ -36,7 +38,6 @@ export const bar = {
   youFor: (name: string) => `You, ${name}`,
   held: (holder: string, left: number) => `${holder}, ${left}\u202fs left`,
   refused: "Refused: stopped",
-  demo: "Demo",
 };
 
 export const link = {
@@ -89,6 +90,12 @@ export const stop = {
   noAnswer: "Did not answer the stop",
 };
 
+export const lazy = {
+  failed:
+    "This part of the page could not be loaded. hornbill may have been updated since the page was opened.",
+  reload: "Load the page again",
+};
+
 export const events = {
   title: "Events",
   all: (n: number) => `All ${count(n, "event", "events")}`,
@@ -107,6 +114,7 @@ export const keys = {
     ["g s", "Servos"],
     ["g p", "Parameters"],
     ["g m", "Motion"],
+    ["g b", "Bus"],
     ["Ctrl S", "Show the staged changes; never saves"],
     ["Ctrl Z", "Take the last staged edit back"],
     ["← →", "Jog by 1°, when the jog pad has focus. Shift 10°, Alt 0.1°"],

@@ -1,0 +1,305 @@
+/** Owns the choice of an adapter: what is plugged in as cards, any other address, and opening it. */
+import { computed, type Signal, signal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import type { Adapter } from "../api/bus-types";
+import { ask, type Problem, problemOf } from "../api/client";
+import type { Bus } from "../api/types";
+import { age, number } from "../form/format";
+import { channelOf } from "../state/bus-now";
+import { monotonic, now } from "../state/clock";
+import type { Kind } from "../state/condition";
+import { bus } from "../state/desk";
+import { poll } from "../state/poll";
+import { text } from "../text/en";
+import { words } from "../text/en/bus";
+import { Button } from "../ui/button";
+import { Glyph } from "../ui/glyph";
+import { Spinner } from "../ui/icon";
+import { Remedy } from "./bus-remedy";
+
+const said = words.connectDialog;
+
+/** Stands for the address typed by hand. */
+const OTHER = "";
+const USUAL_BITRATE = 1_000_000;
+const ASK_MS = 2000;
+/** Opening has a deadline of its own on the server. */
+const OPENING_MS = 30_000;
+
+export interface Picker {
+  adapters: Signal<readonly Adapter[] | null>;
+  lookedAt: Signal<number>;
+  listProblem: Signal<string | null>;
+  /** The address of a card, or OTHER. */
+  chosen: Signal<string | null>;
+  typed: Signal<string>;
+  kbit: Signal<string>;
+  opening: Signal<boolean>;
+  refused: Signal<{ text: string; remedy: string | null } | null>;
+  /** What Connect would open; null while nothing can be. */
+  wish: { readonly value: { address: string; bitrate: number } | null };
+  open: () => Promise<boolean>;
+}
+
+/** Lists the adapters again and again while it is shown; one that is plugged in appears by itself. */
+export function usePicker(): Picker {
+  const picker = useMemo(makePicker, []);
+  useEffect(() => {
+    const look = async () => {
+      try {
+        picker.adapters.value = await ask<Adapter[]>("GET", "/bus/adapters");
+        picker.listProblem.value = null;
+        picker.chosen.value = chosenOf(picker.adapters.value, picker.chosen.peek());
+      } catch (error) {
+        picker.listProblem.value = text.problem(problemOf(error));
+      }
+      picker.lookedAt.value = monotonic();
+    };
+    return poll(ASK_MS, look).end;
+  }, []);
+  return picker;
+}
+
+/** The card that is chosen: the one there was while it can be used, else the first that is not connected already. */
+export function chosenOf(list: readonly Adapter[], present: string | null): string | null {
+  const usable = list.filter(one => one.usable);
+  if (present === OTHER || usable.some(one => one.address === present)) return present;
+  return (usable.find(one => one.state !== "connected") ?? usable[0])?.address ?? null;
+}
+
+function makePicker(): Picker {
+  const chosen = signal<string | null>(null);
+  const typed = signal("");
+  const kbit = signal(String(USUAL_BITRATE / 1000));
+  const opening = signal(false);
+  const refused: Picker["refused"] = signal(null);
+  const wish = computed(() => {
+    if (chosen.value === null) return null;
+    if (chosen.value !== OTHER) return { address: chosen.value, bitrate: USUAL_BITRATE };
+    const address = typed.value.trim();
+    const bitrate = bitrateOf(kbit.value);
+    return address === "" || bitrate === null ? null : { address, bitrate };
+  });
+  const open = async () => {
+    if (wish.peek() === null || opening.peek()) return false;
+    opening.value = true;
+    refused.value = null;
+    try {
+      bus.value = await ask<Bus>("PUT", "/bus", { body: wish.peek(), timeout_ms: OPENING_MS });
+      return true;
+    } catch (error) {
+      refused.value = refusalOf(problemOf(error));
+      return false;
+    } finally {
+      opening.value = false;
+    }
+  };
+  return {
+    adapters: signal(null),
+    lookedAt: signal(monotonic()),
+    listProblem: signal(null),
+    chosen,
+    typed,
+    kbit,
+    opening,
+    refused,
+    wish,
+    open,
+  };
+}
+
+/** A command that helps stands at the end of the sentence too; it is shown once, to be copied. */
+function refusalOf(problem: Problem): { text: string; remedy: string | null } {
+  const words = text.problem(problem);
+  const remedy = typeof problem.facts.remedy === "string" ? problem.facts.remedy : null;
+  if (remedy === null) return { text: words, remedy: null };
+  return { text: words.replace(remedy, "").trim(), remedy };
+}
+
+const LEAST_KBIT = 10;
+const MOST_KBIT = 1000;
+
+/** Bit/s of what was typed in kbit/s, or null. */
+export function bitrateOf(typed: string): number | null {
+  const value = Number(typed.trim().replace(",", "."));
+  return typed.trim() !== "" && value >= LEAST_KBIT && value <= MOST_KBIT ? Math.round(value * 1000) : null;
+}
+
+export function PickerCards({ picker }: { picker: Picker }) {
+  const list = picker.adapters.value;
+  const refused = picker.refused.value;
+  return (
+    <div class="picker">
+      {picker.listProblem.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {said.failed(picker.listProblem.value)}
+        </p>
+      )}
+      {list !== null && list.length === 0 && (
+        <div data-testid="no-adapter">
+          <p class="strong">{said.nothing}</p>
+          <p class="second">{said.nothingLine}</p>
+        </div>
+      )}
+      <div role="radiogroup" aria-label={said.adapters} class="adapters" data-testid="adapters">
+        {(list ?? []).map(one => (
+          <Card key={one.address} one={one} picker={picker} />
+        ))}
+        <Other picker={picker} />
+      </div>
+      <p class="small dim" data-testid="adapters-looked">
+        {list === null ? said.looking : said.looked(age(Math.max(0, now.value - picker.lookedAt.value), 0))}
+      </p>
+      {refused && (
+        <div class="refused" role="alert" data-testid="connect-refused">
+          <p class="refusal">
+            <Glyph kind="failure" size={14} /> {refused.text}
+          </p>
+          {refused.remedy !== null && <Remedy text={refused.remedy} />}
+        </div>
+      )}
+    </div>
+  );
+}
+
+const GLYPH: Record<Adapter["state"], Kind> = {
+  ready: "ok",
+  connected: "ok",
+  down: "warning",
+  wrong_bitrate: "warning",
+  no_permission: "failure",
+  in_use: "warning",
+  no_driver: "offline",
+};
+
+function Card({ one, picker }: { one: Adapter; picker: Picker }) {
+  const chosen = picker.chosen.value === one.address;
+  const facts = [
+    one.bitrate === null ? null : text.bar.bitrate(number(one.bitrate / 1e6, one.bitrate % 1e6 ? 3 : 0)),
+    one.sample_point === null ? null : words.plot.pct(number(one.sample_point * 100, 1)),
+  ].filter(fact => fact !== null);
+  return (
+    <div class="adapter" data-usable={one.usable} data-chosen={chosen} data-testid={`adapter-${one.address}`}>
+      <label>
+        <input
+          type="radio"
+          name="adapter"
+          checked={chosen}
+          disabled={!one.usable}
+          onChange={() => {
+            picker.chosen.value = one.address;
+            picker.refused.value = null;
+          }}
+        />
+        <span class="adapter-name">
+          <span class="strong">{one.name}</span>
+          <small class="mono">{one.address}</small>
+        </span>
+        <span class="adapter-state">
+          <Glyph kind={GLYPH[one.state]} />
+          <span>
+            <span class={one.usable ? "" : "strong"}>{said.state[one.state]}</span>
+            {facts.length > 0 && <small>{facts.join(", ")}</small>}
+          </span>
+        </span>
+      </label>
+      {(one.reason !== null || one.remedy !== null) && (
+        <div class="adapter-why">
+          {one.reason !== null && <p>{one.reason}</p>}
+          {one.remedy !== null && <Remedy text={one.remedy} />}
+        </div>
+      )}
+    </div>
+  );
+}
+
+function Other({ picker }: { picker: Picker }) {
+  const chosen = picker.chosen.value === OTHER;
+  const bitrate = bitrateOf(picker.kbit.value);
+  const pick = () => {
+    picker.chosen.value = OTHER;
+    picker.refused.value = null;
+  };
+  return (
+    <div class="adapter" data-usable data-chosen={chosen}>
+      <label>
+        <input type="radio" name="adapter" data-testid="adapter-other" checked={chosen} onChange={pick} />
+        <span class="adapter-name">
+          <span class="strong">{said.other}</span>
+          <small class="wraps">{said.otherLine}</small>
+        </span>
+      </label>
+      {chosen && (
+        <div class="adapter-why">
+          <div class="field-row">
+            <label for="adapter-address">{said.address}</label>
+            <input
+              id="adapter-address"
+              class="field"
+              data-testid="adapter-address"
+              placeholder={said.example}
+              autocomplete="off"
+              spellcheck={false}
+              value={picker.typed.value}
+              onInput={event => {
+                picker.typed.value = event.currentTarget.value;
+                picker.refused.value = null;
+              }}
+            />
+          </div>
+          <div class="field-row">
+            <label for="adapter-bitrate">{said.bitrate}</label>
+            <span class="box short" data-wrong={bitrate === null}>
+              <input
+                id="adapter-bitrate"
+                data-testid="adapter-bitrate"
+                inputMode="decimal"
+                autocomplete="off"
+                value={picker.kbit.value}
+                aria-invalid={bitrate === null}
+                onInput={event => {
+                  picker.kbit.value = event.currentTarget.value;
+                }}
+              />
+              <span class="unit">{said.bitrateUnit}</span>
+            </span>
+            <span class={bitrate === USUAL_BITRATE ? "small second" : "small strong"}>
+              {bitrate === null
+                ? said.bitrateWrong(picker.kbit.value.trim() || "–")
+                : bitrate === USUAL_BITRATE
+                  ? said.bitrateLine
+                  : said.bitrateOther}
+            </span>
+          </div>
+        </div>
+      )}
+    </div>
+  );
+}
+
+export function ConnectButton({ picker, onOpen }: { picker: Picker; onOpen?: () => void }) {
+  const wish = picker.wish.value;
+  const name = channelOf(wish?.address);
+  const open = async () => {
+    if (await picker.open()) onOpen?.();
+  };
+  return (
+    <Button
+      look="primary"
+      live
+      testid="connect"
+      disabled={wish === null || picker.opening.value}
+      onClick={() => void open()}
+    >
+      {picker.opening.value ? (
+        <>
+          <Spinner /> {said.connecting(name)}
+        </>
+      ) : name === "" ? (
+        said.plain
+      ) : (
+        said.connect(name)
+      )}
+    </Button>
+  );
+}

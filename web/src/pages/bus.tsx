@@ -1,0 +1,133 @@
+/** Owns the Bus page: head, load and counters, the doctor, and beside it monitor, nodes and node ids. */
+import { useEffect, useRef } from "preact/hooks";
+import { watchAllocations } from "../state/allocations";
+import { watchLog } from "../state/bus-log";
+import { bus } from "../state/desk";
+import { complaints, watchDoctor } from "../state/doctor";
+import type { Poll } from "../state/poll";
+import { go, pathOf } from "../state/route";
+import { narrow } from "../state/screen";
+import { text } from "../text/en";
+import { words } from "../text/en/bus";
+import { Glyph } from "../ui/glyph";
+import { ConnectHere } from "./bus-connect";
+import { BusStrip } from "./bus-counters";
+import { Doctor } from "./bus-doctor";
+import { BusHead } from "./bus-head";
+import { NodeIds } from "./bus-ids";
+import { Monitor } from "./bus-monitor";
+import { Nodes } from "./bus-nodes";
+import "../style/bus.css";
+import "../style/bus-monitor.css";
+import "../style/bus-connect.css";
+
+type Part = "doctor" | "monitor" | "nodes" | "ids";
+
+export function BusPage({ hash }: { hash: string }) {
+  const doctor = useRef<Poll | null>(null);
+  const table = useRef<Poll | null>(null);
+  useEffect(() => {
+    const polls = [watchDoctor(), watchAllocations(), watchLog()] as const;
+    [doctor.current, table.current] = polls;
+    return () => {
+      for (const one of polls) one.end();
+    };
+  }, []);
+  const look = () => doctor.current?.now();
+  const parts: readonly Part[] = narrow.value
+    ? ["doctor", "monitor", "nodes", "ids"]
+    : ["monitor", "nodes", "ids"];
+  const part = parts.find(one => one === hash) ?? parts[0];
+  if (bus.value === null) {
+    return (
+      <div class="page">
+        <p class="notice-line">{text.empty.loading}</p>
+      </div>
+    );
+  }
+  if (bus.value.state === "disconnected") {
+    return (
+      <div class="page" data-testid="bus-page">
+        <BusHead />
+        <div class="bus-split">
+          {!narrow.value && <Doctor onLook={look} />}
+          <div class="scroll">
+            <ConnectHere />
+            {narrow.value && <Doctor onLook={look} />}
+          </div>
+        </div>
+      </div>
+    );
+  }
+  return (
+    <div class="page" data-testid="bus-page">
+      <BusHead />
+      {!narrow.value && <BusStrip />}
+      <div class="bus-split">
+        {!narrow.value && <Doctor onLook={look} />}
+        <div class="bus-parts">
+          <Parts parts={parts} chosen={part} />
+          {part === "doctor" && (
+            <div class="scroll">
+              <BusStrip />
+              <Doctor onLook={look} />
+            </div>
+          )}
+          {part === "monitor" && <Monitor />}
+          {part === "nodes" && <Nodes />}
+          {part === "ids" && <NodeIds onChanged={() => table.current?.now()} />}
+        </div>
+      </div>
+    </div>
+  );
+}
+
+const NAMES: Record<Part, string> = {
+  doctor: words.doctorTab,
+  monitor: words.monitorTab,
+  nodes: words.nodesTab,
+  ids: words.idsTab,
+};
+
+function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undefined }) {
+  const list = useRef<HTMLDivElement>(null);
+  const move = (event: KeyboardEvent) => {
+    const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    if (way === 0 || chosen === undefined) return;
+    const next = parts[(parts.indexOf(chosen) + way + parts.length) % parts.length];
+    if (next === undefined) return;
+    open(next);
+    list.current?.querySelector<HTMLElement>(`[data-testid=part-${next}]`)?.focus();
+  };
+  const open = (part: Part) => go(pathOf("bus", null, part), true);
+  const { failure, warning } = complaints.value;
+  return (
+    <div class="tabs">
+      <div ref={list} role="tablist" aria-label={words.parts} tabIndex={-1} onKeyDown={move}>
+        {parts.map(part => (
+          <button
+            key={part}
+            type="button"
+            role="tab"
+            aria-selected={part === chosen}
+            tabIndex={part === chosen ? 0 : -1}
+            data-testid={`part-${part}`}
+            onClick={() => open(part)}
+          >
+            {NAMES[part]}
+            {part === "doctor" && failure > 0 && (
+              <>
+                <Glyph kind="failure" size={13} /> {failure}
+              </>
+            )}
+            {part === "doctor" && failure === 0 && warning > 0 && (
+              <>
+                <Glyph kind="warning" size={13} /> {warning}
+              </>
+            )}
+          </button>
+        ))}
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,4 @@
+/** Owns whether the Connect dialog is open, on whatever page. */
+import { signal } from "@preact/signals";
+
+export const connectOpen = signal(false);

@@ -1,0 +1,94 @@
+/** The doctor's findings: the worst first, counted for the rail, and old ones kept when a look fails. */
+import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
+import type { Finding } from "../api/bus-types";
+import { complaints, doctorProblem, findings, inOrder, lookedAt, watchDoctor } from "./doctor";
+import { link } from "./link";
+import type { Poll } from "./poll";
+
+const finding = (code: string, severity: Finding["severity"]): Finding => ({
+  code,
+  severity,
+  text: code,
+  evidence: "",
+  remedy: null,
+  node_ids: [],
+  uids: [],
+});
+
+describe("inOrder", () => {
+  test("failures, warnings, notices, then what is well; among equals as they came", () => {
+    const list = [
+      finding("a", "ok"),
+      finding("b", "warning"),
+      finding("c", "failure"),
+      finding("d", "notice"),
+      finding("e", "warning"),
+      finding("f", "failure"),
+    ];
+    expect(inOrder(list).map(one => one.code)).toEqual(["c", "f", "b", "e", "d", "a"]);
+    expect(list[0]?.code).toBe("a");
+  });
+});
+
+describe("watchDoctor", () => {
+  let answers: (() => Response)[];
+  let asked: string[];
+  let watch: Poll;
+
+  const answer = (list: Finding[]) => () => new Response(JSON.stringify(list));
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    link.value = { state: "up", since: 0 };
+    asked = [];
+    vi.stubGlobal("fetch", async (url: string) => {
+      asked.push(url);
+      const next = answers.shift();
+      if (!next) throw new TypeError("refused");
+      return next();
+    });
+  });
+
+  afterEach(() => {
+    watch.end();
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
+  });
+
+  test("asks at once and every three seconds, for what is well too, and stops when it ends", async () => {
+    answers = [answer([finding("load", "ok"), finding("loss", "failure")]), answer([finding("load", "ok")])];
+    watch = watchDoctor();
+    await vi.advanceTimersByTimeAsync(10);
+    expect(asked).toEqual(["/api/v1/bus/doctor?all=true"]);
+    expect(findings.value.map(one => one.code)).toEqual(["loss", "load"]);
+    expect(complaints.value).toEqual({ failure: 1, warning: 0 });
+    await vi.advanceTimersByTimeAsync(3000);
+    expect(findings.value.map(one => one.code)).toEqual(["load"]);
+    expect(complaints.value).toEqual({ failure: 0, warning: 0 });
+    watch.end();
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(asked).toHaveLength(2);
+  });
+
+  test("a look that fails says so and leaves the last findings with their time", async () => {
+    answers = [answer([finding("loss", "warning")])];
+    watch = watchDoctor();
+    await vi.advanceTimersByTimeAsync(10);
+    const at = lookedAt.value;
+    await vi.advanceTimersByTimeAsync(3000);
+    expect(doctorProblem.value).toContain("hornbill does not answer");
+    expect(findings.value).toHaveLength(1);
+    expect(lookedAt.value).toBe(at);
+  });
+
+  test("asks nothing without a link, and at once when it is back", async () => {
+    link.value = { state: "down", since: 0 };
+    answers = [answer([])];
+    watch = watchDoctor();
+    await vi.advanceTimersByTimeAsync(7000);
+    expect(asked).toEqual([]);
+    link.value = { state: "up", since: 7 };
+    await vi.advanceTimersByTimeAsync(10);
+    expect(asked).toHaveLength(1);
+  });
+});
