@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def vcan0() -> str:
     """The address of vcan0; skips where there is none."""
     flags = Path("/sys/class/net/vcan0/flags")

@@ -9,8 +9,11 @@ from collections.abc import Callable, Iterator
 
 import can
 import pytest
+from can.interfaces.socketcan import SocketcanBus
 
+from hornbill.bus import rawcan
 from hornbill.bus.address import open_port
+from hornbill.bus.rawcan import RawLink
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
@@ -62,21 +65,39 @@ def test_a_stop_overtakes_a_queue(vcan0: str) -> None:
     asyncio.run(main())
 
 
-def test_standard_and_remote_frames_are_counted_only(vcan0: str) -> None:
+def test_standard_remote_and_fd_frames_are_counted_only(vcan0: str) -> None:
     async def main() -> None:
         port = await open_port(vcan0)
         heard: list[Frame] = []
         port.listen(heard.extend)
-        with can.Bus(interface="socketcan", channel="vcan0", ignore_config=True) as other:
+        with can.Bus(interface="socketcan", channel="vcan0", fd=True, ignore_config=True) as other:
             other.send(can.Message(arbitration_id=0x123, is_extended_id=False, data=b"x"))
             other.send(can.Message(arbitration_id=0x123, is_remote_frame=True))
+            other.send(can.Message(arbitration_id=0x123, is_fd=True, data=bytes(12)))
             other.send(can.Message(arbitration_id=0x456, data=b"ours"))
             await until(lambda: heard)
         assert [(frame.id, frame.data) for frame in heard] == [(0x456, b"ours")]
-        assert port.statistics.rx_dropped == 2
+        assert (port.statistics.ignored, port.statistics.rx_dropped, port.statistics.errors) == (3, 0, 0)
         await port.close()
 
     asyncio.run(main())
+
+
+def test_frames_the_kernel_had_no_room_for_are_counted(vcan0: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rawcan, "_BUFFER_BYTES", 1)
+    bus = SocketcanBus("vcan0")
+    link = RawLink(bus, bus.socket)
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as other:
+        other.bind(("vcan0",))
+        frame = struct.pack("=IB3x8s", 0x9234_5678, 8, bytes(8))
+        for _ in range(500):
+            other.send(frame)
+        kept = link.receive(5, 0.0)
+        other.send(frame)  # with the next that there is room for, the kernel tells
+        told = link.receive(5, 0.0)
+    assert 0 < len(kept.frames) < 500
+    assert len(kept.frames) + len(told.frames) + told.lost == 501
+    link.shutdown()
 
 
 def test_a_missing_interface_is_told_with_the_ones_there_are(vcan0: str) -> None:
@@ -114,6 +135,7 @@ def test_an_interface_that_goes_down_is_a_lost_bus(vcan0: str, pull_vcan1: Calla
         await until(lambda: port.state is PortState.LOST)
         with pytest.raises(BusDisconnected):
             port.send([Frame(1, b"")])
+        assert "Network is down" in (port.trouble or "")
         await port.close()
         with pytest.raises(PortOpenFailed, match="sudo ip link set vcan1 up"):
             await open_port("socketcan:vcan1")

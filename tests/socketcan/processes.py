@@ -1,0 +1,75 @@
+"""Owns the other processes of these tests: hornbill as a user starts it, and waiting for what they do."""
+
+import os
+import re
+import select
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+import httpx
+
+PATIENCE_S = 60.0
+"""Starting is slow where system calls are dear."""
+
+Process = subprocess.Popen[bytes]
+T = TypeVar("T")
+
+
+@contextmanager
+def running(command: Sequence[str]) -> Generator[Process]:
+    """A process with its standard output on a pipe; told to end afterwards."""
+    # As in a user's shell: what a program does not flush is not seen.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, bufsize=0, env=environment) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+            process.wait(timeout=PATIENCE_S)
+
+
+@contextmanager
+def hornbill(*words: str) -> Generator[Process]:
+    """`hornbill` with these words, in a process of its own."""
+    with running([sys.executable, "-m", "hornbill", *words]) as process:
+        yield process
+
+
+@contextmanager
+def serving(bus: str, data: Path) -> Generator[httpx.Client]:
+    """`hornbill serve` on a bus, as a client of its API."""
+    with hornbill("serve", "--bus", bus, "--port", "0", "--data-dir", str(data)) as process:
+        found = re.search(r"http://\S+/", line(process))
+        assert found is not None
+        # A connection a question: one left open may be closed by the server just when it is used again.
+        limits = httpx.Limits(max_keepalive_connections=0)
+        with httpx.Client(base_url=found[0] + "api/v1", timeout=PATIENCE_S, limits=limits) as client:
+            yield client
+
+
+def line(process: Process) -> str:
+    """The next line a process prints."""
+    assert process.stdout is not None
+    end = time.monotonic() + PATIENCE_S
+    got = b""
+    while not got.endswith(b"\n"):
+        ready, _, _ = select.select([process.stdout], [], [], max(0.0, end - time.monotonic()))
+        assert ready, f"it prints nothing more than {got!r}"
+        one = process.stdout.read(1)
+        assert one, f"it ended after {got!r}"
+        got += one
+    return got.decode().rstrip("\n")
+
+
+def until(look: Callable[[], T], what: str) -> T:
+    """What `look` finds, as soon as it finds anything."""
+    end = time.monotonic() + PATIENCE_S
+    while not (found := look()):
+        assert time.monotonic() < end, what
+        time.sleep(0.2)
+    return found

@@ -1,0 +1,33 @@
+"""Owns Bench: what the tests beside it ask of the server and the two servos they share."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import httpx
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The server's API, and the unique ids of a servo that has its node id and one that asked for it."""
+
+    api: httpx.Client
+    resident: str
+    asking: str
+
+    @property
+    def uids(self) -> set[str]:
+        """Of both servos."""
+        return {self.resident, self.asking}
+
+    def ready(self) -> list[dict[str, Any]]:
+        """Both servos, the resident first, when both are ready; else nothing."""
+        found = {each["uid"]: each for each in self.api.get("/servos").json() if each["state"] == "ready"}
+        return [found[self.resident], found[self.asking]] if found.keys() == self.uids else []
+
+    def allocations(self) -> dict[str, int]:
+        """Node ids by unique id, as the server keeps them."""
+        return {each["uid"]: each["node_id"] for each in self.api.get("/allocations").json()["allocations"]}
+
+    def bus(self) -> dict[str, Any]:
+        """The bus as the server sees it."""
+        return self.api.get("/bus").json()

@@ -1,0 +1,21 @@
+"""Owns the bench these tests share: our server and two simulated servos, each in a process of its own."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from socketcan.processes import hornbill, line, serving, until
+from socketcan.server.bench import Bench
+
+
+# Of this folder: starting a server takes ten times as long as most tests need it.
+@pytest.fixture(scope="package")
+def bench(vcan0: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    data = Path(tmp_path_factory.mktemp("data"))
+    with hornbill("sim", "--bus", vcan0, "--servos", "2") as sim, serving(vcan0, data) as api:
+        resident, asking = line(sim), line(sim)
+        assert asking.endswith("asked for")
+        made = Bench(api, resident.split()[0], asking.split()[0])
+        until(made.ready, "both servos are ready")
+        yield made

@@ -1,0 +1,70 @@
+"""The allocator of the public Python stack gives our simulated servos their node ids over a kernel's CAN."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+from dronecan.app.dynamic_node_id import CentralizedServer  # pyright: ignore[reportUnknownVariableType]
+from dronecan.app.node_monitor import NodeMonitor  # pyright: ignore[reportUnknownVariableType]
+
+from hornbill.wire.services import MAGIC
+from socketcan.peer import Peer, uavcan
+from socketcan.processes import hornbill, line
+
+OWN = 120
+
+
+class Allocation:
+    """The stack's allocator with its table in a file, and what its node monitor knows of the bus."""
+
+    def __init__(self, peer: Peer, table: Path) -> None:
+        self.peer = peer
+        self.node_status = peer.listen(uavcan.protocol.NodeStatus)
+        self.monitor: Any = NodeMonitor(peer.node)
+        self.server: Any = CentralizedServer(peer.node, self.monitor, database_storage=str(table))
+
+    def table(self) -> dict[str, int]:
+        """Node ids by unique id, as it keeps them."""
+        entries = self.server.get_allocation_table()
+        return {bytes(uid).hex(): node_id for uid, node_id in entries if uid is not None}
+
+    def uptime(self, node_id: int) -> int:
+        """What the last NodeStatus of a node said; -1 when it never said any."""
+        said = (each.message.uptime_sec for each in reversed(self.node_status) if each.source == node_id)
+        return next(said, -1)
+
+    def started_since(self, instant: float) -> set[int]:
+        """Nodes whose NodeStatus says that they were started after an instant, in seconds since 1970."""
+        return {each.source for each in self.node_status if each.at - each.message.uptime_sec > instant}
+
+    def until_up(self, asking: set[str]) -> dict[str, int]:
+        """The node ids of servos that asked for one, once each is in use."""
+        self.peer.live_until(lambda: asking <= self.table().keys(), "every servo has its node id")
+        given = {uid: node_id for uid, node_id in self.table().items() if uid in asking}
+        self.peer.live_until(lambda: all(self.uptime(each) > 0 for each in given.values()), "they are on the bus")
+        return given
+
+
+def test_several_servos_are_given_ids_at_once_and_the_same_after_a_restart(vcan0: str, tmp_path: Path) -> None:
+    with Peer(OWN, name="org.example.allocator") as peer:
+        allocation = Allocation(peer, tmp_path / "table.db")
+        with hornbill("sim", "--bus", vcan0, "--servos", "6", "--seed", "5") as process:
+            printed = [line(process) for _ in range(6)]
+            asking = {each.split()[0] for each in printed if each.endswith("asked for")}
+            assert len(asking) == 3
+            given = allocation.until_up(asking)
+            assert sorted(given.values()) == [123, 124, 125], "no preference: from the highest free one down"
+            for uid, node_id in given.items():
+                (answer,) = peer.ask((node_id, uavcan.protocol.GetNodeInfo.Request()))
+                assert bytes(list(answer.message.hardware_version.unique_id)).hex() == uid
+
+            restart = uavcan.protocol.RestartNode.Request()
+            restart.magic_number = MAGIC
+            asked = time.time()
+            answers = peer.ask(*((node_id, restart) for node_id in given.values()))
+            assert all(each.message.ok for each in answers)
+
+            peer.live_until(lambda: allocation.started_since(asked) >= set(given.values()), "the three are back")
+            assert allocation.until_up(asking) == given
+        allocation.server.close()
+        allocation.monitor.close()

@@ -1,0 +1,316 @@
+"""The public Python stack asks, configures, saves, restarts and moves our simulated servos over a kernel's CAN."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from statistics import median
+
+import pytest
+
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.firmware import from_text
+from hornbill.schema.parameter import DUMMY, Parameter
+from hornbill.sim.demo import demo_fleet
+from hornbill.sim.recipe import Recipe
+from hornbill.wire.services import MAGIC
+from socketcan.peer import REFUSED, Heard, Peer, read, uavcan, write
+from socketcan.processes import hornbill, line
+
+CATALOG = Catalog.load()
+FIRST_NODE_ID, COUNT, SEED = 20, 5, 3
+STEERING, SMALL, TURNTABLE, RUDDER, RECEIVER = range(FIRST_NODE_ID, FIRST_NODE_ID + COUNT)
+"""Their node ids: the first five stories of sim.demo; RUDDER has the first firmware, RECEIVER takes pulses too."""
+SAVE, ERASE = (getattr(uavcan.protocol.param.ExecuteOpcode.Request(), f"OPCODE_{name}") for name in ("SAVE", "ERASE"))
+HUNDRED_DEGREES = 100.0
+"""The simulator's unit of positions unless told."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Five servos in another process, and the stack that judges them, which has listened since before they came."""
+
+    peer: Peer
+    printed: Mapping[int, str]
+    node_status: list[Heard]
+    status: list[Heard]
+
+    def angles(self) -> dict[int, float]:
+        """What the last Status of each servo said, in degrees."""
+        return {each.source: each.message.position * HUNDRED_DEGREES for each in self.status}
+
+    def until_at(self, wanted: Mapping[int, float]) -> None:
+        """Wait until servos say that they stand at these angles (degrees), or less than 1 degree off."""
+        self.status.clear()
+
+        def there() -> bool:
+            angles = self.angles()
+            return all(each in angles and abs(angles[each] - angle) < 1.0 for each, angle in wanted.items())
+
+        with self.peer.hearing_status():
+            self.peer.live_until(there, f"servos at {wanted}")
+
+    def restart_by(self, node_id: int, request: object) -> Heard:
+        """The answer to a request that restarts a servo, once its uptime has fallen and its horn is at 0°."""
+
+        def uptimes(since: int = 0) -> list[int]:
+            return [each.message.uptime_sec for each in self.node_status[since:] if each.source == node_id]
+
+        self.peer.live_until(lambda: uptimes()[-1] > 0, f"node {node_id} is up for a second")
+        before, seen = uptimes()[-1], len(self.node_status)
+        (answer,) = self.peer.ask((node_id, request))
+        self.peer.live_until(lambda: any(uptime < before for uptime in uptimes(seen)), f"node {node_id} restarts")
+        self.peer.live(0.2)
+        self.until_at({node_id: 0.0})
+        self.peer.live(0.2)
+        return answer
+
+
+@lru_cache
+def recipe(node_id: int) -> Recipe:
+    return demo_fleet(CATALOG, COUNT, SEED)[node_id - FIRST_NODE_ID]
+
+
+def rows(node_id: int) -> Mapping[str, Parameter]:
+    """What the tables say this servo has, by the name GetSet knows."""
+    made = recipe(node_id)
+    return {row.name: row for row in CATALOG.models[made.model].rows(from_text(made.firmware)).values()}
+
+
+def saved(node_id: int) -> dict[str, int]:
+    """What the tables and the servo's story say its ROM and its nameplate hold."""
+    made = recipe(node_id)
+    model = CATALOG.models[made.model]
+    said = dict(made.rom) | {
+        "servo_id": made.servo_id,
+        "node_id": node_id,
+        "model_number": model.model_number,
+        "product_number": made.serial,
+        "firmware_version": from_text(made.firmware),
+        "hardware_version": model.hardware_version,
+    }
+    return {name: said.get(row.key, row.default or 0) for name, row in rows(node_id).items() if row.rom} | {
+        row.name: said[row.key] for row in rows(node_id).values() if row.key in said
+    }
+
+
+ALL = tuple(range(FIRST_NODE_ID, FIRST_NODE_ID + COUNT))
+
+
+@pytest.fixture(scope="module")
+def bench(vcan0: str) -> Iterator[Bench]:
+    words = ("--servos", str(COUNT), "--node-id", str(FIRST_NODE_ID), "--seed", str(SEED))
+    with Peer(100) as peer:
+        node_status = peer.listen(uavcan.protocol.NodeStatus)
+        status = peer.listen(uavcan.equipment.actuator.Status)
+        with hornbill("sim", "--bus", vcan0, *words) as process:
+            printed = {node_id: line(process) for node_id in ALL}
+            made = Bench(peer, printed, node_status, status)
+            made.until_at(dict.fromkeys(ALL, 0.0))  # as they do in their soft start
+            peer.live(0.5)
+            yield made
+
+
+def test_every_servo_tells_who_it_is(bench: Bench) -> None:
+    answers = bench.peer.ask(*((node_id, uavcan.protocol.GetNodeInfo.Request()) for node_id in ALL), priority=7)
+    for node_id, answer in zip(ALL, answers, strict=True):
+        info, made = answer.message, recipe(node_id)
+        assert bytes(list(info.hardware_version.unique_id)).hex() == bench.printed[node_id].split()[0]
+        assert bytes(list(info.name)).decode() == f"jp.co.futaba.{made.model.lower()}"
+        software = info.software_version
+        assert software.major * 1000 + software.minor * 10 == from_text(made.firmware)
+        assert software.optional_field_flags == 0
+        assert list(info.hardware_version.certificate_of_authenticity) == []
+        assert (info.status.health, info.status.mode, info.status.sub_mode) == (0, 0, 0)
+        assert answer.priority == 7, "an answer has the priority of its request"
+
+
+def test_every_parameter_reads_by_name_what_the_tables_and_its_rom_say(bench: Bench) -> None:
+    asked = [(node_id, name) for node_id in ALL for name in rows(node_id)]
+    answers = bench.peer.registers(*((node_id, read(name)) for node_id, name in asked))
+    assert len(asked) > 4 * 50
+    wrong: list[str] = []
+    for (node_id, name), answer in zip(asked, answers, strict=True):
+        assert (answer.name, answer.kind) == (name, "integer_value"), (node_id, name, answer)
+        assert answer.others == ("empty", "empty", "empty"), "a servo gives no limits (table 2-16)"
+        row, known = rows(node_id)[name], saved(node_id).get(name)
+        value = answer.value
+        assert isinstance(value, int)
+        inside = (row.minimum is None or row.minimum <= value) and (row.maximum is None or value <= row.maximum)
+        if not (value == known if known is not None else inside or (row.dummy and value == DUMMY)):
+            wrong.append(f"{recipe(node_id).model} {name} {row.key}: {value}, not {known or row}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_every_index_reads_what_its_name_reads_and_every_hole_is_empty(bench: Bench) -> None:
+    # 0x49 is the boot loader: it is not asked for, not even here. Actions are W only: reading them means nothing.
+    spared = {"0x49"} | {row.name for row in CATALOG.actions.values()}
+    names = [f"0x{index:02X}" for index in range(0x70)]
+    asked = [(node_id, name) for node_id in (RUDDER,) for name in names if name not in spared]
+    answers = bench.peer.registers(*((node_id, read(int(name, 16))) for node_id, name in asked))
+    for (node_id, name), answer in zip(asked, answers, strict=True):
+        if name not in rows(node_id):
+            assert answer[:4] == REFUSED, (node_id, name, answer)
+            continue
+        assert (answer.name, answer.kind) == (name, "integer_value"), (node_id, name, answer)
+        assert answer.value == saved(node_id).get(name, answer.value), (node_id, name)
+
+
+@pytest.mark.parametrize("name", ["0x03", "0x28", "0x5D", "0x60", "0x2a", "2A", "torque_mode", "0x2A ", "x" * 92])
+def test_a_register_that_is_not_there_is_refused_and_the_next_question_answered(bench: Bench, name: str) -> None:
+    refused, torque_mode = bench.peer.registers((STEERING, read(name)), (STEERING, read("0x20")), priority=28)
+    assert refused == (*REFUSED, 28)
+    assert torque_mode[:3] == ("0x20", "integer_value", 0)
+
+
+def test_a_name_goes_before_an_index(bench: Bench) -> None:
+    request = read(0x45)
+    request.name = b"0x46"
+    (answer,) = bench.peer.registers((STEERING, request))
+    assert (answer.name, answer.value) == ("0x46", STEERING)
+
+
+def test_a_row_of_newer_firmware_or_another_model_is_refused(bench: Bench) -> None:
+    assert "0x2A" not in rows(RUDDER)
+    assert "0x34" not in rows(STEERING)
+    assert "0x34" in rows(RECEIVER)
+    answers = bench.peer.registers((RUDDER, read("0x2A")), (STEERING, read("0x34")), (RECEIVER, read("0x34")))
+    assert [answer.name for answer in answers] == ["", "", "0x34"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("0x38", 10_000_000_000),  # outside its range
+        ("0x38", -1_000_000),
+        ("0x38", 45.0),  # not an integer
+        ("0x38", True),
+        ("0x38", "450"),
+        ("0x50", 61),  # read only
+        ("0x5C", 5),
+        ("0x0D", 1),  # reserved
+    ],
+)
+def test_a_value_that_may_not_be_written_is_refused_and_changes_nothing(
+    bench: Bench, name: str, value: float | str
+) -> None:
+    before, answer, after = bench.peer.registers(
+        (TURNTABLE, read(name)), (TURNTABLE, write(name, value)), (TURNTABLE, read(name))
+    )
+    assert answer[:4] == REFUSED
+    assert before == after
+
+
+def opcode(number: int, argument: int = 0) -> object:
+    request = uavcan.protocol.param.ExecuteOpcode.Request()
+    request.opcode, request.argument = number, argument
+    return request
+
+
+def restart(magic: int) -> object:
+    request = uavcan.protocol.RestartNode.Request()
+    request.magic_number = magic
+    return request
+
+
+def test_a_value_set_is_gone_after_a_restart_and_kept_after_a_save(bench: Bench) -> None:
+    def values(*requests: object) -> list[object]:
+        return [each.value for each in bench.peer.registers(*((STEERING, request) for request in requests))]
+
+    limits = read("0x38"), read("0x39")
+    factory = uavcan.protocol.RestartNode.Request().MAGIC_NUMBER
+    assert values(*limits) == [600, -600]
+    assert values(write("0x38", 750)) == [750]
+    assert bench.restart_by(STEERING, restart(factory)).message.ok
+    assert values(*limits) == [600, -600]
+
+    assert values(write("0x38", 750), write("0x39", -500)) == [750, -500]
+    saved_it = bench.restart_by(STEERING, opcode(SAVE)).message
+    assert (saved_it.ok, saved_it.argument) == (True, 0)
+    assert values(*limits) == [750, -500]
+
+    values(write("0x38", 600), write("0x39", -600))
+    assert bench.restart_by(STEERING, opcode(SAVE)).message.ok
+    assert values(*limits) == [600, -600]
+
+
+def test_erase_brings_back_defaults_until_the_next_restart(bench: Bench) -> None:
+    default = rows(RUDDER)["0x38"].default
+    before, erased, after = bench.peer.ask((RUDDER, read("0x38")), (RUDDER, opcode(ERASE)), (RUDDER, read("0x38")))
+    assert before.message.value.integer_value == 450 != default
+    assert (erased.message.ok, erased.message.argument) == (True, 0)
+    assert after.message.value.integer_value == default
+    bench.restart_by(RUDDER, restart(MAGIC))
+    assert bench.peer.registers((RUDDER, read("0x38")))[0].value == 450
+
+
+@pytest.mark.parametrize("magic", [0, MAGIC & 0xFFFFFFFF, MAGIC + 1, MAGIC ^ 0x8000000000])
+def test_a_wrong_magic_number_restarts_nothing(bench: Bench, magic: int) -> None:
+    info = uavcan.protocol.GetNodeInfo.Request()
+    before, answer, after = bench.peer.ask((SMALL, info), (SMALL, restart(magic)), (SMALL, info))
+    assert not answer.message.ok
+    assert after.message.status.uptime_sec >= before.message.status.uptime_sec > 0
+    bench.peer.live(0.3)
+    assert bench.peer.ask((SMALL, info))[0].message.status.uptime_sec >= after.message.status.uptime_sec
+
+
+@pytest.mark.parametrize(("number", "argument"), [(2, 0), (255, 0), (0, 1), (0, -1), (1, 2**47 - 1)])
+def test_an_opcode_that_is_not_known_is_refused(bench: Bench, number: int, argument: int) -> None:
+    asked = read("0x38"), opcode(number, argument), read("0x38")
+    before, answer, after = bench.peer.ask(*((RUDDER, request) for request in asked))
+    assert (answer.message.ok, answer.message.argument) == (False, 0)
+    assert after.message.value.integer_value == before.message.value.integer_value == 450
+
+
+def test_a_question_in_a_can_fd_frame_is_left_alone(bench: Bench) -> None:
+    unanswered: list[object] = []
+    bench.peer.node.request(read("0x20"), STEERING, unanswered.append, timeout=0.5, canfd=True)
+    bench.peer.live_until(lambda: unanswered, "the time-out")
+    assert unanswered == [None]
+    assert bench.peer.registers((STEERING, read("0x20")))[0].value == 0
+
+
+def test_a_burst_of_commands_moves_whom_it_names_and_nobody_else(bench: Bench) -> None:
+    burst = uavcan.equipment.actuator.ArrayCommand()
+    wanted = {STEERING: 30.0, RUDDER: -20.0, RECEIVER: 12.5}
+    for node_id, degrees in wanted.items():
+        command = uavcan.equipment.actuator.Command()
+        command.actuator_id = recipe(node_id).servo_id
+        command.command_type = command.COMMAND_TYPE_POSITION
+        command.command_value = degrees / HUNDRED_DEGREES
+        burst.commands.append(command)
+    bench.peer.node.broadcast(burst, priority=4)
+    bench.until_at({TURNTABLE: 0.0, SMALL: 0.0} | wanted)
+    angles = bench.angles()
+    registers = bench.peer.registers(*((node_id, read("0x08")) for node_id in wanted))
+    for node_id, register in zip(wanted, registers, strict=True):
+        assert isinstance(register.value, int)
+        assert register.value / 10 == pytest.approx(angles[node_id], abs=1.0), "Status and 0x08 agree"
+
+
+def test_the_periodic_messages_come_at_their_rates_with_rising_transfer_ids(bench: Bench) -> None:
+    bench.node_status.clear()
+    bench.status.clear()
+    with bench.peer.hearing_status():
+        bench.peer.live(3.2)
+    for heard, period in ((bench.node_status, 1.0), (bench.status, 0.1)):
+        for node_id in ALL:
+            own = [each for each in heard if each.source == node_id]
+            assert len(own) >= 0.8 * 3.2 / period - 1
+            gaps = [after.at - before.at for before, after in pairwise(own)]
+            assert median(gaps) == pytest.approx(period, rel=0.2)
+            ids = [each.transfer_id for each in own]
+            assert ids == [(ids[0] + step) % 32 for step in range(len(ids))]
+            assert {each.priority for each in own} == {16}, "table 2-2"
+
+
+def test_status_says_servo_id_and_angle_and_leaves_the_rest_unused(bench: Bench) -> None:
+    with bench.peer.hearing_status():
+        bench.peer.live_until(lambda: {each.source for each in bench.status} >= set(ALL), "Status of all")
+    for heard in bench.status:
+        said = heard.message
+        assert said.actuator_id == recipe(heard.source).servo_id
+        assert (said.force, said.speed, said.power_rating_pct) == (0.0, 0.0, 0)
+    for heard in bench.node_status:
+        said = heard.message
+        assert (said.health, said.mode, said.sub_mode, said.vendor_specific_status_code) == (0, 0, 0, 0)
