@@ -1,6 +1,6 @@
 /** Owns the bands under the bar: no link, a stop that reached nobody, and the latched stop with its evidence. */
 import { useSignal } from "@preact/signals";
-import type { Stop, StopServo } from "../api/types";
+import type { Stop } from "../api/types";
 import { clock, number, withUnit } from "../form/format";
 import { now } from "../state/clock";
 import { stop } from "../state/desk";
@@ -52,15 +52,26 @@ function LinkBand() {
   );
 }
 
-function names(servos: StopServo[]): string {
-  return servos.map(one => one.label || one.uid.slice(0, 8)).join(", ");
+type Stopped = { name: string; confirmed: boolean; ms: number | null };
+
+/** Servos by their names, and nodes that may be servos by their numbers. */
+function everybody(stop: Stop): Stopped[] {
+  return [
+    ...stop.servos.map(one => ({ ...one, name: one.label || one.uid.slice(0, 8) })),
+    ...(stop.nodes ?? []).map(one => ({ ...one, name: text.stop.node(one.node_id) })),
+  ];
+}
+
+function names(stopped: Stopped[]): string {
+  return stopped.map(one => one.name).join(", ");
 }
 
 function StopBand({ stop }: { stop: Stop }) {
   const asking = useSignal(false);
   const problem = useSignal<string | null>(null);
-  const silent = stop.servos.filter(one => !one.confirmed);
-  const times = stop.servos.flatMap(one => (one.confirmed && one.ms !== null ? [one.ms] : []));
+  const all = everybody(stop);
+  const silent = all.filter(one => !one.confirmed);
+  const times = all.flatMap(one => (one.confirmed && one.ms !== null ? [one.ms] : []));
   const clear = async () => {
     asking.value = false;
     problem.value = await clearStop();
@@ -82,8 +93,8 @@ function StopBand({ stop }: { stop: Stop }) {
           {text.stop.headline(
             clock(stop.at ?? Date.now() / 1000),
             stop.by ? text.stop.by(stop.by === holder() ? text.stop.you : stop.by) : "",
-            stop.servos.length - silent.length,
-            stop.servos.length,
+            all.length - silent.length,
+            all.length,
             stop.mode === "brake" ? text.stop.brake : text.stop.off,
           )}
         </h2>

@@ -70,6 +70,7 @@ export const stop = {
     return `Stopped at ${at}${by}. ${what}`;
   },
   by: (who: string) => ` by ${who}`,
+  node: (id: number) => `Node ${id}`,
   you: "you",
   silent: (names: string) => `${names} did not answer: if it can move, cut its supply. `,
   silentMany: (names: string) => `${names} did not answer: if they can move, cut their supply. `,
