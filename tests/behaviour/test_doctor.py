@@ -29,6 +29,15 @@ def test_without_a_bus_it_says_so_and_what_the_last_attempt_failed_with() -> Non
     play(scene, *TWO)
 
 
+def test_after_a_wanted_disconnect_an_attempt_that_failed_before_is_not_told() -> None:
+    async def scene(rig: Rig) -> None:
+        problem(await rig.call("PUT", "/bus", {"address": "memory:broken"}), "bus_open_failed", 502)
+        json(await rig.call("DELETE", "/bus"))
+        assert codes(rig) == ["no_bus"]
+
+    play(scene)
+
+
 def test_an_adapter_that_is_pulled_out_is_lost_within_a_second_and_found_again() -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready(2)

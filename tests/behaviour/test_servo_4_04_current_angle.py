@@ -39,6 +39,16 @@ def test_0x24_is_looked_at_with_every_reading() -> None:
     assert desk.read("0x08") == counted
 
 
+@pytest.mark.states("B39", "B33")
+@pytest.mark.parametrize(("turned_deg", "reading"), [(179.9, 1_799), (180.0, -1_800), (-180.0, -1_800), (720.5, 5)])
+def test_the_absolute_angle_goes_from_minus_180_0_to_179_9(turned_deg: float, reading: int) -> None:
+    desk = Desk(rom=FREE)
+    desk.write("0x01", 0)
+    desk.write("0x20", 1)
+    assert desk.servo.turn_by_hand(turned_deg, desk.now)
+    assert desk.read("0x08") == reading
+
+
 @pytest.mark.states("B30")
 def test_the_reading_has_tenths_of_a_degree() -> None:
     desk = Desk(rom=FREE | {"torque_mode": 1})

@@ -48,9 +48,8 @@ def test_it_slows_the_horn_before_the_target() -> None:
 
 @pytest.mark.states("B79")
 def test_it_ends_the_hunting_of_too_much_p() -> None:
-    nervous = {"angle_p_gain": 100, "angle_dead_band": 0}
-    assert answer(0, 3.0, **nervous).hunting >= 10
-    assert answer(60, 3.0, **nervous).hunting <= 1
+    assert answer(0, 3.0, angle_p_gain=100, angle_dead_band=0).hunting >= 10
+    assert answer(60, 3.0, angle_p_gain=100, angle_dead_band=0).hunting <= 1
 
 
 @pytest.mark.states("B79")

@@ -40,7 +40,7 @@ def test_a_wider_pulse_than_neutral_is_clockwise(pulse: float, degrees: float) -
     assert desk_with(pulse).servo.angle_deg == pytest.approx(degrees, abs=0.4)
 
 
-EXAMPLES = {
+EXAMPLES: dict[str, tuple[dict[str, int], dict[int, int]]] = {
     "1 as delivered": ({}, {820: -700, 1_170: -350, 1_520: 0, 1_870: 350, 2_220: 700}),
     "2 wider output": ({"pwm_output_range": 1_400}, {820: -1_400, 1_170: -700, 1_520: 0, 1_870: 700, 2_220: 1_400}),
     "3 other pulses": (

@@ -15,7 +15,7 @@ def missing(model: str, firmware: str) -> set[str]:
     later = [names for since, names in BROUGHT.items() if since > firmware]
     if model.endswith("AB"):
         later += [names for since, names in WITH_PWM.items() if since > firmware]
-    return set().union(*later)
+    return {name for names in later for name in names}
 
 
 @pytest.mark.states("B101", "B75")

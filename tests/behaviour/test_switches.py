@@ -248,7 +248,8 @@ def test_a_cause_that_lasts_shows_again_after_a_start_and_warnings_never_latch()
         desk.servo.faults.inject("sensor_weak", True)
         desk.power_cycle()
         assert (desk.read("0x1B"), desk.read("0x1A")) == (1, 1 << 4)
-        desk.servo.faults.inject("sensor_weak", False)
+        for on in (True, False):
+            desk.servo.faults.inject("sensor_weak", on)
         assert desk.read("0x1A") == 0
 
 

@@ -68,7 +68,9 @@ class SimChange(Model):
     )
     pwm_us: Annotated[float, Field(ge=0, le=65_535)] | None = Field(default=None, description="null takes it away")
     sensor_error: Annotated[float, Field(ge=-1, le=1)] | None = None
-    faults: dict[str, bool] | None = Field(default=None, description="bits to set or to take back, by key")
+    faults: dict[str, bool] | None = Field(
+        default=None, description="bits to set or to take back, by key; those that tell of a restart bring one"
+    )
     mute: bool | None = None
     drop_responses_pct: Percent | None = None
     answer_delay_s: Annotated[float, Field(ge=0, le=10)] | None = None

@@ -53,7 +53,8 @@ class Faults:
             self._compose()
 
     def inject(self, key: str, on: bool) -> None:
-        """Set or clear a bit by hand; a latching one stays until the next start all the same.
+        """Set or clear a bit by hand; a latching one stays until the next start all the same, and one that tells
+        of a restart brings that about.
 
         Raises ValueError for a key the model does not have.
         """

@@ -1,9 +1,11 @@
-"""The demo fleet: mixed, buildable, stable for a seed, and quick to come up."""
+"""The demo fleet: mixed, buildable, stable for a seed, quick to come up, and true to its stories."""
 
 import pytest
 
 from hornbill.sim.demo import demo_fleet
-from unit.sim.desk import catalog
+from hornbill.sim.recipe import Recipe
+from unit.sim.desk import START, Desk, catalog
+from unit.sim.response import step
 
 
 @pytest.mark.parametrize("n", [1, 6, 16, 100])
@@ -42,3 +44,55 @@ def test_a_seed_decides_and_a_larger_fleet_begins_like_a_smaller_one() -> None:
 def test_too_few_or_too_many_are_refused(n: int) -> None:
     with pytest.raises(ValueError, match="outside 1 to 100"):
         demo_fleet(catalog(), n, 1)
+
+
+def told(word: str) -> Recipe:
+    """The servo whose story has this word."""
+    (found,) = (recipe for recipe in demo_fleet(catalog(), 10, 1) if word in recipe.story)
+    return found
+
+
+def at_desk(recipe: Recipe) -> Desk:
+    """That servo on a desk, at rest, with a node id so that it can be asked."""
+    desk = Desk(up=False)
+    desk.servo = recipe.build(catalog(), 1)
+    desk.servo.power_on(START)
+    desk.wait(8.0)
+    return desk
+
+
+def test_every_servo_of_the_fleet_has_a_story_of_its_own() -> None:
+    stories = [recipe.story for recipe in demo_fleet(catalog(), 10, 1)]
+    assert all(stories)
+    assert len(set(stories)) == 10
+
+
+def test_one_hunts_until_its_gain_is_lowered() -> None:
+    desk = at_desk(told("hunts"))
+    desk.write("0x26", 0)
+    assert step(desk, 300).hunting >= 10
+    desk.write("0x2C", 30)
+    assert step(desk, 0).hunting == 0
+
+
+def test_one_runs_hot_and_lets_go_when_it_works() -> None:
+    desk = at_desk(told("hot"))
+    assert 70 <= (desk.read("0x0B") or 0) <= 80
+    desk.write("0x26", 0)
+    desk.under(load_pct=60.0)
+    for _ in range(240):
+        desk.wait(0.5)
+        if (desk.read("0x1A") or 0) & 1 << 8:
+            break
+    assert desk.servo.output == 1
+
+
+def test_one_has_the_first_firmware_and_lacks_its_later_rows() -> None:
+    servo = at_desk(told("first firmware")).servo
+    assert (servo.register(0x52), servo.register(0x25), servo.register(0x2A)) == (1_010, None, None)
+
+
+def test_one_is_unprovisioned_and_one_lost_its_settings() -> None:
+    new, lost = told("box"), at_desk(told("lost")).servo
+    assert (new.model[:5], new.servo_id, new.node_id) == ("BLA15", 0, 0)
+    assert (lost.register(0x1A), lost.register(0x25), lost.node_id) == (1 << 15, 0, 0)

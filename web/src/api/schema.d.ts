@@ -3698,7 +3698,7 @@ export interface components {
             external_angle_deg?: number | null;
             /**
              * Faults
-             * @description bits to set or to take back, by key
+             * @description bits to set or to take back, by key; those that tell of a restart bring one
              */
             faults?: {
                 [key: string]: boolean;

@@ -63,8 +63,8 @@ class Doctor:
         self._record = Record(port, participant, allocator, self._servos, self._clock())
 
     def leave(self) -> None:
-        """The bus was disconnected."""
-        self._record = None
+        """The bus was disconnected; what failed before was not the last thing anybody wanted."""
+        self._record = self._failure = None
 
     def tick(self, now: Instant) -> None:
         """Look at the counters; call it several times a second."""
