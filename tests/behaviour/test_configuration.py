@@ -2,6 +2,7 @@
 
 import asyncio
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -392,3 +393,37 @@ def test_a_change_that_cannot_be_saved_is_refused_before_anything_is_written() -
         assert rig.sim(servo).memory.get(0x2C) == 40
 
     play(scene)
+
+
+def test_of_a_servo_that_lost_its_settings_rom_is_not_known_until_a_save_is_proved() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+        assert shown["fault_warning"]["value"] == 1 << 15
+        assert {key for key, reading in shown.items() if reading["rom"] is not None} == set()
+        assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+        assert shown["fault_warning"]["value"] == 0
+        assert shown["angle_limit_cw"]["rom"] == shown["angle_limit_cw"]["value"] == 179.9
+        assert all(shown[key]["rom"] is not None for key, reg in servo.registers.items() if reg.parameter.rom)
+
+    play(scene, replace(PLAIN, rom_sound=False))
+
+
+def test_a_server_that_comes_later_does_not_take_remembered_values_for_lost_ones(tmp_path: Path) -> None:
+    """The servo lost its ROM while we were away: what we remember of it is not there any more."""
+
+    async def first(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        assert servo.registers["angle_limit_cw"].rom == 600
+
+    async def later(rig: Rig) -> None:
+        await rig.host.disconnect()
+        await asyncio.sleep(10)
+        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+        servo = (await rig.ready())[0]
+        assert servo.registers["angle_limit_cw"].rom is None
+
+    uid = bytes(range(16))
+    play(first, replace(PLAIN, uid=uid, rom={"angle_limit_cw": 600}), store=str(tmp_path / "data"))
+    play(later, replace(PLAIN, uid=uid, rom={"angle_limit_cw": 600}, rom_sound=False), store=str(tmp_path / "data"))

@@ -13,7 +13,7 @@ from e2e.chromium import find  # noqa: E402
 from e2e.conftest import running_demo  # noqa: E402
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
-LABELS = ("Elevator L", "Turntable", "Camera tilt", "Gripper", "Rudder", "Spare, new")
+LABELS = ("Elevator L", "Antenna arm", "Throttle", "Gripper", "Rudder", "Spare, new")
 WIDE, TABLET = {"width": 1440, "height": 900}, {"width": 820, "height": 1180}
 
 

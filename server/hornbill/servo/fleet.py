@@ -327,7 +327,7 @@ class Fleet:
         try:
             await identification.read_rows(self._asker, servo, rows)
             for key in learn:
-                if not servo.registers[key].written:
+                if not servo.registers[key].written and not servo.rom_lost:
                     servo.registers[key].rom = servo.registers[key].raw
             self.remember(servo)
             self._told_all(servo)
@@ -354,7 +354,7 @@ class Fleet:
     def _recall_rom(self, servo: Servo) -> None:
         """ROM changes only by a save, and a save restarts the servo: what was known holds while it has run on."""
         kept = self._inventory.get(servo.uid)
-        if kept is None or kept.last_seen is None or servo.status is None:
+        if servo.rom_lost or kept is None or kept.last_seen is None or servo.status is None:
             return
         if servo.status.uptime_sec > self._base.utc_now() - kept.last_seen + 2:
             for key, raw in kept.rom.items():

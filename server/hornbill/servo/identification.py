@@ -120,12 +120,22 @@ async def read_rows(asker: Asker, servo: Servo, keys: list[str] | None = None) -
 def learn_rom(servo: Servo, *, soft_start: bool) -> None:
     """Take what RAM holds for what ROM holds: true only right after a start, and of no row we wrote since (4.11).
 
-    During soft start the five rows it overrides say nothing about ROM (section 4.14).
+    During soft start the five rows it overrides say nothing about ROM (section 4.14). When ROM could not be loaded,
+    RAM holds the defaults and nobody knows what ROM holds (bit 15 of 0x1A, section 4.12).
     """
+    if servo.rom_lost:
+        forget_rom(servo)
+        return
     for key, register in servo.registers.items():
         told = register.parameter.rom and register.at is not None and not register.written
         if told and not (soft_start and key in SOFT_START_ROWS):
             register.rom = register.raw
+
+
+def forget_rom(servo: Servo) -> None:
+    """Nobody knows what ROM holds: the old values, new ones, or nothing that can be loaded."""
+    for register in servo.registers.values():
+        register.rom = None
 
 
 def lost(error: NoAnswer) -> str:

@@ -134,13 +134,12 @@ class Saving:
         try:
             await self._come_back(job, servo, boots, may_need_restart=True)
         except NoAnswer:
-            for register in servo.registers.values():
-                register.rom = None  # it may hold the old values or the new ones: nobody knows
+            identification.forget_rom(servo)
             self._tell_rows(servo)
             raise
         await self._soft_start_over(job, servo)
         job.begin("read_back")
-        await identification.read_rows(self._asker, servo, rows)
+        await identification.read_rows(self._asker, servo, [*rows, "fault_warning"])
         identification.learn_rom(servo, soft_start=False)
         self._fleet.remember(servo)
         self._tell_rows(servo)

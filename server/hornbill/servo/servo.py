@@ -5,6 +5,7 @@ import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Final
 
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import to_text
@@ -20,6 +21,9 @@ SOFT_START_ROWS = frozenset(
     ("speed_torque_control", "speed_limit_cw", "speed_limit_ccw", "torque_limit_cw", "torque_limit_ccw")
 )
 """Rows that hold temporary values during soft start, so that what is read then proves nothing (section 4.14)."""
+
+ROM_LOST_BIT = 1 << 15
+"""Warning bit: what was saved could not be loaded at the last start, and defaults are in use (section 4.12)."""
 
 PROTECTION_BITS = 0b1111 << 8
 """Warning bits of temperature and voltage: output is off and comes back by itself (sections 4.7, 4.8, 4.12)."""
@@ -38,9 +42,12 @@ class State(StrEnum):
     OFFLINE = "offline"
 
 
+_MODES: Final = frozenset(int(mode) for mode in Mode)
+
+
 def mode_name(mode: int) -> str:
     """Mode of a NodeStatus as a word (table 2-19); the reserved ones 4..6 as `reserved_n`."""
-    return Mode(mode).name.lower() if mode in Mode else f"reserved_{mode}"
+    return Mode(mode).name.lower() if mode in _MODES else f"reserved_{mode}"
 
 
 @dataclass(slots=True)
@@ -103,6 +110,11 @@ class Servo:
         if (self.raw("fault_warning") or 0) & PROTECTION_BITS:
             return State.PROTECTED
         return State.READY
+
+    @property
+    def rom_lost(self) -> bool:
+        """Whether it started on defaults because ROM could not be loaded, as its warnings were last read."""
+        return bool((self.raw("fault_warning") or 0) & ROM_LOST_BIT)
 
     @property
     def soft_starting(self) -> bool:
