@@ -5,11 +5,14 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import httpx
+import pytest
 
 from behaviour.rig import json, problem
 from hornbill.app import build
 from hornbill.bus import clock
+from hornbill.errors import InvalidValue
 from hornbill.settings import Settings
+from hornbill.simulating import simulate
 
 Scene = Callable[[httpx.AsyncClient], Awaitable[None]]
 
@@ -55,3 +58,9 @@ def test_with_the_flag_and_no_adapter_servos_live_on_a_bus_of_their_own(tmp_path
         assert await until_ready(client) == ["BLA15-06U-A0"]
 
     serve(scene, tmp_path, sim_api=True)
+
+
+@pytest.mark.parametrize("node_id", ["²", "", "0", "126", "-1", "1.0"])
+def test_a_first_node_id_that_is_none_is_refused_before_a_bus_is_opened(node_id: str) -> None:
+    with pytest.raises(InvalidValue, match="neither auto nor 1 to 125"):
+        asyncio.run(simulate("socketcan:none", 1, None, None, node_id, 1, print))

@@ -41,9 +41,9 @@ def hornbill(*words: str) -> Generator[Process]:
 
 
 @contextmanager
-def serving(bus: str, data: Path) -> Generator[httpx.Client]:
-    """`hornbill serve` on a bus, as a client of its API."""
-    with hornbill("serve", "--bus", bus, "--port", "0", "--data-dir", str(data)) as process:
+def serving(bus: str, data: Path, *words: str) -> Generator[httpx.Client]:
+    """`hornbill serve` on a bus, with these words more, as a client of its API."""
+    with hornbill("serve", "--bus", bus, "--port", "0", "--data-dir", str(data), *words) as process:
         found = re.search(r"http://\S+/", line(process))
         assert found is not None
         # A connection a question: one left open may be closed by the server just when it is used again.

@@ -55,7 +55,9 @@ class BusAddress(Model):
     """Which adapter to open, in python-can's words."""
 
     address: str = Field(examples=["socketcan:can0", "slcan:/dev/ttyACM0", "file:recording.log"])
-    bitrate: int = 1_000_000
+    bitrate: int = Field(
+        default=1_000_000, gt=0, le=1_000_000, description="bit/s; the servos are delivered with 1000000"
+    )
 
 
 class Adapter(Model):

@@ -95,6 +95,7 @@ class Recorder:
         self._stirred = asyncio.Event()
         self._ending = False
         self._deaf: Callable[[], None] = lambda: None
+        self._opening: asyncio.Future[LogFile] | None = None
         self._writing: asyncio.Task[None] | None = None
 
     @property
@@ -114,7 +115,8 @@ class Recorder:
         self._status = LogStatus(LogPhase.RUNNING, path.name, form, datetime.now(UTC).timestamp(), limit=limit)
         loop = asyncio.get_running_loop()
         try:
-            file = await loop.run_in_executor(self._thread, LogFile, path, form, limit)
+            self._opening = loop.run_in_executor(self._thread, LogFile, path, form, limit)
+            file = await self._opening
         except BaseException as error:
             self._status = replace(self._status, phase=LogPhase.FAILED, reason=str(error))
             raise
@@ -128,6 +130,8 @@ class Recorder:
 
     async def stop(self) -> LogStatus:
         """End the log; what was heard until now is in it. Without one nothing happens."""
+        if self._opening is not None and not self._opening.done():
+            await asyncio.wait({self._opening}, timeout=CLOSE_S)  # it was to begin just now: then it ends at once
         task = self._writing
         if task is not None and not task.done():
             self._deaf()

@@ -77,6 +77,8 @@ class Recording:
             file = path.open("rb")
         except OSError as error:
             raise LogFailed(f"{path} cannot be read: {error.strerror}. Check its name and your permission.") from error
+        except ValueError as error:
+            raise LogFailed(f"{str(path)!r} is no name of a file: {error}.") from error
         return cls(file, str(path))
 
     def __iter__(self) -> Iterator[LoggedFrame]:

@@ -6,7 +6,7 @@ import logging
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from hornbill.bus.bittime import frame_bits
 from hornbill.bus.logfile import LoggedFrame
@@ -22,6 +22,10 @@ log = logging.getLogger(__name__)
 SLOWEST: Final = 0.01
 FASTEST: Final = 1000.0
 """Bounds of `speed`: beyond them nobody sees anything move, or the event loop does nothing else."""
+
+OPEN_S: Final = 8.0
+"""How long a file may take to show its first frame, and CLOSE_S to end a reading; then it is left to itself."""
+CLOSE_S: Final = 3.0
 
 _BATCH: Final = 512
 _TURN_S: Final = 0.001  # no event loop's timer is finer
@@ -51,18 +55,27 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
     how much of the bus each frame took. Raises PortOpenFailed; facts: address.
     """
     path, speed = parse(address)
-    if folder is not None and path.name == str(path) and not path.exists():
-        path = folder / path
-    loop = asyncio.get_running_loop()
+    if bitrate <= 0:
+        raise PortOpenFailed(f"{bitrate} bit/s is no bit rate. The servos are delivered with 1000000.", address=address)
+    reading = asyncio.get_running_loop().run_in_executor(OwnThread("replay"), _begin, path, folder)
     try:
-        recording = await loop.run_in_executor(OwnThread("replay"), Recording.open, path)
-        frames = iter(recording)
-        first = await loop.run_in_executor(OwnThread("replay"), _take, frames)
+        async with asyncio.timeout(OPEN_S):
+            recording, frames, first = await asyncio.shield(reading)
     except LogFailed as error:
         raise PortOpenFailed(f"{address} cannot be played: {error.detail}", address=address) from error
+    except (TimeoutError, asyncio.CancelledError) as error:
+        reading.add_done_callback(_close)
+        if isinstance(error, asyncio.CancelledError):
+            raise
+        raise PortOpenFailed(
+            f"{address} cannot be played: no frame was found in it within {OPEN_S:g} s. Check the file and its disk.",
+            address=address,
+        ) from error
     if not first:
         recording.close()
-        raise PortOpenFailed(f"There is no frame of a CAN bus with 29-bit identifiers in {path}.", address=address)
+        raise PortOpenFailed(
+            f"There is no frame of a CAN bus with 29-bit identifiers in {recording.name}.", address=address
+        )
     return ReplayPort(recording, frames, first, address=address, bitrate=bitrate, speed=speed)
 
 
@@ -136,7 +149,11 @@ class ReplayPort:
             self._playing.cancel()
             await asyncio.gather(self._playing, return_exceptions=True)
         if self._reading is not None:
-            await asyncio.wait({self._reading})  # the file must not be closed under it
+            await asyncio.wait({self._reading}, timeout=CLOSE_S)  # the file must not be closed under it
+            if not self._reading.done():
+                log.warning("%s is still being read, and left to itself", self.address)
+                self._reading.add_done_callback(lambda _done: self._recording.close())
+                return
         self._recording.close()
 
     async def _play(self) -> None:
@@ -179,6 +196,35 @@ class ReplayPort:
         seen.ignored = read.ignored
         seen.error_frames = read.error_frames
         seen.errors = read.error_frames + read.unreadable
+
+
+_Begun: TypeAlias = tuple[Recording, Iterator[LoggedFrame], list[LoggedFrame]]
+
+
+def _begin(path: Path, folder: Path | None) -> _Begun:
+    """The recording and its first frames, in a thread. Raises LogFailed."""
+    try:
+        if folder is not None and path.name == str(path) and not path.exists():
+            path = folder / path
+        # opening a pipe would wait for whoever writes to it, and a device may have no end
+        odd = path.exists() and not (path.is_file() or path.is_dir())
+    except OSError as error:
+        raise LogFailed(f"{str(path)[:90]!r} is no name of a file.") from error
+    if odd:
+        raise LogFailed(f"{path} is no file. Give one that a log was written to.")
+    recording = Recording.open(path)
+    try:
+        frames = iter(recording)
+        return recording, frames, _take(frames)
+    except BaseException:
+        recording.close()
+        raise
+
+
+def _close(done: "asyncio.Future[_Begun]") -> None:
+    """Close what was opened too late."""
+    if not done.cancelled() and done.exception() is None:
+        done.result()[0].close()
 
 
 def _take(frames: Iterator[LoggedFrame]) -> list[LoggedFrame]:

@@ -37,7 +37,7 @@ class BusWatch:
         self._on_back = on_back
         self._port: CanPort | NoPort = NO_PORT
         self._state = NO_PORT.state
-        self._reopened = 0
+        self._losses = (0, 0)
         self._lost_at: Instant | None = None
         self._told: set[str] = set()
 
@@ -48,7 +48,7 @@ class BusWatch:
 
     def begin(self, port: CanPort) -> None:
         """This port's bus was joined: it is open, or will be when its adapter can be opened."""
-        self._port, self._state, self._reopened = port, port.state, port.statistics.reopened
+        self._port, self._state, self._losses = port, port.state, _losses(port)
         self._hub.tell(BusChanged())
         if self._state in GONE:
             self._set_lost_at(self._base.now())
@@ -65,14 +65,14 @@ class BusWatch:
 
     def look(self) -> None:
         """Notice what the port says of itself; call it at least every 50 ms."""
-        port, state, reopened = self._port, self._port.state, self._port.statistics.reopened
+        port, state, losses = self._port, self._port.state, _losses(self._port)
         if isinstance(port, NoPort):
             return
         if state is not self._state:
             self._state = state
             self._hub.tell(BusChanged())
-        if reopened != self._reopened:  # it may have been lost and back between two looks
-            self._reopened = reopened
+        if losses != self._losses:  # it may have been lost and back between two looks
+            self._losses = losses
             if not self.gone:
                 self._lost()
         if state in GONE:
@@ -128,6 +128,11 @@ class BusWatch:
     def _tell(self, level: str, code: str, text: str) -> None:
         self._told.add(self._trouble())
         self._hub.tell(Happened(level, code, text))
+
+
+def _losses(port: CanPort | NoPort) -> tuple[int, int]:
+    """How often it was opened again, and how often its controller was off the bus."""
+    return port.statistics.reopened, port.statistics.bus_offs
 
 
 def _names(servos: list[Servo]) -> str:

@@ -128,7 +128,11 @@ class Host:
             except PortError as error:
                 self.doctor.could_not_open(address, error)
                 raise
-            await self._leave()
+            try:
+                await self._leave()
+            except BaseException:
+                await port.close()
+                raise
             return self._join(port)
 
     async def attach(self, port: CanPort) -> Connection:
@@ -182,8 +186,8 @@ class Host:
         self._ticker.cancel()
         await self.jobs.close()
         await self.polling.close()
+        await self.disconnect()  # before stop ends: a servo that has not answered it yet is written to until then
         await self.stop.close()
-        await self.disconnect()
         await self.motion.debts.close()
         await asyncio.gather(self._ticker, return_exceptions=True)
 
@@ -220,14 +224,17 @@ class Host:
         while True:
             await asyncio.sleep(TICK_S)
             now = self.base.now()
-            try:
-                self.watch.look()
-                self.motion.tick()
-                self.fleet.tick(now, bus_gone=self.watch.gone)
-                self.doctor.tick(now)
-                self.allocating.tick(now)
-            except Exception:  # a lease that lapses later must be noticed all the same
-                log.exception("a tick failed")
+            for part in (
+                self.watch.look,
+                self.motion.tick,
+                lambda now=now: self.fleet.tick(now, bus_gone=self.watch.gone),
+                lambda now=now: self.doctor.tick(now),
+                lambda now=now: self.allocating.tick(now),
+            ):
+                try:
+                    part()
+                except Exception:  # whatever it is, a lease that lapses must be noticed all the same
+                    log.exception("a tick failed")
             connection = self.connection
             if connection is not None and now - second >= 1.0:
                 seen = connection.port.statistics

@@ -120,7 +120,7 @@ class Motion:
             raw = await self._asker.write(servo, row, MODES[mode], patience)
         except HornbillError:
             if owed:
-                self.debts.owe(servo)
+                self.debts.owe(servo, mode)
             raise
         self._hub.tell(ServoChanged(servo.uid))
         return raw
@@ -141,13 +141,17 @@ class Motion:
         if driven:
             self._hub.tell(Happened("notice", "lease_ended", f"{why} Torque goes off on {names}."))
 
-    def quiet(self) -> None:
-        """Drop every command that is waiting or being repeated, at once. Stop calls it before its first frame."""
+    def quiet(self) -> list[Servo]:
+        """Drop every command that is waiting or being repeated, at once. Stop calls it before its first frame.
+
+        The answer is who was owed torque off. It is stop's to write now: an "off" of before could follow its brake.
+        """
         for uid in {*self._driven, *self._sending.values()}:
             self._let_go(uid)
-        for servo in self.debts.servos():
-            if servo.node_id is not None:  # stop writes to these servos itself, and perhaps the brake
-                self.debts.forgive(servo.uid)
+        owed = self.debts.servos()
+        for servo in owed:
+            self.debts.forgive(servo.uid)
+        return owed
 
     def bus_lost(self) -> list[Servo]:
         """End every command; the servos that were under one, to which torque off is owed from now on."""
@@ -158,10 +162,14 @@ class Motion:
         return driven
 
     async def leave(self) -> None:
-        """Torque off on what is still under command, before the bus is left. Set `leaving` before."""
+        """Torque off on what is still under command, before the bus is left; a stop is repeated until then, too.
+
+        Set `leaving` before.
+        """
+        assert self.stop is not None
         self.bus_lost()
         if not self.bus_gone:
-            await self.debts.paid(LEAVE_S)
+            await asyncio.gather(self.debts.paid(LEAVE_S), self.stop.confirmed(LEAVE_S))
         self.debts.say_unanswered()
 
     def may_move(self, servo: Servo, lease_id: str | None) -> Lease:
@@ -314,6 +322,6 @@ class Motion:
         if driven is not None:
             self._pause(driven)
 
-    async def _quench(self, servo: Servo) -> None:
+    async def _quench(self, servo: Servo, mode: str) -> None:
         assert self.stop is not None
-        await self.stop.quench(servo, "off")
+        await self.stop.quench(servo, mode)

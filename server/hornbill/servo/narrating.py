@@ -14,7 +14,7 @@ from hornbill.servo.fleet import DEGREES_PER_UNIT
 from hornbill.servo.servo import Servo
 from hornbill.units import Raw
 from hornbill.wire.datatype import Kind
-from hornbill.wire.describe import Names, plain_number, sentence
+from hornbill.wire.describe import Names, plain_number, printable, sentence
 from hornbill.wire.messages import Command, CommandType
 from hornbill.wire.services import GetSetRequest, GetSetResponse, Value, ValueKind
 from hornbill.wire.transfer import Transfer
@@ -131,7 +131,7 @@ def _compared(wanted: Value, held: Value) -> str:
     """What became of a write: a servo may hold something else than it was asked to."""
     if ValueKind.EMPTY in (wanted.kind, held.kind):
         return ""
-    return ", as asked" if wanted == held else f", asked for {wanted.value}".replace("-", "−")
+    return ", as asked" if wanted == held else f", asked for {printable(str(wanted.value))}".replace("-", "−")
 
 
 def _degrees(value: float) -> str:

@@ -1,4 +1,4 @@
-"""Owns TorqueDebts: servos whose command ended, and to which torque off is written until they answer."""
+"""Owns TorqueDebts: servos whose command ended, to which torque off or the brake is written until they answer."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -11,14 +11,13 @@ from hornbill.units import Uid
 UNANSWERED_S = 10.0
 """A torque-off that is owed for so long is told as a failure, once; it stays owed."""
 
-CONFIRM_S = 0.25
-
 
 @dataclass(slots=True)
 class _Debt:
     """`told`: somebody was told that the servo does not answer."""
 
     servo: Servo
+    mode: str
     told: bool = False
     task: asyncio.Task[None] | None = None
 
@@ -30,8 +29,8 @@ class TorqueDebts:
     writes the same or the brake, takes over.
     """
 
-    def __init__(self, quench: Callable[[Servo], Awaitable[None]], hub: Hub) -> None:
-        """`quench` writes torque off until something answers at the servo's node id."""
+    def __init__(self, quench: Callable[[Servo, str], Awaitable[None]], hub: Hub) -> None:
+        """`quench` writes a torque mode, off or brake, until the servo answers."""
         self._quench = quench
         self._hub = hub
         self._debts: dict[Uid, _Debt] = {}
@@ -44,11 +43,14 @@ class TorqueDebts:
         """Whether a servo has not answered yet."""
         return uid in self._debts
 
-    def owe(self, servo: Servo) -> None:
-        """Write torque off to a servo, beginning on the next turn of the event loop."""
+    def owe(self, servo: Servo, mode: str = "off") -> None:
+        """Write torque off, or brake, to a servo, beginning on the next turn of the event loop.
+
+        What is owed already stays: the brake holds what off would drop.
+        """
         if servo.uid in self._debts:
             return
-        debt = self._debts[servo.uid] = _Debt(servo)
+        debt = self._debts[servo.uid] = _Debt(servo, mode)
         debt.task = asyncio.get_running_loop().create_task(self._write_off(debt))
         debt.task.add_done_callback(lambda _done: self._settle(debt))
 
@@ -83,7 +85,7 @@ class TorqueDebts:
         if debt.told:
             return
         debt.told = True
-        text = f"{debt.servo.title} did not answer to torque off; it is written until it does."
+        text = f"{debt.servo.title} did not answer to torque {debt.mode}; it is written until it does."
         self._hub.tell(Happened("failure", "no_answer", f"{text} If it can move, cut its supply.", debt.servo.uid))
 
     def _settle(self, debt: _Debt) -> None:
@@ -94,17 +96,11 @@ class TorqueDebts:
         servo = debt.servo
         try:
             async with asyncio.timeout(UNANSWERED_S):
-                await self._until_off(servo)
+                await self._quench(servo, debt.mode)
         except TimeoutError:
             self._say(debt)
-            await self._until_off(servo)
+            await self._quench(servo, debt.mode)
         if debt.told:
-            self._hub.tell(Happened("notice", "torque_off", f"Torque is off on {servo.title} now.", servo.uid))
+            where = "off" if debt.mode == "off" else "on the brake"
+            self._hub.tell(Happened("notice", "torque_off", f"Torque is {where} on {servo.title} now.", servo.uid))
         self._hub.tell(ServoChanged(servo.uid))
-
-    async def _until_off(self, servo: Servo) -> None:
-        """Until the servo answers; while it is offline, another may sit on its node id and answer instead of it."""
-        await self._quench(servo)
-        while not servo.online:
-            await asyncio.sleep(CONFIRM_S)
-            await self._quench(servo)

@@ -73,8 +73,9 @@ class Stop:
     """The latch and the tasks that carry it out. Needs no lease and waits for nothing.
 
     `known` gives every servo that may still be on the bus; `quiet` is called first and must cancel, before it
-    returns, everything of ours that could still energise a servo. Nodes that may be servos (`suspects`) are
-    written to as well, until they answer or it is known what they are; foreign nodes never are.
+    returns, everything of ours that could still energise a servo; its answer is who is owed torque off.
+    Nodes that may be servos (`suspects`) are written to as well, until they answer or it is known what they are;
+    foreign nodes never are.
     """
 
     def __init__(
@@ -84,7 +85,7 @@ class Stop:
         base: TimeBase,
         catalog: Catalog,
         known: Callable[[], Iterable[Servo]],
-        quiet: Callable[[], None],
+        quiet: Callable[[], Collection[Servo]],
     ) -> None:
         self._asker = asker
         self._hub = hub
@@ -122,13 +123,15 @@ class Stop:
         `mode` is "off" or "brake".
         """
         latch = self.latch
-        self._quiet()
+        waiting = {servo.uid for servo in self._quiet()}
         if latch is not None and (latch.mode, latch.by) == (mode, by) and self._base.now() - latch.at < SAME_S:
-            self._go_on(latch)
+            self._go_on(latch, waiting)
             return latch
         self.latch = Latch(mode, self._base.now(), by, reason)
+        # who has not answered to an earlier stop is not let off because it has no node id just now
+        waiting |= {uid for uid, task in self._tasks.items() if isinstance(uid, str) and not task.done()}
         self._end_tasks()
-        servos = [servo for servo in self._known() if servo.node_id is not None]
+        servos = [servo for servo in self._known() if servo.node_id is not None or servo.uid in waiting]
         for servo in servos:
             self._begin(servo, self.latch)
         for node in self.suspects():
@@ -143,10 +146,10 @@ class Stop:
         self._hub.tell(Happened("failure", "stopped", text))
         return self.latch
 
-    def _go_on(self, latch: Latch) -> None:
+    def _go_on(self, latch: Latch, waiting: Collection[Uid]) -> None:
         """The same press, by its other road: send again at once, and keep the times of the first."""
         for servo in self._known():
-            if servo.node_id is not None:
+            if servo.node_id is not None or servo.uid in waiting:
                 self._begin(servo, latch, anew=False)
         for node in self.suspects():
             self._begin_node(node, latch)
@@ -236,12 +239,17 @@ class Stop:
             self._hub.tell(StopChanged())
 
     async def quench(self, servo: Servo, mode: str, confirm: Callable[[], None] | None = None) -> None:
-        """Write `mode` into 0x20 of one servo, again and again until it answers that it holds it."""
+        """Write `mode` into 0x20 of one servo, again and again until it answers that it holds it.
+
+        While it is offline another may sit on its node id and answer instead of it: that does not count.
+        """
         wanted, tries = MODES[mode], 0
         while True:
             try:
                 if await self._asker.write(servo, self._row, wanted, STOP) == wanted:
-                    break
+                    if servo.online:
+                        break
+                    tries = SOON
             except HornbillError as error:
                 log.debug("%s: torque %s: %s", servo.title, mode, error.detail)
             except Exception:  # whatever it is, the servo still has to be stopped

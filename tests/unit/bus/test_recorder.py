@@ -294,3 +294,28 @@ def test_the_folder_lists_finds_and_deletes_logs_and_nothing_else(tmp_path: Path
     with pytest.raises(InvalidValue, match=r"There is a log two\.blf already"):
         folder.new(LogFormat.BLF, "two")
     assert folder.new(LogFormat.BLF, "three.blf").name == "three.blf", "an ending that is given is not doubled"
+
+
+def test_a_stop_while_the_file_is_still_being_made_ends_that_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go = threading.Event()
+
+    def slowly(path: Path, form: LogFormat, limit: int) -> LogFile:
+        go.wait(5)
+        return LogFile(path, form, limit)
+
+    monkeypatch.setattr(module, "LogFile", slowly)
+
+    async def scene() -> None:
+        bench = Bench(tmp_path)
+        starting = asyncio.create_task(bench.recorder.start(LogFormat.CANDUMP, "bench", 10**6))
+        await asyncio.sleep(0)
+        stopping = asyncio.create_task(bench.recorder.stop())
+        await asyncio.sleep(0)
+        go.set()
+        await starting
+        assert (await stopping).phase is LogPhase.STOPPED
+        assert bench.listeners == []
+
+    asyncio.run(scene())

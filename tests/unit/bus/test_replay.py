@@ -1,15 +1,19 @@
 """A recording as a bus: its own time, faithfully or faster; and nothing that is sent on it goes anywhere."""
 
 import asyncio
+import os
+import threading
 from collections.abc import Awaitable, Callable
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
+from hornbill.bus import replay
 from hornbill.bus.bittime import frame_bits
 from hornbill.bus.clock import run
 from hornbill.bus.logfile import LogFile, LogFormat, LoggedFrame
+from hornbill.bus.recording import Recording
 from hornbill.bus.replay import ReplayPort, open_replay, parse
 from hornbill.errors import BusDisconnected, BusReadOnly, PortOpenFailed
 from hornbill.wire.frame import Frame
@@ -264,3 +268,50 @@ def test_a_listener_that_fails_does_not_end_in_silence(tmp_path: Path, caplog: p
         assert "odd" in caplog.text
 
     play(f"file:{path}", scene)
+
+
+@pytest.mark.parametrize("name", ["pipe", "no\0name", "x" * 5000, "/dev/zero"])
+def test_what_is_no_file_is_refused_at_once_and_never_waited_for(name: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+
+    async def open_it() -> None:
+        with pytest.raises(PortOpenFailed, match="file"):
+            await asyncio.wait_for(open_replay(f"file:{name}", folder=tmp_path), 5)
+
+    run(open_it())
+
+
+def test_a_file_that_shows_no_frame_is_given_up_and_closed_when_it_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, go, closed = recording(tmp_path, frame(1)), threading.Event(), threading.Event()
+    begin, close = Recording.open, Recording.close
+
+    def slowly(path: Path) -> Recording:
+        go.wait(5)
+        return begin(path)
+
+    def close_and_tell(one: Recording) -> None:
+        close(one)
+        closed.set()
+
+    monkeypatch.setattr(replay, "OPEN_S", 0.05)
+    monkeypatch.setattr(Recording, "open", slowly)
+    monkeypatch.setattr(Recording, "close", close_and_tell)
+
+    async def open_it() -> None:
+        with pytest.raises(PortOpenFailed, match=r"within 0.05 s"):
+            await open_replay(f"file:{path}")
+        assert not closed.is_set()
+        go.set()
+        async with asyncio.timeout(5):
+            while not closed.is_set():
+                await asyncio.sleep(0.01)
+
+    asyncio.run(open_it())
+
+
+def test_a_bit_rate_that_is_none_is_refused(tmp_path: Path) -> None:
+    path = recording(tmp_path, frame(1))
+    with pytest.raises(PortOpenFailed, match="bit/s"):
+        run(open_replay(f"file:{path}", bitrate=0))

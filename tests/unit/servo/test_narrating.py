@@ -12,7 +12,7 @@ from hornbill.servo.narrating import Narrator
 from hornbill.servo.servo import Servo
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Command, CommandType
-from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest, GetSetResponse, Value, integer
+from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest, GetSetResponse, Value, ValueKind, integer
 from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import AnyStructure, decode
 from unit.wire.structures import structures, transfer
@@ -114,6 +114,15 @@ def test_an_answer_tells_how_long_it_took_and_whether_the_servo_did_as_asked() -
     tell(one, GetSetRequest(0, EMPTY, "0x08"), at=7.0, source=127, destination=10, transfer_id=5)
     told = tell(one, answer(integer(1), "0x08"), at=7.001, source=10, destination=127, transfer_id=5)
     assert told == "GetSet answer 0x08 = 1, 0.1°. 1.0 ms"
+
+
+def test_a_text_that_was_asked_for_cannot_command_the_terminal_it_is_shown_on() -> None:
+    one = narrator()
+    asked = GetSetRequest(0, Value(ValueKind.STRING, "\x1b[2J"), "0x00")
+    tell(one, asked, at=5.0, source=127, destination=10, transfer_id=3)
+    told = tell(one, answer(integer(1), "0x00"), at=5.001, source=10, destination=127, transfer_id=3)
+    assert told.isprintable()
+    assert "asked for" in told
 
 
 def test_an_answer_to_somebody_else_and_a_second_answer_are_not_taken_for_it() -> None:

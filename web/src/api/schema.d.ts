@@ -2135,6 +2135,7 @@ export interface components {
             address: string;
             /**
              * Bitrate
+             * @description bit/s; the servos are delivered with 1000000
              * @default 1000000
              */
             bitrate: number;
