@@ -56,6 +56,6 @@ async def simulate(
 def _first_id(text: str, servos: int) -> int | None:
     if text == "auto":
         return None
-    if not text.isdigit() or not 1 <= int(text) <= 126 - servos:
+    if not (text.isascii() and text.isdigit()) or not 1 <= int(text) <= 126 - servos:
         raise InvalidValue(f"--node-id {text!r} is neither auto nor 1 to {126 - servos} for {servos} servos.")
     return int(text)

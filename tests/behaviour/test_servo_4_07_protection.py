@@ -1,5 +1,6 @@
 """Sections 4.7 and 4.8: temperature and supply as they are read, and how they take the output and give it back."""
 
+from math import exp
 from typing import Any
 
 import pytest
@@ -192,3 +193,29 @@ def test_the_supply_droops_under_load() -> None:
     desk.write("0x02", 100)
     desk.wait(0.5)
     assert (desk.read("0x0C") or 0) < idle - 2
+
+
+@pytest.mark.states("B41")
+@pytest.mark.parametrize("off_s", [120.0, 3600.0])
+def test_a_board_cools_without_supply_too(off_s: float) -> None:
+    desk = Desk(rom=FREE).under(load_pct=-100.0)
+    desk.write("0x02", 100)
+    desk.wait(100)
+    hot = desk.read("0x0B")
+    assert hot is not None
+    assert hot > 50
+    desk.under(load_pct=0.0).power_cycle(off_s)
+    left = (hot - 25) * exp(-off_s / 120)
+    assert desk.read("0x0B") == pytest.approx(25 + left, abs=1.5)
+
+
+@pytest.mark.states("B43")
+def test_a_load_turns_a_horn_without_supply_and_catching_up_costs_nothing() -> None:
+    desk = Desk(rom=FREE).under(load_pct=50.0)
+    desk.write("0x20", 1)
+    desk.wait(1.0)
+    desk.servo.power_off(desk.now)
+    before = desk.servo.angle_deg
+    desk.wait(1.0)
+    assert desk.servo.angle_deg > before + 90
+    assert desk.servo.next_due() <= desk.now + 0.05

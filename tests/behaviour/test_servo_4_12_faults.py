@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from unit.sim.desk import FREE, Desk
+from unit.sim.desk import FREE, QUIET, Desk
 
 NOTIFICATION, WARNING, FAILURE = "0x19", "0x1A", "0x1B"
 BITS = {
@@ -213,3 +213,15 @@ def test_a_weak_or_strong_magnet_leaves_the_servo_working(key: str) -> None:
     desk.write("0x00", 300)
     desk.settle()
     assert desk.read("0x08") == pytest.approx(300, abs=3)
+
+
+@pytest.mark.states("B59")
+@pytest.mark.parametrize("key", RESTARTS)
+def test_a_supply_that_sinks_later_is_a_start_that_does_not_tell_of_it_again(key: str) -> None:
+    desk = Desk(rom=QUIET)
+    desk.servo.faults.inject(key, True)
+    desk.wait(0.5)
+    assert desk.read("0x1B") != 0
+    desk.under(voltage_v=2.0).under(voltage_v=7.4).wait(0.5)
+    assert desk.servo.starts == 3
+    assert desk.read("0x1B") == 0

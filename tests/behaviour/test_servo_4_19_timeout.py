@@ -168,8 +168,16 @@ def test_time_runs_from_the_first_command_or_from_power_on_by_a_switch(begins: s
 
 
 @pytest.mark.states("B72", "B61")
-def test_torque_off_stays_off_whatever_the_action() -> None:
-    desk = desk_with(timeout_action=BRAKE)
-    desk.write("0x20", OFF)
-    desk.wait(2.0)
-    assert desk.servo.output == OFF
+@pytest.mark.switch("timeout_changes")
+@pytest.mark.parametrize(("mode", "action"), [(OFF, BRAKE), (BRAKE, OFF), (OFF, HOLD), (BRAKE, HOLD)])
+@pytest.mark.parametrize("changes", ["output_on", "any_output"])
+def test_off_and_brake_outlast_the_time_out_or_yield_to_its_action(changes: str, mode: int, action: int) -> None:
+    behaviour = Behaviour(timeout_changes=changes)  # pyright: ignore[reportArgumentType]
+    desk = Desk(rom=BASE | {"timeout_action": action}, behaviour=behaviour)
+    desk.write("0x20", mode)
+    desk.wait(0.99)
+    assert desk.servo.output == mode
+    desk.wait(1.0)
+    assert desk.servo.output == (action if changes == "any_output" and action != HOLD else mode)
+    desk.write("0x00", 450)
+    assert desk.servo.output == mode, "the next command restores the state before"

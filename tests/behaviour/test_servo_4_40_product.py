@@ -43,6 +43,22 @@ def test_product_rows_are_those_of_the_one_servo() -> None:
     assert 0 <= (one.read("0x5C") or 0) <= 59
 
 
+@pytest.mark.states("B100", "B103")
+@pytest.mark.parametrize(
+    ("firmware", "first", "last"),
+    [
+        ("1.010", (2021, 1), (2023, 12)), ("1.100", (2021, 10), (2022, 4)),
+        ("1.200", (2022, 5), (2023, 12)), ("1.300", (2024, 1), (2030, 12)),
+    ],
+)  # fmt: skip
+def test_the_firmware_is_the_one_of_the_time_of_production(
+    firmware: str, first: tuple[int, int], last: tuple[int, int]
+) -> None:
+    for seed in range(30):
+        desk = Desk(firmware=firmware, seed=seed)
+        assert first <= (desk.read("0x58") or 0, desk.read("0x59") or 0) <= last
+
+
 @pytest.mark.states("B102")
 def test_the_production_number_can_be_given() -> None:
     servo = Recipe(serial=4_711, node_id=5).build(catalog(), 1)

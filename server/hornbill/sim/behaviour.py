@@ -62,6 +62,11 @@ class Behaviour:
     power-on, the default of 1000 ms would cut short every soft start of more than a second, and a servo
     that holds 0° with nobody talking to it would let go, which 4.14 does not describe."""
 
+    timeout_changes: Literal["output_on", "any_output"] = "output_on"
+    """Whether the action of 0x26 takes the place of OFF or BRAKE in 0x20, too, so that a brake is let go after
+    0x27. 4.19 names no exception and counts 0x20 among the commands; yet 4.13 says of OFF, in the same words, that
+    it holds whatever is commanded, and a time-out that brakes or frees a motor without output protects nothing."""
+
     array_command_shows: bool = True
     """Whether 0x00 to 0x02 read what ArrayCommand commanded. Chapter 4 knows no command outside these registers,
     so the message must end there; a firmware may as well keep it beside them, and then they read what was written

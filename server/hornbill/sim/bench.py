@@ -52,9 +52,10 @@ class Bench:
         if uid in self._drivers:
             raise ValueError(f"There is a servo {uid} on the bench already.")
         self._added += 1
-        self._drivers[uid] = driver = _Driver(servo, f"servo{self._added}", recipe.story)
+        driver = _Driver(servo, f"servo{self._added}", recipe.story)
         if self._running:
             driver.start(self._open)
+        self._drivers[uid] = driver
         return servo
 
     def servo(self, uid: Uid) -> SimServo:
@@ -67,8 +68,9 @@ class Bench:
 
     async def remove(self, uid: Uid) -> None:
         """Take a servo off the bench and the bus. Raises Unknown."""
-        await self._driver(uid).close()
-        del self._drivers[uid]
+        driver = self._driver(uid)
+        del self._drivers[uid]  # first: closing takes turns of the loop, in which it may be asked for again
+        await driver.close()
 
     async def start(self) -> None:
         """Open a port for every servo and switch them on. Twice is harmless."""

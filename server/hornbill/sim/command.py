@@ -55,11 +55,11 @@ class Commander:
         """What the motor gets: ON, OFF or BRAKE. Protection comes before all else (4.13)."""
         if self._halted or self._protecting:
             return OFF
-        if self._mode != ON:
-            return self._mode
         if self.timed_out and not self.pulsed:
-            return self._memory.get(address.TIMEOUT_ACTION)
-        return ON
+            action = self._memory.get(address.TIMEOUT_ACTION)
+            if action != ON and (self._mode == ON or self.behaviour.timeout_changes == "any_output"):
+                return action
+        return self._mode
 
     @property
     def due(self) -> Instant:

@@ -69,6 +69,7 @@ def demo_fleet(catalog: Catalog, n: int, seed: int) -> list[Recipe]:
                 story,
                 servo_id=index + 1 if story.rom else 0,
                 node_id=0 if dynamic else _FIRST_STATIC + index,
+                rom_sound=story.rom_sound or not dynamic,  # who lost its settings lost its node id, too
                 rom={key: raw for key, raw in story.rom.items() if key in offered},
                 angle_deg=round(random.uniform(-150.0, 150.0), 1),
                 uid=random.randbytes(16),

@@ -73,6 +73,7 @@ class Device:
         self._on_dark = on_dark
         self._until: Instant = _NEVER
         self._watch_at: Instant = _NEVER
+        self._measured_at: Instant = 0.0
         self._restarts_after_save = False
         self._restarts_over: tuple[str, ...] = ()
         self._updating = False
@@ -84,7 +85,7 @@ class Device:
 
     @property
     def due(self) -> Instant:
-        """When `live` is needed next; infinity while its supply is off."""
+        """When `live` is needed next; infinity once its supply is off and its horn rests."""
         return min(self._watch_at, self.commander.due) if self.stage is Stage.RUNNING else self._until
 
     def live(self, now: Instant) -> None:
@@ -109,7 +110,7 @@ class Device:
         """Switch the supply off. In the middle of a ROM write this spoils what ROM holds (4.11)."""
         self.powered = False
         self.motion.advance(now)
-        self._go_dark(Stage.OFF, _NEVER)
+        self._go_dark(Stage.OFF, now + WATCH_S)
 
     def carry_out(self, request: Request, now: Instant) -> None:
         """Restart, or write ROM first."""
@@ -132,7 +133,10 @@ class Device:
         self._on_dark()
 
     def _end_stage(self, now: Instant) -> None:
-        if self.stage is Stage.SAVING and self.conditions.voltage_v <= DEAD_BELOW_V:
+        if self.stage is Stage.OFF:
+            # A load may turn the horn on: followed as it turns, not all at once when power comes back.
+            self._until = _NEVER if self.motion.asleep else now + WATCH_S
+        elif self.stage is Stage.SAVING and self.conditions.voltage_v <= DEAD_BELOW_V:
             self._restart(now)  # the supply has failed meanwhile: what was written is not whole (4.11)
         elif self.stage is Stage.SAVING:
             self.memory.rom_sound = True
@@ -152,6 +156,8 @@ class Device:
         self.started_at = self._watch_at = now
         lost = () if self.memory.load() else ("rom_lost",)
         self.faults.start(*lost, *self._restarts_over)
+        self._restarts_over = ()
+        self._updating = self.conditions.software_update
         self.commander.start(now)
         self._on_up(now)
 
@@ -172,8 +178,8 @@ class Device:
                 return
         if commander.halted != self._updating:
             commander.halt(self._updating)
-        elapsed = WATCH_S if now > self.started_at else 0.0
-        self._protection.measure(conditions, elapsed, motion.heat(), motion.torque)
+        self._protection.measure(conditions, now - self._measured_at, motion.heat(), motion.torque)
+        self._measured_at = now
         commander.surroundings(self._protection.supply, conditions.load_pct / 100.0, conditions.load_inertia)
         commander.watch_soft_start()
         pulse = read_pulse(self.memory, conditions.pwm_us)

@@ -1,5 +1,6 @@
 """Owns Protection: supply and board temperature as the servo measures them, and when they stop the motor (4.7, 4.8)."""
 
+from math import exp
 from random import Random
 from typing import Final
 
@@ -39,7 +40,7 @@ class Protection:
 
     def measure(self, conditions: Conditions, elapsed: float, heat: float, torque: float) -> None:
         """Go on by `elapsed` seconds in which the motor made `heat` (s at stall); `torque` is its share now."""
-        self._rise += (_RISE_K * heat - self._rise * elapsed) / _THERMAL_S
+        self._rise = self._rise * exp(-elapsed / _THERMAL_S) + _RISE_K * heat / _THERMAL_S
         error = conditions.sensor_error
         board = conditions.temperature_c + self._rise + _TEMPERATURE_ERROR_K * error
         nominal = self._plant.nominal_v

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from random import Random
+from typing import Final
 
 from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
@@ -13,6 +14,13 @@ from hornbill.sim.servo import SimServo
 from hornbill.units import Raw
 
 _UID_BYTES = 16
+_MADE: Final[Mapping[str, tuple[int, int]]] = {
+    "1.010": (2021 * 12 + 4, 2023 * 12 + 11),
+    "1.100": (2021 * 12 + 9, 2022 * 12 + 3),
+    "1.200": (2022 * 12 + 8, 2023 * 12 + 11),
+    "1.300": (2024 * 12, 2025 * 12 + 11),
+}
+"""First and last month, counted from January of year 0, in which section 5 has every model of a step built with it."""
 
 
 def _no_rom() -> dict[str, Raw]:
@@ -58,8 +66,10 @@ class Recipe:
         random = Random(f"{seed}")
         uid = random.randbytes(_UID_BYTES)
         serial = random.randrange(1, 1_000_000)
+        first, last = _MADE.get(self.firmware, _MADE["1.300"])
+        month = random.randint(first, last)
         production = (
-            random.randrange(2021, 2026), random.randrange(1, 13), random.randrange(1, 29),
+            month // 12, month % 12 + 1, random.randrange(1, 29),
             random.randrange(8, 18), random.randrange(60),
         )  # fmt: skip
         identity = {"servo_id": self.servo_id, "node_id": self.node_id}

@@ -209,7 +209,7 @@ class SimServo:
                 self._take(transfer, structure, now)
 
     def next_due(self) -> Instant:
-        """When `advance` is needed next; infinity while its supply is off."""
+        """When `advance` is needed next; infinity once its supply is off and its horn rests."""
         due = self._device.due
         return min(due, self._link.due, self._broadcast.due) if self._device.running else due
 

@@ -1,16 +1,19 @@
 """The bench: servos on an event loop and a bus, coming, going and losing their supply."""
 
 import asyncio
+from dataclasses import replace
 from itertools import count
 
 import pytest
 
 from hornbill.bus.clock import run
 from hornbill.bus.memory import MemoryBus
-from hornbill.errors import InvalidValue, Unknown
+from hornbill.errors import InvalidValue, PortOpenFailed, Unknown
 from hornbill.sim.bench import Bench, demo_fleet
 from hornbill.sim.recipe import Recipe
 from hornbill.units import Uid
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import CanPort
 from unit.sim.allocator import IdealAllocator
 from unit.sim.desk import catalog
 
@@ -166,3 +169,69 @@ def test_the_same_seed_gives_the_same_bench() -> None:
 
     assert uids(1) == uids(1)
     assert len(set(uids(1) + uids(2))) == 6
+
+
+def test_a_servo_taken_off_twice_at_once_is_unknown_the_second_time() -> None:
+    async def scenario() -> None:
+        bus = MemoryBus()
+
+        def opened(name: str) -> CanPort:
+            port = bus.port(name)
+            close = port.close
+
+            async def slowly() -> None:
+                await asyncio.sleep(0.1)
+                await close()
+
+            port.close = slowly  # pyright: ignore[reportAttributeAccessIssue]
+            return port
+
+        bench = Bench(opened, catalog())
+        await bench.start()
+        uid = Uid(bench.add(Recipe(node_id=10)).uid.hex())
+        ends = await asyncio.gather(bench.remove(uid), bench.remove(uid), return_exceptions=True)
+        assert [type(end) for end in ends] == [type(None), Unknown]
+
+    run(scenario())
+
+
+def test_a_servo_that_finds_no_port_is_not_on_the_bench() -> None:
+    def opened(name: str) -> CanPort:
+        raise PortOpenFailed(f"{name} finds no place.", address=name)
+
+    async def scenario() -> None:
+        bench = Bench(opened, catalog())
+        await bench.start()
+        with pytest.raises(PortOpenFailed):
+            bench.add(Recipe(node_id=10))
+        assert bench.servos == {}
+        await bench.close()
+
+    run(scenario())
+
+
+def test_the_same_seed_and_the_same_calls_give_the_same_frames() -> None:
+    def frames(seed: int) -> list[tuple[str, Frame]]:
+        async def scenario() -> list[tuple[str, Frame]]:
+            bus = MemoryBus(history=100_000)
+            IdealAllocator(bus.port("allocator"))
+            bench = bench_on(bus, seed)
+            for recipe in demo_fleet(catalog(), 8, 5):
+                bench.add(replace(recipe, uid=None))
+            await bench.start()
+            await asyncio.sleep(4.0)
+            uid = next(iter(bench.servos))
+            bench.power(uid, on=False)
+            await asyncio.sleep(0.5)
+            bench.power(uid, on=True)
+            bench.servo(uid).faults.inject("watchdog_restart", on=True)
+            await asyncio.sleep(1.5)
+            await bench.close()
+            return list(bus.history)
+
+        return run(scenario())
+
+    once = frames(1)
+    assert len(once) > 500
+    assert frames(1) == once
+    assert [frame for _, frame in frames(2)] != [frame for _, frame in once]

@@ -96,3 +96,14 @@ def test_one_is_unprovisioned_and_one_lost_its_settings() -> None:
     new, lost = told("box"), at_desk(told("lost")).servo
     assert (new.model[:5], new.servo_id, new.node_id) == ("BLA15", 0, 0)
     assert (lost.register(0x1A), lost.register(0x25), lost.node_id) == (1 << 15, 0, 0)
+
+
+def test_of_a_hundred_four_ask_for_their_id_and_the_others_come_up_with_their_own() -> None:
+    asking = 0
+    for recipe in demo_fleet(catalog(), 100, 1):
+        servo = recipe.build(catalog(), 1)
+        servo.power_on(START)
+        servo.advance(START + 0.2)
+        assert servo.node_id == recipe.node_id
+        asking += not servo.node_id
+    assert asking == 4

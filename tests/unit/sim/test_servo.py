@@ -2,7 +2,7 @@
 
 import pytest
 
-from unit.sim.desk import FREE, START, Desk
+from unit.sim.desk import FREE, QUIET, START, Desk
 
 
 def test_the_same_seed_gives_the_same_servo_to_the_last_bit() -> None:
@@ -38,6 +38,7 @@ def test_it_says_when_it_is_needed_next_and_is_needed_never_without_supply() -> 
     desk.wait(1.0)
     assert desk.now < desk.servo.next_due() <= desk.now + 0.05
     desk.servo.power_off(desk.now)
+    desk.wait(0.1)
     assert desk.servo.next_due() == float("inf")
 
 
@@ -53,3 +54,21 @@ def test_a_unique_id_has_16_bytes() -> None:
     servo = Desk().servo
     with pytest.raises(ValueError, match="Give 16"):
         type(servo)(servo.model, servo.firmware, bytes(15), faults=())
+
+
+def test_an_update_that_ends_without_supply_needs_no_second_start() -> None:
+    desk = Desk(rom=QUIET).under(software_update=True)
+    desk.servo.power_off(desk.now)
+    desk.servo.conditions.software_update = False
+    desk.servo.power_on(desk.now)
+    desk.wait(1.0)
+    assert desk.servo.starts == 2
+    assert desk.servo.output == 0
+
+
+def test_an_update_that_a_start_falls_into_still_takes_the_output() -> None:
+    desk = Desk(rom=QUIET).under(software_update=True)
+    desk.power_cycle()
+    assert desk.servo.output == 1
+    desk.under(software_update=False).wait(0.5)
+    assert (desk.servo.starts, desk.servo.output) == (3, 0)
