@@ -1,6 +1,7 @@
 """Owns running the server: the listening socket, the address it prints, and a shutdown that lets torque go first."""
 
 import asyncio
+import gc
 import socket
 
 import uvicorn
@@ -43,6 +44,8 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str) -> None:
     while not server.started and not running.done():  # noqa: ASYNC110 - uvicorn has no event to wait for
         await asyncio.sleep(0.01)
     if server.started:
+        gc.collect()
+        gc.freeze()  # looking through all that was imported would now and then hold up frames for a tenth of a second
         host, port = listening.getsockname()[:2]
         shown = f"[{host}]" if ":" in host else host
         print(announce.format(url=f"http://{shown}:{port}/"), flush=True)  # noqa: T201 - the one line a user waits for

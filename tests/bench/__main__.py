@@ -6,12 +6,23 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
-from bench import reading, stack, start, stopping  # noqa: E402
+from bench import (  # noqa: E402
+    adapter,
+    allocation,
+    connecting,
+    endurance,
+    reading,
+    simulation,
+    stack,
+    start,
+    stopping,
+    streaming,
+)
 
 
 def main(chosen: list[str]) -> None:
     """Run all benchmarks, or those named on the command line."""
-    for module in (stack, reading, stopping, start):
+    for module in (stack, reading, streaming, endurance, stopping, start, adapter, connecting, allocation, simulation):
         if chosen and module.__name__.rpartition(".")[2] not in chosen:
             continue
         for line in module.figures():

@@ -1,115 +1,223 @@
-"""Encoding and decoding, side by side with pydronecan: CPU seconds, alternating, median of the ratios."""
+"""The stack alone, side by side with pydronecan: decoding, encoding, and a request with its answer."""
 
+import asyncio
 import random
-import statistics
-import time
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Iterator
 from typing import Any
 
 import dronecan
 from dronecan.driver import CANFrame
-from dronecan.transport import Frame as TheirFrame
-from dronecan.transport import Transfer as TheirTransfer
-from dronecan.transport import TransferManager
+from dronecan.node import Node
 
+from bench.crowd import HOST, CannedPort, Crowd
+from bench.line import PYDRONECAN, beside, line
+from hornbill.node.guard import GuardedPort
+from hornbill.node.participant import Participant
+from hornbill.schema.catalog import Catalog
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Command, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, Command, Health, Mode, NodeStatus
 from hornbill.wire.reassembly import Reassembler
-from hornbill.wire.services import EMPTY, GetSetResponse, integer
+from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, SoftwareVersion, integer
 from hornbill.wire.transfer import Transfer, split
-from hornbill.wire.types import decode
+from hornbill.wire.types import AnyStructure, decode
 
-ROUNDS = 5
+ROUNDS = 7
+PEER_SHARE = 5
+"""The peer does a fifth of the work, and its time counts five times: a run should not take minutes."""
 
+BURST_S = 0.001
+"""What an adapter hands over in one go: the frames of a millisecond."""
 
-def saturated_mix(seconds: float = 1.0) -> list[Frame]:
-    """What a host hears in one second of a full bus: 60 servos streaming, and GetSet answers in what is left."""
-    chance = random.Random(1)
-    frames: list[tuple[float, list[Frame]]] = []
-    for node in range(1, 61):
-        for number in range(int(10 * seconds)):
-            status = ActuatorStatus(node, chance.uniform(-1.8, 1.8), 0.0, 0.0, 0)
-            sent = Transfer(Kind.MESSAGE, ActuatorStatus.TYPE.id, node, 0, 16, number % 32, status.encode())
-            frames.append((chance.random() * seconds, split(sent, ActuatorStatus.TYPE)))
-        alive = NodeStatus(chance.randrange(10_000), Health.OK, Mode.OPERATIONAL)
-        sent = Transfer(Kind.MESSAGE, NodeStatus.TYPE.id, node, 0, 16, 0, alive.encode())
-        frames.append((chance.random() * seconds, split(sent, NodeStatus.TYPE)))
-    for number in range(int(1576 * seconds)):
-        node = 1 + number % 60
-        answer = GetSetResponse(integer(chance.randrange(-9999, 9999)), EMPTY, EMPTY, EMPTY, "0x38")
-        sent = Transfer(Kind.RESPONSE, GetSetResponse.TYPE.id, node, 127, 24, (number // 60) % 32, answer.encode())
-        frames.append((chance.random() * seconds, split(sent, GetSetResponse.TYPE)))
-    return [frame for _, transfer in sorted(frames, key=lambda pair: pair[0]) for frame in transfer]
+BETWEEN_S = 0.0008
+"""From one frame of a transfer to its next: about five others are in between."""
 
+SECONDS = 3
+"""Longer than the time-out of a half-received transfer, so that looking for those is part of the figure."""
 
-def ratio(ours: Callable[[], object], theirs: Callable[[], object], scale: int) -> dict[str, float]:
-    """Median seconds of both, `theirs` done `scale` times less, and the median of the pairwise ratios."""
-    pairs = [(cpu(ours), cpu(theirs) * scale) for _ in range(ROUNDS)]
-    return {
-        "ours_s": round(statistics.median(pair[0] for pair in pairs), 5),
-        "peer_s": round(statistics.median(pair[1] for pair in pairs), 5),
-        "ratio": round(statistics.median(pair[1] / pair[0] for pair in pairs), 1),
-    }
+NODES = 16
+READS = 8000
+READ = GetSetRequest(0, EMPTY, "0x38")
 
-
-def cpu(work: Callable[[], object]) -> float:
-    began = time.process_time()
-    work()
-    return time.process_time() - began
+_peer: Any = dronecan  # its types are made at run time
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Decode the saturated mix to typed objects; encode ArrayCommand of 15."""
+    """Decode the saturated mix to typed objects, encode ArrayCommand of 15, ask GetSet and take the answer."""
+    yield decoding()
+    yield encoding()
+    yield asking()
+
+
+def saturated_mix(seconds: int = SECONDS) -> list[Frame]:
+    """What a host hears of a full bus: 60 servos streaming, GetSet answers in what is left, ten allocations a second.
+
+    Transfers of several senders are interleaved. Frames carry the instants they would have, evenly apart.
+    """
+    chance = random.Random(1)
+    sent: list[tuple[float, Frame]] = []
+
+    def say(structure: AnyStructure, source: int, number: int, at: float, *, priority: int = 16) -> None:
+        data_type = structure.TYPE
+        destination = HOST if data_type.service else 0
+        payload = structure.encode()
+        transfer = Transfer(structure.KIND, data_type.id, source, destination, priority, number % 32, payload)
+        sent.extend((at + place * BETWEEN_S, frame) for place, frame in enumerate(split(transfer, data_type)))
+
+    for node in range(1, 61):
+        for number in range(10 * seconds):
+            status = ActuatorStatus(node, chance.uniform(-1.8, 1.8), 0.0, 0.0, 0)
+            say(status, node, number, (number + node / 60) / 10)
+        for number in range(seconds):
+            say(NodeStatus(3600 + number, Health.OK, Mode.OPERATIONAL), node, number, number + node / 61)
+    for number in range(1576 * seconds):
+        answer = GetSetResponse(integer(chance.randrange(-9999, 9999)), EMPTY, EMPTY, EMPTY, "0x38")
+        say(answer, 1 + number % 60, number // 60, number / 1576, priority=24)
+    for number in range(10 * seconds):
+        say(Allocation(0, True, chance.randbytes(6)), 0, number, (number + chance.random()) / 10, priority=24)
+    frames = [frame for _, frame in sorted(sent, key=lambda pair: pair[0])]
+    apart = seconds / len(frames)
+    return [frame._replace(at=1000.0 + apart * place) for place, frame in enumerate(frames)]
+
+
+def decoding() -> dict[str, Any]:
+    """Frames, a millisecond of them at a time, to typed objects in somebody's hands: time-outs, counters and all."""
     mix = saturated_mix()
+    bursts: dict[int, list[Frame]] = {}
+    for frame in mix:
+        bursts.setdefault(int(frame.at / BURST_S), []).append(frame)
+    transfers = len(Reassembler(HOST).feed(mix))
+    took: list[object] = []
 
     def ours() -> None:
-        reassembler = Reassembler(127)
-        for start in range(0, len(mix), 64):
-            for transfer in reassembler.feed(mix[start : start + 64], 0.0):
-                decode(transfer)
+        reassembler = Reassembler(HOST)
+        took.clear()
+        for burst in bursts.values():
+            took.extend(map(decode, reassembler.feed(burst, burst[-1].at)))
+        assert len(took) == transfers == reassembler.counters.transfers
+        assert None not in took
 
-    part = mix[: len(mix) // 5]
-    raw = [CANFrame(frame.id, frame.data, True, ts_monotonic=1.0, ts_real=1.0) for frame in part]
+    part = mix[: len(mix) // PEER_SHARE]
+    raw = [CANFrame(frame.id, frame.data, True, ts_monotonic=frame.at, ts_real=frame.at) for frame in part]
+    theirs_took: list[object] = []
+
+    def hear(event: Any) -> None:
+        theirs_took.append(event.message)
+
+    def hook(transfer: Any) -> None:
+        if transfer.service_not_message:
+            theirs_took.append(transfer.payload)
 
     def theirs() -> None:
-        manager: Any = TransferManager()
-        for message in raw:
-            frame = TheirFrame(message.id, message.data, ts_monotonic=1.0, ts_real=1.0)
-            whole = manager.receive_frame(frame)
-            if whole:
-                transfer: Any = TheirTransfer()
-                transfer.from_frames(whole)
+        node: Any = Node(_Driver(), node_id=HOST)
+        theirs_took.clear()
+        node.add_handler(_peer.uavcan.equipment.actuator.Status, hear)
+        node.add_handler(_peer.uavcan.protocol.NodeStatus, hear)
+        node.add_transfer_hook(hook)
+        for frame in raw:
+            node._recv_frame(frame)
+        assert len(theirs_took) > 0.3 * len(raw)
 
-    yield {
-        "bench": "decode saturated mix",
-        "frames": len(mix),
-        "peer": "pydronecan",
-        "must": 15,
-        **ratio(ours, theirs, 5),
-    }
+    figures = beside(ours, theirs, scale=len(mix) / len(part), rounds=ROUNDS)
+    figures |= {"frames": len(mix), "frames_per_s": round(len(mix) / figures["ours_s"])}
+    return line("decode saturated mix", figures, must=15, aim=25, peer=PYDRONECAN)
 
-    commands = tuple(Command(n, 1, n / 100) for n in range(1, 16))
 
-    def encode_ours() -> None:
-        for number in range(500):
-            payload = ArrayCommand(commands).encode()
-            split(Transfer(Kind.MESSAGE, ArrayCommand.TYPE.id, 127, 0, 16, number % 32, payload), ArrayCommand.TYPE)
+def encoding() -> dict[str, Any]:
+    """From fifteen ids and numbers to nine frames."""
+    wanted = [(n, n / 100) for n in range(1, 16)]
+    count = 1000
 
-    def encode_theirs() -> None:
-        peer: Any = dronecan  # its types are made at run time
-        actuator = peer.uavcan.equipment.actuator
-        for number in range(100):
+    def ours() -> None:
+        for number in range(count):
+            message = ArrayCommand([Command(actuator, 1, value) for actuator, value in wanted])
+            payload = message.encode()
+            split(Transfer(Kind.MESSAGE, ArrayCommand.TYPE.id, HOST, 0, 16, number % 32, payload), ArrayCommand.TYPE)
+
+    node: Any = Node(_Driver(), node_id=HOST)
+    actuator = _peer.uavcan.equipment.actuator
+
+    def theirs() -> None:
+        for _ in range(count // PEER_SHARE):
             message = actuator.ArrayCommand()
-            for n in range(1, 16):
-                message.commands.append(actuator.Command(actuator_id=n, command_type=1, command_value=n / 100))
-            TheirTransfer(
-                payload=message, source_node_id=127, transfer_id=number % 32, transfer_priority=16
-            ).to_frames()
+            for number, value in wanted:
+                message.commands.append(actuator.Command(actuator_id=number, command_type=1, command_value=value))
+            node.broadcast(message, priority=16)
 
-    yield {
-        "bench": "encode ArrayCommand of 15",
-        "peer": "pydronecan",
-        "must": 30,
-        **ratio(encode_ours, encode_theirs, 5),
-    }
+    figures = beside(ours, theirs, scale=PEER_SHARE, rounds=ROUNDS)
+    figures |= {"per_s": round(count / figures["ours_s"])}
+    return line("encode ArrayCommand of 15", figures, must=30, aim=60, peer=PYDRONECAN)
+
+
+def asking() -> dict[str, Any]:
+    """A read request of each of sixteen nodes, its frames, its answer and all the bookkeeping between them."""
+    crowd = Crowd(Catalog.load(), NODES)
+    (asked,) = split(Transfer(Kind.REQUEST, 11, HOST, 1, 24, 0, READ.encode()), READ.TYPE)
+    (told,) = Reassembler(HOST).feed(crowd.answer(asked))
+    answer = GetSetResponse.decode(told.payload)
+    assert answer is not None
+    expected = answer.value
+
+    async def ask_ours() -> None:
+        port = CannedPort(crowd)
+        guarded = GuardedPort(port, writable=frozenset({"0x38"}))
+        host = Participant(
+            guarded, node_id=HOST, name="org.hornbill", unique_id=bytes(16), software_version=SoftwareVersion(0, 1)
+        )
+        host.start()
+
+        async def ask(node: int) -> None:
+            for _ in range(READS // NODES):
+                answer = await host.request(node, READ, timeout=0.12, tries=10)
+                assert answer.value == expected
+
+        await asyncio.gather(*(ask(node) for node in range(1, NODES + 1)))
+        await host.close()
+
+    driver = _Driver(crowd)
+    node: Any = Node(driver, node_id=HOST)
+    answered = 0
+
+    def take(event: Any) -> None:
+        nonlocal answered
+        answered += event.response.value.integer_value == expected.value
+
+    def ask_theirs() -> None:
+        nonlocal answered
+        answered = 0
+        get_set = _peer.uavcan.protocol.param.GetSet
+        rounds = READS // NODES // PEER_SHARE
+        for _ in range(rounds):
+            for destination in range(1, NODES + 1):
+                node.request(get_set.Request(name="0x38"), destination, take, priority=24, timeout=0.12)
+            node.spin(0)
+        assert answered == rounds * NODES
+
+    figures = beside(lambda: asyncio.run(ask_ours()), ask_theirs, scale=PEER_SHARE, rounds=ROUNDS)
+    figures |= {"us_each": round(figures["ours_s"] / READS * 1e6, 1)}
+    return line("GetSet read request and its answer", figures, must=10, aim=40, peer=PYDRONECAN)
+
+
+class _Driver:
+    """A pydronecan driver behind which a crowd answers, or nobody does."""
+
+    def __init__(self, crowd: Crowd | None = None) -> None:
+        self._crowd = crowd
+        self._due: deque[CANFrame] = deque()
+        self._ready: dict[tuple[int, bytes], list[CANFrame]] = {}
+
+    def send(self, message_id: int, message: bytes, extended: bool = True, canfd: bool = False) -> None:
+        if self._crowd is None:
+            return
+        key = message_id, bytes(message)
+        if key not in self._ready:
+            answer = self._crowd.answer(Frame(*key))
+            self._ready[key] = [CANFrame(one.id, one.data, True, ts_monotonic=1.0, ts_real=1.0) for one in answer]
+        self._due += self._ready[key]
+
+    def receive(self, timeout: float) -> CANFrame | None:
+        return self._due.popleft() if self._due else None
+
+    def close(self) -> None:
+        self._due.clear()

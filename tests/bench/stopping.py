@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from behaviour.rig import PLAIN, Rig, json, play
+from bench.line import line
 
 
 def figures() -> Iterator[dict[str, Any]]:
@@ -24,9 +25,7 @@ def figures() -> Iterator[dict[str, Any]]:
             json(await rig.call("DELETE", "/stop"))
             for task in reading:
                 json(await task)
-        return {
-            "bench": "stop reaches 20 servos during full reads", "stops": len(last),
-            "ms_median": statistics.median(last), "ms_max": max(last), "must_ms": 60,
-        }  # fmt: skip
+        figures = {"stops": len(last), "ms_median": statistics.median(last), "ms_max": max(last)}
+        return line("stop reaches 20 servos during full reads", figures, of="ms_max", must=60)
 
     yield play(scene, *(replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(20)))

@@ -95,6 +95,7 @@ class Requests:
         self._is_port_idle = is_port_idle
         self._lanes = Lanes[_Exchange]()
         self._pump_timer: asyncio.TimerHandle | None = None
+        self._pumping = False
         self._alarm: asyncio.TimerHandle | None = None
         self._open: dict[_Key, _Exchange] = {}
         self._unanswered: dict[_Key, Instant] = {}
@@ -139,7 +140,7 @@ class Requests:
                 self._send(exchange)
             else:
                 self._lanes.put(destination, priority, exchange)
-                self.pump()
+                self._pump_soon()
             return await done
         finally:
             self._finish(exchange)
@@ -183,6 +184,16 @@ class Requests:
                     break
         if self._lanes and self._pump_timer is None:
             self._pump_timer = asyncio.get_running_loop().call_later(_PUMP_PERIOD_S, self._pump_again)
+
+    def _pump_soon(self) -> None:
+        """When everybody who is about to ask has asked: what is sent together costs the port one wake-up."""
+        if not self._pumping:
+            self._pumping = True
+            asyncio.get_running_loop().call_soon(self._pump_now)
+
+    def _pump_now(self) -> None:
+        self._pumping = False
+        self.pump()
 
     def _pump_again(self) -> None:
         self._pump_timer = None
@@ -304,7 +315,8 @@ class Requests:
         if exchange.holds_lane:
             exchange.holds_lane = False
             self._lanes.free(exchange.destination)
-            self.pump()
+            if self._lanes:
+                self._pump_soon()
 
     def _next_transfer_id(self, destination: int, type_id: int, now: Instant) -> int:
         """The next of the 32 that no open request has and no late answer may still bring. Raises Busy."""

@@ -18,9 +18,9 @@ def test_each_request_is_given_up_at_its_own_instant() -> None:
         host.start()
         began = now()
 
-        async def ask(node: int, timeout: float, tries: int) -> float:
+        async def ask(node: int, timeout_s: float, tries: int) -> float:
             try:
-                await host.request(node, read("0x38"), timeout=timeout, tries=tries)
+                await host.request(node, read("0x38"), timeout=timeout_s, tries=tries)
             except NoAnswer:
                 return now() - began
             raise AssertionError("there is nobody to answer")

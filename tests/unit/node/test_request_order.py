@@ -18,15 +18,28 @@ from unit.node.peer import Peer, participant
 def test_one_request_a_node_is_under_way_and_the_rest_go_by_priority_then_in_order() -> None:
     async def play() -> None:
         _, host, peer = pair(delay=lambda _: 0.02)
-        asked = [("0x20", 24), ("0x21", 24), ("0x22", 20), ("0x23", 24), ("0x24", 17), ("0x25", 20)]
+        asked = [("0x21", 24), ("0x22", 20), ("0x23", 24), ("0x24", 17), ("0x25", 20)]
         await asyncio.sleep(0.01)
         began = now()
-        tasks = [asyncio.ensure_future(host.request(42, read(name), priority=p)) for name, p in asked]
+        tasks = [asyncio.ensure_future(host.request(42, read("0x20"), priority=24))]
+        await turns()
+        tasks += [asyncio.ensure_future(host.request(42, read(name), priority=p)) for name, p in asked]
         await asyncio.sleep(0.01)
         assert len(peer.requests) == 1
         await asyncio.gather(*tasks)
         assert peer.names == ["0x20", "0x24", "0x22", "0x25", "0x21", "0x23"]
         assert now() - began > 6 * 0.02
+        await host.close()
+
+    run(play())
+
+
+def test_of_what_is_asked_at_once_the_lowest_priority_number_goes_first() -> None:
+    async def play() -> None:
+        _, host, peer = pair()
+        asked = [("0x20", 24), ("0x21", 20), ("0x22", 17), ("0x23", 24)]
+        await asyncio.gather(*(host.request(42, read(name), priority=p) for name, p in asked))
+        assert peer.names == ["0x22", "0x21", "0x20", "0x23"]
         await host.close()
 
     run(play())
