@@ -52,9 +52,7 @@ def serve(
     ] = None,
     sim_api: Annotated[
         bool | None,
-        typer.Option(
-            "--sim-api", help="let REST add simulated servos to the bus, or to one of their own"
-        ),
+        typer.Option("--sim-api", help="let REST add simulated servos to the bus, or to one of their own"),
     ] = None,
 ) -> None:
     """Serve the servos on a real adapter. Without --bus it starts disconnected."""
