@@ -4,7 +4,7 @@ import asyncio
 import logging
 from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, TypeVar, overload
+from typing import Any, Final, NoReturn, TypeVar, overload
 
 from hornbill.errors import BusDisconnected
 from hornbill.node.backlog import Backlog
@@ -185,6 +185,8 @@ class Participant:
             raise ValueError(f"Priority {priority} is outside the {FIRST_REQUEST_PRIORITY} to 31 of requests.")
         if timeout <= 0 or tries < 1:
             raise ValueError(f"timeout {timeout} s and tries {tries} must be above 0.")
+        if self.port.state in _GONE:
+            return self._refuse()  # at once: what is asked of a lost bus must not leave when it is back
         if self._look_timer is None:
             self._look_timer = asyncio.get_running_loop().call_later(_LOOK_PERIOD_S, self._look)
         return self._requests.ask(
@@ -270,6 +272,9 @@ class Participant:
             self._requests.fail_all(self._disconnected)
         elif self._requests.waiting:
             self._look_timer = asyncio.get_running_loop().call_later(_LOOK_PERIOD_S, self._look)
+
+    async def _refuse(self) -> NoReturn:
+        raise self._disconnected()
 
     def _disconnected(self) -> BusDisconnected:
         trouble = self.port.trouble or "Connect a bus and try again."
