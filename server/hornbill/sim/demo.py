@@ -27,8 +27,8 @@ _STORIES: Final[tuple[Recipe, ...]] = (
         story="A rudder mounted the other way round, with the first firmware: many parameters are not there yet.",
     ),
     Recipe(
-        "BLA21-28U-AB", "1.200", room_c=74.0, load_pct=10.0, rom={"overcurrent_limit": 20, "pwm_output_range": 600},
-        story="Beside an engine and under load: hot, and near the limit at which it lets go. A receiver may drive it.",
+        "BLA21-28U-AB", "1.200", room_c=74.0, load_pct=2.0, rom={"overcurrent_limit": 20, "pwm_output_range": 600},
+        story="Beside an engine: hot, and near the limit at which it lets go. A receiver may drive it.",
     ),
     Recipe(
         "BLA15-12U-A0", "1.200", rom_sound=False, rom={"speed_torque_control": 1, "torque_limit_cw": 40},

@@ -1,10 +1,12 @@
 """The demo fleet: mixed, buildable, stable for a seed, quick to come up, and true to its stories."""
 
+from dataclasses import replace
+
 import pytest
 
 from hornbill.sim.demo import demo_fleet
 from hornbill.sim.recipe import Recipe
-from unit.sim.desk import START, Desk, catalog
+from unit.sim.desk import NODE, START, Desk, catalog
 from unit.sim.response import step
 
 
@@ -85,6 +87,16 @@ def test_one_runs_hot_and_lets_go_when_it_works() -> None:
         if (desk.read("0x1A") or 0) & 1 << 8:
             break
     assert desk.servo.output == 1
+
+
+def test_every_horn_rests_once_torque_is_off() -> None:
+    for recipe in demo_fleet(catalog(), 10, 1):
+        desk = at_desk(replace(recipe, node_id=NODE, rom_sound=True))
+        desk.write("0x20", 1)
+        desk.wait(3.0)
+        rested = desk.servo.angle_deg
+        desk.wait(3.0)
+        assert desk.servo.angle_deg == rested, recipe.story
 
 
 def test_one_has_the_first_firmware_and_lacks_its_later_rows() -> None:
