@@ -10,10 +10,12 @@ HornbillError
 │       └── BusReadOnly   bus_read_only: the bus is a recording, so nothing can be sent
 ├── NoAnswer              no_answer: asked, and nothing came back in any of the tries
 ├── Refused               refused_by_servo: the servo answered, and said no
+├── NotAsWanted           not_as_wanted: RAM or ROM was found to hold something else than what was written
+├── Interrupted           interrupted: the server ended while a job was under way
 ├── ForbiddenParameter    forbidden_parameter: 0x49, or a reserved register
 └── BadRequest            what was asked cannot be done, and nothing was changed
     ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid, unknown_log,
-    │                     no_simulator
+    │                     unknown_snapshot, unknown_profile, no_simulator
     ├── NotInThisModel    not_in_this_model
     ├── ReadOnly          read_only
     ├── OutOfRange        out_of_range
@@ -25,6 +27,9 @@ HornbillError
     ├── LeaseHeld         lease_held
     ├── Stopped           stopped
     ├── Busy              busy
+    ├── Conflict          conflict: an id that belongs to another servo
+    ├── NeedsConfirmation needs_confirmation: it would switch the servo off, or worse
+    ├── ConfigurationLost configuration_lost: it runs on defaults, because ROM could not be loaded
     ├── ForbiddenOrigin   forbidden_origin
     └── StaleRevision     stale_revision
 """
@@ -102,6 +107,20 @@ class Refused(HornbillError):
 
     code = "refused_by_servo"
     title = "The servo refused"
+
+
+class NotAsWanted(HornbillError):
+    """The servo took it, and a read-back found something else; facts: `differences`, each key, wanted, found."""
+
+    code = "not_as_wanted"
+    title = "The servo holds something else"
+
+
+class Interrupted(HornbillError):
+    """The server ended while a job was under way; what it had done is in its steps."""
+
+    code = "interrupted"
+    title = "Interrupted"
 
 
 class ForbiddenParameter(HornbillError):
@@ -200,6 +219,27 @@ class Busy(BadRequest):
 
     code = "busy"
     title = "The servo is busy"
+
+
+class Conflict(BadRequest):
+    """An id that belongs to another servo, live or remembered; facts: key, requested, owner (uid), owner_title."""
+
+    code = "conflict"
+    title = "Already taken"
+
+
+class NeedsConfirmation(BadRequest):
+    """Legal, but it would switch the servo off here and now, or worse; fact `confirm`: the word that says "do it"."""
+
+    code = "needs_confirmation"
+    title = "Needs to be confirmed"
+
+
+class ConfigurationLost(BadRequest):
+    """ROM could not be loaded at the last start, so the servo runs on defaults and is not moved (section 4.12)."""
+
+    code = "configuration_lost"
+    title = "The configuration is lost"
 
 
 class StaleRevision(BadRequest):

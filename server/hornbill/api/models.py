@@ -97,6 +97,10 @@ class ParametersPatch(Model):
     values: dict[str, bool | int | float | str] = Field(min_length=1)
     dry_run: bool = False
     save: bool = False
+    confirm: list[Literal["supply", "temperature", "torque_off_in_rom"]] = Field(
+        default_factory=list[Literal["supply", "temperature", "torque_off_in_rom"]],
+        description="words of earlier needs_confirmation problems: do it all the same",
+    )
 
 
 class Change(Model):
@@ -124,6 +128,7 @@ class JobStep(Model):
 
     name: str
     text: str
+    uid: str | None = Field(default=None, description="the servo this step is about, in a job over several")
     state: Literal["waiting", "running", "done", "failed", "skipped"]
     evidence: str | None = None
     started_at: float | None = None
@@ -134,7 +139,7 @@ class Job(Model):
     """Something that takes time."""
 
     id: str
-    kind: Literal["save", "restart"]
+    kind: Literal["save", "restart", "factory_reset", "identify", "profile", "commissioning"]
     uid: str | None
     state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
     progress: float = Field(ge=0, le=1)
@@ -144,6 +149,7 @@ class Job(Model):
     steps: list[JobStep]
     created_at: float
     ended_at: float | None
+    resumable: bool = Field(default=False, description="POST …/resume goes on with what it has not done")
 
 
 class Problem(Model):

@@ -16,7 +16,10 @@ from hornbill.schema.catalog import Catalog
 from hornbill.servo.allocating import Allocating
 from hornbill.servo.asking import Asker
 from hornbill.servo.bus_watch import GONE, BusWatch
-from hornbill.servo.changes import Changes
+from hornbill.servo.configuration.audit import Audit
+from hornbill.servo.configuration.changes import Changes
+from hornbill.servo.configuration.history import History
+from hornbill.servo.configuration.saving import Saving
 from hornbill.servo.doctor.doctor import Doctor
 from hornbill.servo.fleet import Fleet
 from hornbill.servo.hub import BusChanged, Change, Happened, Hub, JobChanged, LeaseChanged, ServoChanged
@@ -26,7 +29,6 @@ from hornbill.servo.monitor import Monitor
 from hornbill.servo.motion import Motion
 from hornbill.servo.narrating import Narrator
 from hornbill.servo.polling import Polling
-from hornbill.servo.saving import Saving
 from hornbill.servo.servo import Servo
 from hornbill.servo.stop import Stop
 from hornbill.servo.telemetry import Telemetry
@@ -86,6 +88,8 @@ class Host:
         self._open_port = open_port
         self._own = (node_id, unique_id, SoftwareVersion(*version))
         self.asker = Asker(catalog, self.hub, self.base)
+        self.audit = Audit(store.audit, self.hub)
+        self.history = History(store.snapshots, self.audit)
         self.telemetry = Telemetry(self.hub)
         self.fleet = Fleet(catalog, self.asker, self.hub, self.base, store.servos)
         self.allocating = Allocating(

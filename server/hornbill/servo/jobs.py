@@ -14,7 +14,10 @@ KEPT = 200
 
 @dataclass(slots=True)
 class Step:
-    """One step of a job. `state`: waiting, running, done, failed or skipped; times are seconds since 1970."""
+    """One step of a job. `state`: waiting, running, done, failed or skipped; times are seconds since 1970.
+
+    `uid`: the servo it is about, in a job over several.
+    """
 
     name: str
     text: str
@@ -22,6 +25,7 @@ class Step:
     evidence: str | None = None
     started_at: float | None = None
     ended_at: float | None = None
+    uid: Uid | None = None
 
 
 @dataclass(slots=True)

@@ -83,6 +83,11 @@ class Leases:
         if lease is not None and not _is(lease, lease_id):
             raise self._held(lease, now)
 
+    def who(self, lease_id: str | None, now: Instant) -> str:
+        """Who does it, for the audit: the holder of that lease while it lives, else "no lease"."""
+        lease = self.current(now)
+        return lease.holder if lease is not None and _is(lease, lease_id) else "no lease"
+
     @staticmethod
     def _held(lease: Lease, now: Instant) -> LeaseHeld:
         left = lease.expires_at - now

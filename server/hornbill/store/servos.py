@@ -33,7 +33,10 @@ class ServoFacts:
 
 @dataclass(frozen=True, slots=True)
 class StoredServo:
-    """One servo; instants in seconds since 1970 (UTC). `rom` has raw values by parameter key."""
+    """One servo; instants in seconds since 1970 (UTC). `rom` has raw values by parameter key.
+
+    `drift`: what ROM held, by key, where it was found to hold something else that we did not save.
+    """
 
     uid: Uid
     label: str = ""
@@ -41,6 +44,7 @@ class StoredServo:
     first_seen: float | None = None
     last_seen: float | None = None
     rom: Mapping[str, int] = field(default_factory=dict[str, int])
+    drift: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
 class Servos:
@@ -89,6 +93,11 @@ class Servos:
         with self._database.transaction() as session:
             _row(session, uid).rom = dict(values)
 
+    def keep_drift(self, uid: Uid, was: Mapping[str, int]) -> None:
+        """Replace what a servo's ROM held before it changed under us: raw by key, empty when nothing did."""
+        with self._database.transaction() as session:
+            _row(session, uid).drift = dict(was) or None
+
     def forget(self, uid: Uid) -> None:
         """Drop everything about a servo. An unknown one is no error."""
         with self._database.transaction() as session:
@@ -118,4 +127,6 @@ def _stored(row: ServoRow) -> StoredServo:
         servo_id=row.servo_id,
         bus=row.bus,
     )
-    return StoredServo(Uid(row.uid), row.label, facts, row.first_seen, row.last_seen, dict(row.rom))
+    return StoredServo(
+        Uid(row.uid), row.label, facts, row.first_seen, row.last_seen, dict(row.rom), dict(row.drift or {})
+    )

@@ -7,9 +7,13 @@ from types import TracebackType
 from typing import Self
 
 from hornbill.store.allocations import Allocations
+from hornbill.store.audit import AuditLog
 from hornbill.store.database import Database
+from hornbill.store.jobs import StoredJobs
+from hornbill.store.profiles import Profiles
 from hornbill.store.servos import Servos
 from hornbill.store.settings import Settings
+from hornbill.store.snapshots import Snapshots
 
 
 class Store:
@@ -25,6 +29,10 @@ class Store:
         """The database, for people to see: without its password."""
         self.allocations = Allocations(self._database, wall)
         self.servos = Servos(self._database, wall)
+        self.snapshots = Snapshots(self._database, wall)
+        self.profiles = Profiles(self._database, wall)
+        self.audit = AuditLog(self._database, wall)
+        self.jobs = StoredJobs(self._database)
         self.settings = Settings(self._database)
 
     def close(self) -> None:

@@ -5,7 +5,7 @@ Instants are float seconds since 1970 in UTC, everywhere in the database.
 
 from typing import TypeAlias
 
-from sqlalchemy import JSON, Boolean, Float, Integer, MetaData, String
+from sqlalchemy import JSON, Boolean, Float, Integer, MetaData, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
@@ -59,6 +59,7 @@ class ServoRow(Table):
     first_seen: Mapped[float | None] = mapped_column(_INSTANT)
     last_seen: Mapped[float | None] = mapped_column(_INSTANT)
     rom: Mapped[dict[str, int]] = mapped_column(JSON)
+    drift: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
 
 
 class SettingRow(Table):
@@ -68,3 +69,66 @@ class SettingRow(Table):
 
     key: Mapped[str] = mapped_column(String(100), primary_key=True)
     value: Mapped[Json] = mapped_column(JSON, nullable=False)
+
+
+class SnapshotRow(Table):
+    """What a servo held at one instant: RAM, and what was known of ROM, raw by key."""
+
+    __tablename__ = "snapshots"
+
+    id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
+    uid: Mapped[str] = mapped_column(String(32), index=True)
+    at: Mapped[float] = mapped_column(_INSTANT)
+    reason: Mapped[str] = mapped_column(String(200))
+    by: Mapped[str] = mapped_column(String(80))
+    automatic: Mapped[bool] = mapped_column(Boolean)
+    model: Mapped[str | None] = mapped_column(String(40))
+    firmware: Mapped[int | None] = mapped_column(Integer)
+    schema_revision: Mapped[str] = mapped_column(String(20))
+    ram: Mapped[dict[str, int]] = mapped_column(JSON)
+    rom: Mapped[dict[str, int]] = mapped_column(JSON)
+
+
+class ProfileRow(Table):
+    """A named set of values, as its file has it."""
+
+    __tablename__ = "profiles"
+
+    name: Mapped[str] = mapped_column(String(80), primary_key=True)
+    document: Mapped[dict[str, Json]] = mapped_column(JSON)
+    created_at: Mapped[float] = mapped_column(_INSTANT)
+    updated_at: Mapped[float] = mapped_column(_INSTANT)
+
+
+class AuditRow(Table):
+    """One thing somebody did. Rows are added, never changed."""
+
+    __tablename__ = "audit"
+
+    id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
+    at: Mapped[float] = mapped_column(_INSTANT, index=True)
+    by: Mapped[str] = mapped_column(String(80))
+    action: Mapped[str] = mapped_column(String(40))
+    outcome: Mapped[str] = mapped_column(String(40))
+    uid: Mapped[str | None] = mapped_column(String(32), index=True)
+    key: Mapped[str | None] = mapped_column(String(100))
+    before: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
+    requested: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
+    after: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
+    detail: Mapped[str] = mapped_column(Text)
+    job: Mapped[str | None] = mapped_column(String(40))
+
+
+class JobRow(Table):
+    """A job: what was asked for (`request`), and how far it came (`document`)."""
+
+    __tablename__ = "jobs"
+
+    id: Mapped[str] = mapped_column(String(40), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(40))
+    uid: Mapped[str | None] = mapped_column(String(32))
+    state: Mapped[str] = mapped_column(String(20))
+    created_at: Mapped[float] = mapped_column(_INSTANT, index=True)
+    ended_at: Mapped[float | None] = mapped_column(_INSTANT)
+    request: Mapped[dict[str, Json] | None] = mapped_column(JSON(none_as_null=True))
+    document: Mapped[dict[str, Json]] = mapped_column(JSON)

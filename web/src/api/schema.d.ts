@@ -2697,13 +2697,19 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "save" | "restart";
+            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning";
             /** Progress */
             progress: number;
             /** Result */
             result: {
                 [key: string]: unknown;
             } | null;
+            /**
+             * Resumable
+             * @description POST …/resume goes on with what it has not done
+             * @default false
+             */
+            resumable: boolean;
             /**
              * State
              * @enum {string}
@@ -2750,6 +2756,11 @@ export interface components {
             state: "waiting" | "running" | "done" | "failed" | "skipped";
             /** Text */
             text: string;
+            /**
+             * Uid
+             * @description the servo this step is about, in a job over several
+             */
+            uid?: string | null;
         };
         /**
          * Lease
@@ -3129,6 +3140,11 @@ export interface components {
         };
         /** ParametersPatch */
         ParametersPatch: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             */
+            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
             /**
              * Dry Run
              * @default false

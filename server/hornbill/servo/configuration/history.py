@@ -1,0 +1,58 @@
+"""Owns History: taking a snapshot of what a servo holds, before every change and by hand."""
+
+from hornbill.errors import NoAnswer
+from hornbill.servo.asking import Asker
+from hornbill.servo.configuration.audit import Audit
+from hornbill.servo.identification import read_rows
+from hornbill.servo.servo import SOFT_START_ROWS, Servo
+from hornbill.store.audit import Entry
+from hornbill.store.snapshots import Snapshot, Snapshots
+from hornbill.units import Raw
+
+
+class History:
+    """Snapshots hold every row that ROM keeps (0x20 to 0x46, section 4.11), identity rows too, raw by key."""
+
+    def __init__(self, snapshots: Snapshots, audit: Audit) -> None:
+        self.snapshots = snapshots
+        self._audit = audit
+
+    async def take(self, asker: Asker, servo: Servo, *, reason: str, by: str, automatic: bool = True) -> Snapshot:
+        """Keep what RAM holds now, and what is known of ROM. Rows whose reading is not current are read first.
+
+        An automatic one that would repeat the newest is not kept again: the answer is that one. Raises NoAnswer,
+        BusDisconnected; NoAnswer during soft start, when five rows read temporary values (section 4.14).
+        """
+        if servo.soft_starting:
+            raise NoAnswer(
+                f"{servo.title} is in soft start, so what it answers is not what it holds. Wait until it is over."
+            )
+        unknown = [key for key, one in servo.registers.items() if one.parameter.rom and one.at is None]
+        await read_rows(asker, servo, unknown)
+        return self.keep(servo, reason=reason, by=by, automatic=automatic)
+
+    def keep(self, servo: Servo, *, reason: str, by: str, automatic: bool) -> Snapshot:
+        """Keep what is known now, without asking the servo; rows that are not known are left out."""
+        ram = held(servo)
+        latest = self.snapshots.latest(servo.uid)
+        if automatic and latest is not None and (dict(latest.ram), dict(latest.rom)) == (ram, servo.rom()):
+            return latest
+        made = self.snapshots.add(
+            servo.uid, reason=reason, by=by, automatic=automatic, model=servo.model.name if servo.model else None,
+            firmware=servo.firmware, schema_revision=servo.catalog.revision, ram=ram, rom=servo.rom(),
+        )  # fmt: skip
+        if not automatic:
+            self._audit.note(Entry(by, "snapshot", "succeeded", servo.uid, after=made.id, detail=reason))
+        return made
+
+
+def held(servo: Servo) -> dict[str, Raw]:
+    """What RAM is known to hold now of the rows that ROM keeps, raw by key."""
+    return {
+        key: one.raw
+        for key, one in servo.registers.items()
+        if one.parameter.rom
+        and one.raw is not None
+        and one.at is not None
+        and not (servo.soft_starting and key in SOFT_START_ROWS)
+    }

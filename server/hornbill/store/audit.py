@@ -1,0 +1,93 @@
+"""Owns AuditLog: who did what to which servo, with what came of it. Rows are added, never changed."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from sqlalchemy import select
+
+from hornbill.store.database import Database
+from hornbill.store.tables import AuditRow, Json
+from hornbill.units import Uid
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What is to be kept. `before`, `requested`, `after` are engineering values, None where there is none or unknown.
+
+    `action`: write, torque, save, restart, factory_reset, identify, label, pin, forget, profile, drift, stop, …
+    `outcome`: applied, unchanged, clamped, refused, no_answer, rolled_back, succeeded, failed, …
+    """
+
+    by: str
+    action: str
+    outcome: str
+    uid: Uid | None = None
+    key: str | None = None
+    before: Json = None
+    requested: Json = None
+    after: Json = None
+    detail: str = ""
+    job: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AuditEntry:
+    """A row: an entry with its number and its instant in seconds since 1970 (UTC)."""
+
+    id: int
+    at: float
+    entry: Entry
+
+
+class AuditLog:
+    """The audit. Every method has been committed when it returns."""
+
+    def __init__(self, database: Database, wall: Callable[[], float]) -> None:
+        """`wall` gives seconds since 1970 (UTC)."""
+        self._database = database
+        self._wall = wall
+
+    def add(self, entries: Iterable[Entry]) -> None:
+        """Keep entries of one deed, all in one transaction."""
+        now = self._wall()
+        with self._database.transaction() as session:
+            session.add_all(
+                AuditRow(
+                    at=now, by=one.by[:80], action=one.action, outcome=one.outcome, uid=one.uid, key=one.key,
+                    before=one.before, requested=one.requested, after=one.after, detail=one.detail, job=one.job,
+                )
+                for one in entries
+            )  # fmt: skip
+
+    def rows(
+        self,
+        *,
+        uid: Uid | None = None,
+        key: str | None = None,
+        action: str | None = None,
+        before_id: int | None = None,
+        since: float | None = None,
+        limit: int = 200,
+    ) -> list[AuditEntry]:
+        """Rows, newest first; `before_id` goes on where an earlier answer ended."""
+        asked = select(AuditRow).order_by(AuditRow.id.desc()).limit(limit)
+        if uid is not None:
+            asked = asked.where(AuditRow.uid == uid)
+        if key is not None:
+            asked = asked.where(AuditRow.key == key)
+        if action is not None:
+            asked = asked.where(AuditRow.action == action)
+        if before_id is not None:
+            asked = asked.where(AuditRow.id < before_id)
+        if since is not None:
+            asked = asked.where(AuditRow.at >= since)
+        with self._database.transaction() as session:
+            return [_entry(row) for row in session.scalars(asked)]
+
+
+def _entry(row: AuditRow) -> AuditEntry:
+    entry = Entry(
+        row.by, row.action, row.outcome, None if row.uid is None else Uid(row.uid), row.key, row.before,
+        row.requested, row.after, row.detail, row.job,
+    )  # fmt: skip
+    return AuditEntry(row.id, row.at, entry)
