@@ -58,7 +58,8 @@ test: setup web/dist/index.html chromium      ## every test there is
 	  echo "socketcan tests through $$HORNBILL_VCAN_WRAPPER"; \
 	  "$$HORNBILL_VCAN_WRAPPER" -- $(BIN)/python -m pytest -q -p no:cacheprovider tests/socketcan; \
 	fi
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n auto --ignore tests/socketcan --ignore $(E2E) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest tests/socketcan $(E2E) $(PYTEST_ARGS)
 
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev

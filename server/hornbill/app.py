@@ -13,6 +13,7 @@ from hornbill import __version__, resources
 from hornbill.api.http import create_api
 from hornbill.api.origin import local_policy
 from hornbill.bus.adapters import Adapters
+from hornbill.bus.bundles import BundleFolder
 from hornbill.bus.logfolder import LogFolder
 from hornbill.bus.memory import MemoryBus
 from hornbill.bus.recorder import Recorder
@@ -30,6 +31,8 @@ from hornbill.view.viewer import Viewer
 
 LOGS = "logs"
 """Where in the data folder logs of the bus are."""
+BUNDLES = "bundles"
+"""Where what the black box wrote is."""
 LOCAL_NAMES = frozenset(("127.0.0.1", "localhost", "::1", "testserver"))
 
 
@@ -52,19 +55,24 @@ def build(
             folder = settings.data_dir
             if demo:
                 folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hornbill-demo-")))
-            store = stack.enter_context(Store(folder))
+            store = stack.enter_context(Store(folder if demo else settings.database or folder))
             # Simulated servos sit on the embedded bus, unless told to join the one of an adapter.
             within = demo or (settings.sim_api and settings.bus is None)
-            ports = BusPorts(MemoryBus(fast=fast) if within else None, folder / LOGS)
+            ports = BusPorts(MemoryBus(fast=fast) if within else None, folder / LOGS, folder / BUNDLES)
             host = Host(
                 catalog, store, ports.open, node_id=settings.node_id,
                 unique_id=store.settings.own_unique_id(), version=_version(),
                 allocator=None if settings.allocator is None else AllocatorMode(settings.allocator),
+                position_unit=settings.position_unit,
+                poll_budget=settings.poll_budget_pct / 100, telemetry_minutes=settings.telemetry_minutes,
             )  # fmt: skip
             app.state.recorder = recorder = recorder_of(host, folder / LOGS)
             stack.push_async_callback(recorder.stop)  # after the host: what it sends last is in the log
             stack.push_async_callback(host.close)
             app.state.host = host
+            app.state.bundles = bundles = BundleFolder(folder / BUNDLES)
+            bundles.tidy()
+            host.blackbox.begin(bundles, before_s=settings.bundle_before_s)
             app.state.adapters = adapters = Adapters(ports.own)
             stack.callback(adapters.close)
             poses.follow(host, viewer)

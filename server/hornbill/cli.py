@@ -45,10 +45,18 @@ def serve(
     bitrate: Annotated[int | None, typer.Option(help="bit/s; 1000000 unless told")] = None,
     host: Host = None,
     port: Port = None,
-    data_dir: Annotated[Path | None, typer.Option(help="folder of the database")] = None,
+    data_dir: Annotated[Path | None, typer.Option(help="folder of the database and of logs")] = None,
+    database: Annotated[
+        str | None,
+        typer.Option(help="URL of a database elsewhere, as postgresql://USER@HOST/NAME; or set HORNBILL_DATABASE"),
+    ] = None,
     allocator: Annotated[
         Literal["on", "off", "insist"] | None,
         typer.Option(help="give node ids; insist: beside another allocator, too; as chosen last unless told"),
+    ] = None,
+    position_unit: Annotated[
+        Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None,
+        typer.Option(help="what position 1.0 means on the bus, for every servo; measured unless told"),
     ] = None,
     sim_api: Annotated[
         bool | None,
@@ -57,8 +65,9 @@ def serve(
 ) -> None:
     """Serve the servos on a real adapter. Without --bus it starts disconnected."""
     settings = _settings(
-        bus=bus, bitrate=bitrate, host=host, port=port, data_dir=data_dir, allocator=allocator, sim_api=sim_api
-    )
+        bus=bus, bitrate=bitrate, host=host, port=port, data_dir=data_dir, database=database, allocator=allocator,
+        position_unit=position_unit, sim_api=sim_api,
+    )  # fmt: skip
     _serve(settings, demo=False, announce="hornbill: open {url}")
 
 
@@ -144,6 +153,36 @@ def save(servo: Which, server: Server = HERE, as_json: AsJson = False) -> None:
     with _client(server) as client:
         uid = client.servo(servo)["uid"]
         _finish(client.ask("POST", f"/servos/{uid}/save", wait="true"), as_json)
+
+
+@app.command()
+def stop(
+    brake: Annotated[bool, typer.Option("--brake", help="brake instead of letting go")] = False,
+    clear: Annotated[bool, typer.Option("--clear", help="clear the stop; nothing moves or is turned on")] = False,
+    server: Server = HERE,
+    as_json: AsJson = False,
+) -> None:
+    """Stop every servo now: torque off, until cleared. The exit code is 1 when one did not confirm."""
+    from hornbill.client import unconfirmed
+
+    if brake and clear:
+        raise typer.BadParameter("--clear goes with no other word")
+    with _client(server) as client:
+        state = client.ask("DELETE", "/stop", by="command line") if clear else client.stop("brake" if brake else "off")
+    silent = unconfirmed(state)
+    if as_json:
+        _print_json(state)
+    elif clear:
+        print("Cleared. Torque stays off until it is turned on.")
+    else:
+        every = len(state["servos"]) + len(state["nodes"])
+        print(f"Stopped: {every - len(silent)} of {every} servos have confirmed torque {state['mode']}.")
+    if silent:
+        print(
+            f"Not confirmed: {', '.join(silent)}. Torque may still be on there. If they can move, cut their supply.",
+            file=sys.stderr,
+        )
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -1,9 +1,13 @@
 """Owns Client: the REST API of a running server for the command line, with problems as exceptions."""
 
+import time
 from types import TracebackType
 from typing import Any, Self
 
 import httpx
+
+STOP_S = 1.0
+"""How long `stop` waits for the last servo; the server goes on after it."""
 
 
 class Problem(Exception):
@@ -47,6 +51,18 @@ class Client:
             raise Problem(found.get("code", "internal"), found.get("detail", response.text[:200]), response.status_code)
         return response.json()
 
+    def stop(self, mode: str) -> dict[str, Any]:
+        """Stop every servo, `mode` off or brake; the state of the stop when all have confirmed, or after 1 s."""
+        until = time.monotonic() + STOP_S
+        state: dict[str, Any] = self.ask("POST", "/stop", {"mode": mode, "reason": ""}, by="command line")
+        while unconfirmed(state) and time.monotonic() < until:
+            time.sleep(0.05)
+            found: dict[str, Any] = self.ask("GET", "/stop")
+            if not found["latched"]:  # somebody cleared it meanwhile
+                break
+            state = found
+        return state
+
     def servo(self, which: str) -> dict[str, Any]:
         """The one servo with this uid (or the start of it), label or serial; a Problem unless just one fits."""
         servos: list[dict[str, Any]] = self.ask("GET", "/servos")
@@ -57,3 +73,9 @@ class Client:
             return found[0]
         text = "No servo is" if not found else f"{len(found)} servos are"
         raise Problem("unknown_servo", f"{text} known as {which!r}. 'hornbill list' shows them.", 404)
+
+
+def unconfirmed(state: dict[str, Any]) -> list[str]:
+    """Who has not confirmed a stop: servos by what they are called, and nodes that may be servos."""
+    names = [str(one["label"]) for one in state["servos"] if not one["confirmed"]]
+    return names + [f"node {one['node_id']}" for one in state["nodes"] if not one["confirmed"]]

@@ -9,9 +9,10 @@ from hornbill.bus.memory import MemoryBus
 from hornbill.bus.reopening import ReopeningPort, adapter_port
 from hornbill.bus.replay import open_replay
 from hornbill.bus.sharing import SharedBus
-from hornbill.errors import PortError
+from hornbill.errors import LogFailed, PortError, PortOpenFailed
+from hornbill.servo.bundle import read_about
 from hornbill.servo.host import Host
-from hornbill.wire.port import RECORDING, CanPort, PortStatistics
+from hornbill.wire.port import BUNDLE, RECORDING, RECORDINGS, CanPort, PortStatistics
 
 EMBEDDED = "memory:demo"
 
@@ -19,10 +20,14 @@ EMBEDDED = "memory:demo"
 class BusPorts:
     """Opens ports for the host and places for simulated servos."""
 
-    def __init__(self, embedded: MemoryBus | None, logs: Path) -> None:
-        """`embedded` is the bus within this process, if there is one; `logs` is where recordings are looked for."""
+    def __init__(self, embedded: MemoryBus | None, logs: Path, bundles: Path | None = None) -> None:
+        """`embedded` is the bus within this process, if there is one.
+
+        `logs` and `bundles` are where recordings without a folder are looked for.
+        """
         self._embedded = embedded
         self._logs = logs
+        self._bundles = bundles
         self.own = [] if embedded is None else [Adapter(EMBEDDED, "Simulated servos", bitrate=embedded.bitrate)]
         """What can be connected beside what is plugged in."""
 
@@ -30,8 +35,19 @@ class BusPorts:
         """An open port. Raises PortOpenFailed with the reason and the remedy."""
         if address.startswith(RECORDING):
             return await open_replay(address, bitrate=bitrate, folder=self._logs)
+        if address.startswith(BUNDLE):
+            return await self._open_bundle(address, bitrate)
         port = self._port(address, bitrate)
         await port.open()
+        return port
+
+    async def _open_bundle(self, address: str, bitrate: int) -> CanPort:
+        port = await open_replay(address, bitrate=bitrate, folder=self._bundles)
+        try:
+            read_about(port.about or b"", address.removeprefix(BUNDLE))
+        except LogFailed as error:
+            await port.close()
+            raise PortOpenFailed(f"{address} cannot be played: {error.detail}", address=address) from error
         return port
 
     async def join(self, host: Host, address: str, bitrate: int, log: Callable[[str], None]) -> None:
@@ -40,7 +56,7 @@ class BusPorts:
         What can never open is said so and left.
         """
         try:
-            if address.startswith(RECORDING) or (self._embedded is not None and address == EMBEDDED):
+            if address.startswith(RECORDINGS) or (self._embedded is not None and address == EMBEDDED):
                 await host.connect(address, bitrate)
                 return
             port = self._port(address, bitrate)

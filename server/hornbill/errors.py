@@ -10,12 +10,15 @@ HornbillError
 │       └── BusReadOnly   bus_read_only: the bus is a recording, so nothing can be sent
 ├── NoAnswer              no_answer: asked, and nothing came back in any of the tries
 ├── Refused               refused_by_servo: the servo answered, and said no
+├── DidNotMove            did_not_move: the horn was commanded, and did not do it
 ├── NotAsWanted           not_as_wanted: RAM or ROM was found to hold something else than what was written
 ├── Interrupted           interrupted: the server ended while a job was under way
 ├── ForbiddenParameter    forbidden_parameter: 0x49, or a reserved register
+├── NotAvailable          not_available: needs something that is not installed here; the message names it
 └── BadRequest            what was asked cannot be done, and nothing was changed
     ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid, unknown_log,
-    │                     unknown_snapshot, unknown_profile, no_simulator
+    │                     unknown_snapshot, unknown_profile, unknown_run, unknown_stream, unknown_fault, unknown_bundle,
+    │                     no_simulator
     ├── NotInThisModel    not_in_this_model
     ├── ReadOnly          read_only
     ├── OutOfRange        out_of_range
@@ -23,11 +26,13 @@ HornbillError
     ├── ModeOff           mode_off
     ├── TorqueOff         torque_off
     ├── TorqueOn          torque_on
+    ├── PositionUnitUnknown position_unit_unconfirmed: an angle by ArrayCommand before its unit is known
     ├── LeaseRequired     lease_required
     ├── LeaseHeld         lease_held
     ├── Stopped           stopped
     ├── Busy              busy
     ├── Conflict          conflict: an id that belongs to another servo
+    ├── BusBudget         bus_budget: more than the bus has left; facts: bus_share, left, possible_hz
     ├── NeedsConfirmation needs_confirmation: it would switch the servo off, or worse
     ├── ConfigurationLost configuration_lost: it runs on defaults, because ROM could not be loaded
     ├── ForbiddenOrigin   forbidden_origin
@@ -116,6 +121,13 @@ class NotAsWanted(HornbillError):
     title = "The servo holds something else"
 
 
+class DidNotMove(HornbillError):
+    """Every command was answered, and the horn is not where it was commanded to: blocked, or turned by something."""
+
+    code = "did_not_move"
+    title = "The horn did not do as commanded"
+
+
 class Interrupted(HornbillError):
     """The server ended while a job was under way; what it had done is in its steps."""
 
@@ -128,6 +140,13 @@ class ForbiddenParameter(HornbillError):
 
     code = "forbidden_parameter"
     title = "This register is never touched"
+
+
+class NotAvailable(HornbillError):
+    """It needs something that is not installed here; the message says what, and how to install it."""
+
+    code = "not_available"
+    title = "Not available here"
 
 
 class BadRequest(HornbillError):
@@ -193,6 +212,13 @@ class TorqueOn(BadRequest):
     title = "Torque is on"
 
 
+class PositionUnitUnknown(BadRequest):
+    """An angle by ArrayCommand to a servo whose position unit is neither measured nor forced (errata B1)."""
+
+    code = "position_unit_unconfirmed"
+    title = "The position unit is not known"
+
+
 class LeaseRequired(BadRequest):
     """Motion without a lease, or with one that has ended."""
 
@@ -226,6 +252,13 @@ class Conflict(BadRequest):
 
     code = "conflict"
     title = "Already taken"
+
+
+class BusBudget(BadRequest):
+    """More than the bus has left: facts bus_share and left (0..1), possible_hz."""
+
+    code = "bus_budget"
+    title = "The bus has no room for it"
 
 
 class NeedsConfirmation(BadRequest):

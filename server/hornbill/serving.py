@@ -2,7 +2,9 @@
 
 import asyncio
 import gc
+import signal
 import socket
+import sys
 
 import uvicorn
 from fastapi import FastAPI
@@ -40,6 +42,7 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str) -> None:
         ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on",
     )  # fmt: skip
     server = uvicorn.Server(config)
+    _stop_on_signal(app)
     running = asyncio.create_task(server.serve(sockets=[listening]))
     while not server.started and not running.done():  # noqa: ASYNC110 - uvicorn has no event to wait for
         await asyncio.sleep(0.01)
@@ -50,3 +53,18 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str) -> None:
         shown = f"[{host}]" if ":" in host else host
         print(announce.format(url=f"http://{shown}:{port}/"), flush=True)  # noqa: T201 - the one line a user waits for
     await running
+
+
+def _stop_on_signal(app: FastAPI) -> None:
+    """SIGUSR1 stops every servo, where there are such signals: `kill -USR1 PID` works when no page does."""
+    if sys.platform == "win32":
+        return
+    loop = asyncio.get_running_loop()
+
+    def press() -> None:
+        if not hasattr(app.state, "host"):  # it is being put together
+            loop.call_later(0.01, press)
+            return
+        app.state.host.stop.now("off", "signal SIGUSR1", "")
+
+    loop.add_signal_handler(signal.SIGUSR1, press)

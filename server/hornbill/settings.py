@@ -18,10 +18,23 @@ class Settings(BaseSettings):
     bus: str | None = None
     bitrate: int = Field(default=1_000_000, gt=0)
     data_dir: Path = Field(default_factory=lambda: user_data_path("hornbill"))
+    database: str | None = Field(
+        default=None,
+        repr=False,
+        description="URL of a database instead of a file in the data folder; may hold a password",
+    )
     node_id: int = Field(default=127, ge=1, le=127, description="our own node id; 126 and 127 are for tools")
     allocator: Literal["on", "off", "insist"] | None = Field(
         default=None, description="node-id allocator; insist answers beside another one; as chosen last unless told"
     )
+    bundle_before_s: float = Field(
+        default=60.0, ge=30, le=600, description="seconds a bundle of the recorder holds before what it was written for"
+    )
+    position_unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None = Field(
+        default=None, description="what position 1.0 means on every servo; measured unless told"
+    )
+    poll_budget_pct: float = Field(default=40.0, ge=1, le=80, description="share of the bus all polling may take, in %")
+    telemetry_minutes: float = Field(default=10.0, gt=0, le=120, description="how much of every channel is kept")
     view: bool = Field(default=True, description="whether to start the 3D view")
     servos: int = Field(default=6, ge=1, le=100)
     seed: int = 1

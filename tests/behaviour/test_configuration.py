@@ -96,7 +96,7 @@ def test_when_the_servo_falls_silent_half_way_what_was_written_is_undone_once_it
         while sum(name != "0x20" for _, name, _ in rig.writes()) < 4:
             await asyncio.sleep(0.0002)
         rig.bus.loss(100)
-        await asyncio.sleep(1.25)
+        await asyncio.sleep(3.5)
         rig.bus.loss(0)
         answer = json(await task)
         assert answer["outcome"] == "rolled_back"

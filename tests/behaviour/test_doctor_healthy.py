@@ -103,9 +103,9 @@ def test_a_servo_that_moves_to_another_node_id_and_two_that_swap_their_servo_ids
         json(await rig.call("PATCH", f"/servos/{one.uid}/parameters", {"values": {"node_id": 42}}))
         json(await rig.call("POST", f"/servos/{one.uid}/save?wait=true"))
         assert one.node_id == 42
-        for servo, servo_id in ((one, other.servo_id), (other, one.servo_id)):
-            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"servo_id": servo_id}}))
-            await asyncio.sleep(0.3)
+        swapped = {one.uid: {"servo_id": other.servo_id}, other.uid: {"servo_id": one.servo_id}}
+        answer = json(await rig.call("PATCH", "/parameters", {"servos": swapped}))
+        assert [each["outcome"] for each in answer["servos"]] == ["applied", "applied"]
         await asyncio.sleep(5)
 
     play(watched(scene), *SIXTEEN[:2])

@@ -122,8 +122,9 @@ def test_two_servos_that_swap_their_node_ids_are_told_apart() -> None:
     async def scene(rig: Rig) -> None:
         one, other = await rig.ready(2)
         ids = {one.uid: one.node_id, other.uid: other.node_id}
-        for servo, new in ((one, other.node_id), (other, one.node_id)):
-            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"node_id": new}}))
+        swapped = {one.uid: {"node_id": other.node_id}, other.uid: {"node_id": one.node_id}}
+        answer = json(await rig.call("PATCH", "/parameters", {"servos": swapped}))
+        assert [each["outcome"] for each in answer["servos"]] == ["applied", "applied"]
         await asyncio.sleep(2)
         for servo in (one, other):  # both change at once: power off, then on again
             rig.sim(servo).memory.save(rig.sim(servo).behaviour)

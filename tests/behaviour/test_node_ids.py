@@ -277,6 +277,31 @@ def fill(rig: Rig, days_ago: float) -> None:
     allocations._wall = wall  # pyright: ignore[reportPrivateUsage]
 
 
+def test_recycling_frees_what_was_not_seen_for_long_and_spares_pins_and_who_is_here() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        kept = rig.host.store.allocations
+        wall = kept._wall  # pyright: ignore[reportPrivateUsage]
+        kept._wall = lambda: wall() - 7200  # pyright: ignore[reportPrivateUsage]
+        kept.record(STRANGER, NodeId(90))
+        kept.record(Uid("cd" * 16), NodeId(91))
+        kept.pin(Uid("cd" * 16), NodeId(91))
+        kept.seen([servo.uid])
+        kept._wall = wall  # pyright: ignore[reportPrivateUsage]
+        kept.record(Uid("ef" * 16), NodeId(92))
+        before = (await table(rig))["free"]
+        assert before == (await allocator(rig))["free"]
+        problem(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 1}), "invalid_value", 422)
+        answer = json(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 3600}))
+        assert [(one["uid"], one["node_id"]) for one in answer["freed"]] == [(STRANGER, 90)]
+        assert answer["free"] == before + 1
+        assert {one["node_id"] for one in (await table(rig))["allocations"]} == {servo.node_id, 91, 92}
+        assert rig.events("node_ids_freed")
+        assert json(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 3600}))["freed"] == []
+
+    play(scene, DYNAMIC)
+
+
 def test_a_full_table_is_said_aloud_with_the_unique_id_and_room_can_be_made() -> None:
     async def scene(rig: Rig) -> None:
         fill(rig, 29)

@@ -5,8 +5,8 @@ import asyncio
 import orjson
 
 from behaviour.rig import Rig, play
-from hornbill.api.live import BATCH_S
-from hornbill.api.outbox import TELEMETRY_PER_S, Outbox
+from hornbill.api.feed import BATCH_S, TELEMETRY_PER_S
+from hornbill.api.outbox import Outbox, Shared
 from hornbill.servo.hub import Sampled
 from hornbill.units import Uid
 
@@ -18,15 +18,15 @@ def messages_of(count: int) -> tuple[int, int, float]:
     """Messages, samples, and the longest a sample waited, when so many servos stream for ten seconds."""
 
     async def scene(rig: Rig) -> tuple[int, int, float]:
-        box = Outbox(rig.host, False)
-        box.subscribe(["telemetry"], None)
+        box = Outbox(Shared(rig.host), False)
         loop = asyncio.get_running_loop()
         uids = [Uid(f"{number:032x}") for number in range(count)]
+        box.subscribe(["telemetry"], list(uids))
 
         async def stream(uid: Uid, phase: float) -> None:
             await asyncio.sleep(phase / STATUS_HZ)
             for _ in range(SECONDS * STATUS_HZ):
-                box.on_change(Sampled(uid, "current_angle", loop.time(), 1.0))
+                rig.host.hub.tell(Sampled(uid, "current_angle", loop.time(), 1.0))
                 await asyncio.sleep(1 / STATUS_HZ)
 
         streams = asyncio.gather(*(stream(uid, place / count) for place, uid in enumerate(uids)))

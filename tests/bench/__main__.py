@@ -9,10 +9,15 @@ sys.path[:0] = [str(Path(__file__).parents[1])]
 from bench import (  # noqa: E402
     adapter,
     allocation,
+    commanding,
+    configuring,
     connecting,
     endurance,
+    jogging,
     reading,
+    recorder,
     simulation,
+    sockets,
     stack,
     start,
     stopping,
@@ -22,7 +27,10 @@ from bench import (  # noqa: E402
 
 def main(chosen: list[str]) -> None:
     """Run all benchmarks, or those named on the command line."""
-    for module in (stack, reading, streaming, endurance, stopping, start, adapter, connecting, allocation, simulation):
+    for module in (
+        stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
+        allocation, simulation, recorder, sockets,
+    ):  # fmt: skip
         if chosen and module.__name__.rpartition(".")[2] not in chosen:
             continue
         for line in module.figures():

@@ -1,11 +1,12 @@
 """Owns Crowd: servos as frames made beforehand, so that a figure of the host holds nothing of a simulator's work."""
 
 import asyncio
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from hornbill.bus.bittime import frame_bits
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.recipe import Recipe
+from hornbill.units import Raw
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
@@ -31,12 +32,14 @@ _TAIL_BITS = 0xE0
 class Crowd:
     """Servos with node ids 1 to `count` (at most 125), each asked once for every answer it will ever give."""
 
-    def __init__(self, catalog: Catalog, count: int, model: str = ALL_ROWS) -> None:
+    def __init__(
+        self, catalog: Catalog, count: int, model: str = ALL_ROWS, *, rom: Mapping[str, Raw] | None = None
+    ) -> None:
         self.count = count
         self._answers: dict[tuple[int, bytes], list[Frame]] = {}
         self._ready: dict[tuple[int, bytes], list[Frame]] = {}
         for node in range(1, count + 1):
-            servo = Recipe(model, FIRMWARE, servo_id=node, node_id=node).build(catalog, node)
+            servo = Recipe(model, FIRMWARE, servo_id=node, node_id=node, rom=rom or {}).build(catalog, node)
             servo.power_on(0.0)
             servo.advance(1.0)
             requests: list[AnyStructure] = [GetSetRequest(0, EMPTY, row.name) for row in catalog.readable.values()]

@@ -56,7 +56,7 @@ def cpu_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
     """Everything the host does, with answers made beforehand; the canned bus's own work is in it."""
 
     async def scene(host: Host) -> dict[str, Any]:
-        servos = await _ready(host, count)
+        servos = await ready(host, count)
         rows, spent = 0, list[float]()
         for _ in range(ROUNDS):
             began = time.process_time()
@@ -67,7 +67,7 @@ def cpu_time(count: int, *, must: float, aim: float) -> dict[str, Any]:
         return line(f"read every parameter of {count}: CPU of the host", figures, of="cpu_ms", must=must, aim=aim)
 
     crowd = Crowd(CATALOG, count)
-    return clock.run(_with_host(scene, lambda: CrowdPort(crowd)))
+    return clock.run(with_host(scene, lambda: CrowdPort(crowd)))
 
 
 def wall_time() -> dict[str, Any]:
@@ -81,7 +81,7 @@ def wall_time() -> dict[str, Any]:
 
         async def scene(host: Host) -> dict[str, Any]:
             await bench.start()
-            took, rows = await _read(await _ready(host, MANY), host)
+            took, rows = await _read(await ready(host, MANY), host)
             figures = {"rows": rows, "wall_s": round(took, 3)}
             return line(
                 f"read every parameter of {MANY}: wall time, servos simulated in the same process", figures,
@@ -89,7 +89,7 @@ def wall_time() -> dict[str, Any]:
             )  # fmt: skip
 
         try:
-            return await _with_host(scene, lambda: bus.port("host"))
+            return await with_host(scene, lambda: bus.port("host"))
         finally:
             await bench.close()
 
@@ -108,13 +108,16 @@ async def _read(servos: list[Servo], host: Host) -> tuple[float, int]:
     return took, sum(len(servo.registers) for servo in servos)
 
 
-async def _ready(host: Host, count: int) -> list[Servo]:
+async def ready(host: Host, count: int) -> list[Servo]:
+    """Wait until that many servos are."""
     while len(found := [one for one in host.fleet.all() if one.state is State.READY]) < count:
         await asyncio.sleep(0.05)
     return found
 
 
-async def _with_host(scene: Callable[[Host], Awaitable[T]], port: Callable[[], CanPort]) -> T:
+async def with_host(scene: Callable[[Host], Awaitable[T]], port: Callable[[], CanPort]) -> T:
+    """Play a scene with a host on this port and a database in memory."""
+
     async def open_port(_address: str, _bitrate: int) -> CanPort:
         return port()
 

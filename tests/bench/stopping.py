@@ -1,17 +1,40 @@
-"""Stop with twenty servos streaming and a full read going on: bus time until all have answered."""
+"""Stop with twenty servos streaming, ten sockets and full reads: bus time until all have answered, and real time
+from the last byte of the request to torque off coming out of the adapter."""
 
 import asyncio
+import select
+import socket
 import statistics
+import subprocess
+import tempfile
+import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+import httpx
+import orjson
+from websockets.asyncio.client import connect
+
 from behaviour.rig import PLAIN, Rig, json, play
 from bench.line import line
+from bench.processes import crowd, server, wait_until_ready
+
+SERVOS, SOCKETS, STOPS = 20, 10, 100
+TOPICS = ["servos", "telemetry", "events", "jobs", "bus"]
+STREAMING = ("-m", "bench.stop_server")
+"""A server whose bursts go on through every stop: a harder case than a stream, which a stop ends."""
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Milliseconds from the request to the last of twenty answers, over twenty stops."""
+    """Over twenty stops in bus time, and over a hundred in real time."""
+    yield from _in_bus_time()
+    yield from _in_real_time()
+
+
+def _in_bus_time() -> Iterator[dict[str, Any]]:
+    """Milliseconds from the request to the last of twenty answers, on a bus with true bit times."""
 
     async def scene(rig: Rig) -> dict[str, Any]:
         servos = await rig.ready(20)
@@ -29,3 +52,82 @@ def figures() -> Iterator[dict[str, Any]]:
         return line("stop reaches 20 servos during full reads", figures, of="ms_max", must=60)
 
     yield play(scene, *(replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(20)))
+
+
+def _in_real_time() -> Iterator[dict[str, Any]]:
+    """Milliseconds from a request's last byte to the first and to the twentieth torque off out of the adapter."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        crowd(SERVOS) as (device, servos),
+        server(STREAMING, device, folder) as url,
+    ):
+        wait_until_ready(url, SERVOS)
+        over = threading.Event()
+        crowded = threading.Thread(target=lambda: asyncio.run(_crowd_in(url, over)))
+        crowded.start()
+        time.sleep(2.0)
+        try:
+            first, last = zip(*(_one_stop(url, servos) for _ in range(STOPS)), strict=True)
+        finally:
+            over.set()
+            crowded.join()
+    figures = {"stops": STOPS, "ms_median": statistics.median(first), "ms_p99": _p99(first), "ms_max": max(first)}
+    figures = {name: round(value, 2) for name, value in figures.items()}
+    yield line(
+        "first torque off after a stop, 20 servos at 50 Hz, 10 sockets, full reads", figures, of="ms_p99", must=10
+    )
+    figures = {"stops": STOPS, "ms_median": statistics.median(last), "ms_p99": _p99(last), "ms_max": max(last)}
+    figures = {name: round(value, 2) for name, value in figures.items()}
+    yield line("all 20 reached by a stop, the same", figures, of="ms_p99", must=60)
+
+
+def _p99(values: tuple[float, ...]) -> float:
+    return sorted(values)[round(0.99 * len(values)) - 1]
+
+
+def _one_stop(url: str, crowd: "subprocess.Popen[bytes]") -> tuple[float, float]:
+    """Over a connection that is open already, as a page has one."""
+    port = int(url.rstrip("/").rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port)) as line_:
+        head = b"POST /api/v1/stop HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+        time.sleep(0.05)
+        sent = time.monotonic()
+        line_.sendall(head)
+        reached: dict[int, float] = {}
+        while len(reached) < SERVOS:
+            assert crowd.stdout is not None
+            ready, _, _ = select.select([crowd.stdout], [], [], 5.0)
+            assert ready, f"only {len(reached)} servos were reached in 5 s"
+            node, at = crowd.stdout.readline().split()
+            if float(at) >= sent:
+                reached.setdefault(int(node), float(at))
+        while line_.recv(65536):
+            pass
+    httpx.delete(url + "api/v1/stop")
+    time.sleep(0.2)
+    return (min(reached.values()) - sent) * 1000, (max(reached.values()) - sent) * 1000
+
+
+async def _crowd_in(url: str, over: threading.Event) -> None:
+    """Ten sockets that take everything, and somebody who reads every parameter of servo after servo."""
+
+    async def listen() -> None:
+        async with connect(url.replace("http", "ws") + "api/v1/ws", max_size=None) as socket_:
+            await socket_.send(orjson.dumps({"type": "subscribe", "topics": TOPICS}).decode())
+            while True:
+                await socket_.recv()
+
+    async def read() -> None:
+        async with httpx.AsyncClient(base_url=url + "api/v1", timeout=60) as api:
+            uids = [one["uid"] for one in (await api.get("/servos")).json()]
+            while True:
+                for uid in uids:
+                    await api.get(f"/servos/{uid}/parameters?refresh=true")
+
+    tasks = [asyncio.create_task(one) for one in (*(listen() for _ in range(SOCKETS)), read())]
+    while not over.is_set() and not any(task.done() for task in tasks):
+        await asyncio.sleep(0.1)
+    for task in tasks:
+        task.cancel()
+    for found in await asyncio.gather(*tasks, return_exceptions=True):
+        assert isinstance(found, asyncio.CancelledError), found

@@ -54,7 +54,7 @@ class Bus(Model):
 class BusAddress(Model):
     """Which adapter to open, in python-can's words."""
 
-    address: str = Field(examples=["socketcan:can0", "slcan:/dev/ttyACM0", "file:recording.log"])
+    address: str = Field(examples=["socketcan:can0", "slcan:/dev/ttyACM0", "file:recording.log", "bundle:NAME.zip"])
     bitrate: int = Field(
         default=1_000_000, gt=0, le=1_000_000, description="bit/s; the servos are delivered with 1000000"
     )
@@ -137,12 +137,26 @@ class Allocations(Model):
 
     allocations: list[Allocation]
     pending: list[PendingAllocation]
+    free: int = Field(description="ids that could be given to new nodes now")
 
 
 class AllocationChange(Allocation):
     """A row as it is now, or as it was before it was forgotten."""
 
     note: str = Field(description="when the change takes effect")
+
+
+class Recycle(Model):
+    """Which ids to free: those of nodes not seen for longer than this. When a node was seen is kept once a minute."""
+
+    idle_longer_than_s: float = Field(ge=60, allow_inf_nan=False)
+
+
+class Recycled(Model):
+    """Rows that were freed, as they were."""
+
+    freed: list[Allocation]
+    free: int = Field(description="ids that could be given to new nodes now")
 
 
 class Pin(Model):

@@ -4,7 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hornbill.api.models import Change, Model, Problem, Reading, UidField, Value
+from hornbill.api.bus_models import PendingAllocation
+from hornbill.api.models import Change, Model, ParametersPatched, Problem, Reading, Servo, UidField, Value
 
 Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^/\\\x00-\x1f]+$")]
 SafetyWord = Literal["supply", "temperature", "torque_off_in_rom"]
@@ -32,34 +33,64 @@ class NewSnapshot(Model):
     reason: str = Field(default="by hand", max_length=200)
 
 
-class Restore(Model):
-    """Which rows of a snapshot to write back; identity rows (0x44 to 0x46) only when they are named or asked for."""
+class RowsToWrite(Model):
+    """Which rows to write; identity rows (0x44 to 0x46) and torque mode only when they are named or asked for."""
 
-    keys: list[str] | None = Field(default=None, min_length=1)
+    keys: list[str] | None = Field(default=None, min_length=1, description="null: every row the servo has")
     identity: bool = False
-    source: Literal["ram", "rom"] = "ram"
     dry_run: bool = False
     save: bool = False
     confirm: list[SafetyWord] = Field(default_factory=list[SafetyWord])
 
 
+class Restore(RowsToWrite):
+    """Write back what a snapshot holds of RAM, or what was known of ROM then."""
+
+    source: Literal["ram", "rom"] = "ram"
+
+
+class Copy(RowsToWrite):
+    """Write what a side of a comparison holds."""
+
+    from_: str = Field(
+        alias="from",
+        max_length=200,
+        description="servo:UID, rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME or default:MODEL[@FIRMWARE]",
+    )
+
+
+class LeftOut(Model):
+    """A row that was not written, and why."""
+
+    key: str
+    why: str
+
+
+class Restored(ParametersPatched):
+    """The outcome of a restore, as of a PATCH, and the rows that were left out of it."""
+
+    left_out: list[LeftOut]
+
+
 class Difference(Model):
-    """One row that differs between two sides; a side that lacks the row has null and `*_has` false."""
+    """One row that differs: null is what a side does not have (`*_has` false), or what is not known of it."""
 
     key: str
     left: Value
     right: Value
+    left_unit: str = Field(description="0x36 follows 0x37, so that the units may differ (section 4.30)")
+    right_unit: str
     left_has: bool
     right_has: bool
     identity: bool
 
 
 class Comparison(Model):
-    """Two sides, row by row: `servo:UID`, `rom:UID`, `snapshot:ID`, `profile:NAME` or `default:MODEL[@FIRMWARE]`."""
+    """Two sides, row by row: `servo:UID`, `rom:UID`, `snapshot:ID`, `profile:NAME`, `default:MODEL[@FIRMWARE]`, …"""
 
     left: str
     right: str
-    same: int = Field(description="rows that both sides have and that are equal")
+    same: int = Field(description="rows that both sides are known to hold alike")
     differences: list[Difference]
 
 
@@ -83,7 +114,10 @@ class ProfilePut(Model):
     description: str = Field(default="", max_length=1000)
     model: str | None = None
     firmware: str | None = None
-    values: dict[str, bool | int | float | str] | None = Field(default=None, min_length=1)
+    values: dict[str, bool | int | float | str] | None = Field(default=None, min_length=1, max_length=200)
+    units: dict[str, str] | None = Field(
+        default=None, max_length=200, description="of values; null: those of the schema"
+    )
     from_uid: UidField | None = None
     from_snapshot: int | None = None
     keys: list[str] | None = Field(default=None, description="rows to take; null: all but identity")
@@ -99,7 +133,7 @@ class LineVerdict(Model):
     verdict: Literal[
         "ok", "unknown", "forbidden", "read_only", "identity", "out_of_range", "invalid", "not_in_this_model"
     ]
-    text: str = Field(description="what is wrong and what to do; empty when ok")
+    text: str = Field(description="what is wrong and what to do; when ok, what is worth knowing")
 
 
 class Imported(Model):
@@ -169,13 +203,23 @@ class DriftRow(Model):
     key: str
     was: Value = Field(description="what ROM was known to hold")
     now: Value = Field(description="what it was found to hold")
+    proved: bool = Field(
+        description="false: found in RAM of a servo that restarted while nobody watched, so most likely in ROM"
+    )
 
 
 class Drift(Model):
-    """What ROM holds otherwise than we last knew, since `at`. Empty when nothing does."""
+    """What ROM holds otherwise than we last knew. Empty when nothing does."""
 
     uid: UidField
     rows: list[DriftRow]
+
+
+class DriftRestore(Model):
+    """Write back what ROM held; with `save`, into ROM."""
+
+    save: bool = False
+    confirm: list[SafetyWord] = Field(default_factory=list[SafetyWord])
 
 
 class KnownServo(Model):
@@ -239,6 +283,20 @@ class FactoryReset(Model):
     """`keep_identity`: 0x44 to 0x46 stay. The result is saved, which restarts the servo."""
 
     keep_identity: bool = True
+
+
+class Candidate(Model):
+    """A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free."""
+
+    servo: Servo
+    servo_id: int | None
+
+
+class Candidates(Model):
+    """Servos to commission, in the order of their serials, and nodes that still wait for a node id."""
+
+    servos: list[Candidate]
+    pending: list[PendingAllocation]
 
 
 class CommissionServo(Model):

@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import Depends, Header, Path, Request
 
 from hornbill.bus.adapters import Adapters
+from hornbill.bus.bundles import BundleFolder
 from hornbill.bus.recorder import Recorder
 from hornbill.servo.host import Host
 from hornbill.servo.servo import Servo
@@ -36,6 +37,15 @@ async def _recorder(request: Request) -> Recorder:
 
 
 TheRecorder = Annotated[Recorder, Depends(_recorder)]
+
+
+async def _bundles(request: Request) -> BundleFolder:
+    bundles = request.app.state.bundles
+    assert isinstance(bundles, BundleFolder)
+    return bundles
+
+
+TheBundles = Annotated[BundleFolder, Depends(_bundles)]
 
 
 async def _servo(host: TheHost, uid: Annotated[str, Path(description="unique id, 32 lower-case hex digits")]) -> Servo:

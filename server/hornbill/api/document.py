@@ -7,7 +7,9 @@ from fastapi.openapi.utils import get_openapi
 from pydantic import TypeAdapter
 
 from hornbill.api import messages
+from hornbill.api.problems import MEDIA_TYPE, STATUS, declared
 
+_INVALID = declared("invalid_value")[STATUS["invalid_value"]]["description"]
 _REF = "#/components/schemas/{model}"
 
 
@@ -25,5 +27,19 @@ def document(app: FastAPI) -> dict[str, Any]:
             for part, definition in shape.pop("$defs", {}).items():
                 schemas.setdefault(part, definition)
             schemas[name] = shape
+        _declare_validation(made)
         app.openapi_schema = made
     return app.openapi_schema
+
+
+def _declare_validation(made: dict[str, Any]) -> None:
+    """FastAPI declares its own answer to a request of the wrong form where none is declared; ours is a problem."""
+    status = str(STATUS["invalid_value"])
+    for operations in made["paths"].values():
+        for operation in operations.values():
+            answers = operation["responses"]
+            if "HTTPValidationError" in str(answers.get(status)):
+                schema = {"$ref": _REF.format(model="Problem")}
+                answers[status] = {"description": _INVALID, "content": {MEDIA_TYPE: {"schema": schema}}}
+    for name in ("HTTPValidationError", "ValidationError"):
+        made["components"]["schemas"].pop(name, None)

@@ -9,7 +9,38 @@ from starlette.middleware import Middleware
 from starlette.routing import BaseRoute
 
 from hornbill import __version__
-from hornbill.api import bus, live, logs, motion, nodes, page, parameters, problems, schema, servos, sim
+from hornbill.api import (
+    audit,
+    batch,
+    bus,
+    commissioning,
+    drift,
+    faults,
+    identify,
+    inventory,
+    jobs,
+    lab,
+    leases,
+    live,
+    logs,
+    motion,
+    nodes,
+    page,
+    parameters,
+    position_unit,
+    problems,
+    profiles,
+    recorder,
+    reports,
+    resetting,
+    schema,
+    servos,
+    sim,
+    snapshots,
+    stop,
+    streams,
+    telemetry,
+)
 from hornbill.api.document import document
 from hornbill.api.origin import OriginGuard, Policy
 from hornbill.schema.catalog import Catalog
@@ -44,12 +75,31 @@ def create_api(
     routes = APIRouter(prefix=PREFIX)
     for part in (
         servos.router,
+        inventory.router,
+        drift.router,
+        faults.router,
+        jobs.router,
+        reports.router,
+        commissioning.router,
         parameters.router(catalog),
+        batch.router,
+        identify.router,
         motion.router,
+        streams.router,
+        leases.router,
+        stop.router,
+        position_unit.router,
         bus.router,
         logs.router,
         nodes.router,
         schema.router(catalog),
+        profiles.router,
+        resetting.router,
+        telemetry.router,
+        snapshots.router,
+        audit.router,
+        lab.router,
+        recorder.router,
         sim.router(catalog),
     ):
         routes.include_router(part)

@@ -2,23 +2,34 @@
 
 import asyncio
 import logging
+from typing import Any
 
 from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketDisconnect
 
-from hornbill.api.outbox import Outbox
+from hornbill.api.feed import BATCH_S
+from hornbill.api.outbox import Outbox, Shared
 from hornbill.api.session import Session
 from hornbill.servo.host import Host
+from hornbill.servo.hub import (
+    BusChanged,
+    Happened,
+    JobChanged,
+    LeaseChanged,
+    ReadingChanged,
+    ServoChanged,
+    StopChanged,
+)
 
 log = logging.getLogger(__name__)
 
 router = APIRouter()
 
-BATCH_S = 1 / 30
-"""At most so often is anything sent; what comes in between goes out together."""
-
 REFRESH_S = 1.0
 """Servos that are online are sent again this often, so that ages and uptimes on a page go on."""
+
+TOLD = (ServoChanged, ReadingChanged, Happened, JobChanged, BusChanged, LeaseChanged, StopChanged)
+"""What an outbox is told by the hub; samples come through the feed."""
 
 
 @router.websocket("/ws")
@@ -26,8 +37,8 @@ async def live(socket: WebSocket) -> None:
     """One page or program. When it goes, the leases it kept alive go with it."""
     host: Host = socket.app.state.host
     await socket.accept()
-    outbox = Outbox(host, bool(socket.app.state.demo))
-    forget = host.hub.listen(outbox.on_change)
+    outbox = Outbox(_shared(socket.app.state, host), bool(socket.app.state.demo))
+    forget = host.hub.listen(outbox.on_change, *TOLD)
     session = Session(host, outbox)
     writer = asyncio.create_task(_write(socket, outbox))
     try:
@@ -42,25 +53,40 @@ async def live(socket: WebSocket) -> None:
         await asyncio.gather(writer, return_exceptions=True)
 
 
+def _shared(state: Any, host: Host) -> Shared:
+    """What the sockets of this host share, made for the first of them."""
+    found: Shared | None = getattr(state, "shared", None)
+    if found is None or found.host is not host:
+        if found is not None:
+            found.close()
+        found = state.shared = Shared(host)
+    return found
+
+
 async def _write(socket: WebSocket, outbox: Outbox) -> None:
+    now = asyncio.get_running_loop().time
     try:
-        await socket.send_text(outbox.hello().decode())
-        refreshed = asyncio.get_running_loop().time()
+        await socket.send_text(outbox.hello())
+        refreshed = _second(now())
         while True:
             try:
-                async with asyncio.timeout(REFRESH_S):
+                async with asyncio.timeout_at((refreshed + 1) * REFRESH_S):
                     await outbox.waiting.wait()
             except TimeoutError:
                 pass
-            now = asyncio.get_running_loop().time()
-            if now - refreshed >= REFRESH_S:
+            if _second(now()) > refreshed:
                 outbox.refresh()
-                refreshed = now
+                refreshed = _second(now())
             for packed in outbox.take():
-                await socket.send_text(packed.decode())
+                await socket.send_text(packed)
             await asyncio.sleep(BATCH_S)
     except (WebSocketDisconnect, RuntimeError):
         pass  # the page is gone; the reader notices as well and ends the session
     except Exception:  # a page that hears nothing more must not believe that nothing happens
         log.exception("a socket's writer failed")
         await socket.close(1011)
+
+
+def _second(now: float) -> int:
+    """All sockets refresh at the same instants, so that what they send is packed once for all of them."""
+    return int(now / REFRESH_S)

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from hornbill.api.bus_models import Bus, DecodedTransfer, RawFrame
-from hornbill.api.models import Job, LeaseView, Reading, Servo, Stop
+from hornbill.api.models import Job, LeaseView, MotionConfirm, MotionProfile, Reading, Servo, Stop
 
 Topic = Literal["servos", "telemetry", "events", "jobs", "bus", "frames"]
 
@@ -61,6 +61,8 @@ class SocketCommand(Message):
     uid: str
     type: Literal["angle", "speed", "torque"]
     value: float = Field(allow_inf_nan=False)
+    confirm: list[MotionConfirm] = Field(default_factory=list[MotionConfirm])
+    profile: MotionProfile | None = None
 
 
 class CommandMessage(Message):
@@ -80,8 +82,17 @@ class StopMessage(Message):
     reason: str = Field(default="", max_length=200)
 
 
+class StreamMessage(Message):
+    """New values of a stream by uid, all or nothing; they leave with the next burst."""
+
+    type: Literal["stream"]
+    lease: str
+    id: str
+    values: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(min_length=1, max_length=60)
+
+
 ClientMessage = Annotated[
-    Subscribe | Unsubscribe | Heartbeat | CommandMessage | StopMessage, Field(discriminator="type")
+    Subscribe | Unsubscribe | Heartbeat | CommandMessage | StreamMessage | StopMessage, Field(discriminator="type")
 ]
 
 
@@ -98,6 +109,7 @@ class Hello(ServerMessageBase):
     version: str
     schema_revision: str
     utc_offset: float = Field(description="add to a telemetry time for seconds since 1970 UTC")
+    now: float = Field(description="the clock of telemetry times when this was sent")
     demo: bool
 
 

@@ -16,6 +16,20 @@ class Model(BaseModel):
     model_config = ConfigDict(extra="forbid", from_attributes=True)
 
 
+PositionUnit = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+"""What position 1.0 means in Status and ArrayCommand (tables 2-21 and 2-22)."""
+
+
+class PositionUnitState(Model):
+    """What position 1.0 means on a servo, and how that is known."""
+
+    unit: PositionUnit
+    state: Literal["assumed", "confirmed", "forced", "conflict"] = Field(
+        description="assumed: not measured yet; conflict: Status and 0x08 agree in no unit, or in two"
+    )
+    evidence: str = Field(description="how that is known, for people")
+
+
 class FaultWords(Model):
     """The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12)."""
 
@@ -48,8 +62,15 @@ class Servo(Model):
     angle_deg: float | None
     command_deg: float | None = Field(description="angle command as last known; null while inactive")
     age_s: float | None = Field(description="age of angle_deg in seconds")
+    position_unit: PositionUnitState
     unsaved: list[str] = Field(description="keys whose RAM differs from what is known to be in ROM")
+    drift: list[str] = Field(
+        default_factory=list[str], description="keys whose ROM somebody else changed; GET …/drift shows from what"
+    )
     faults: FaultWords
+    unacknowledged: int = Field(
+        default=0, description="warnings and failures that nobody has acknowledged since they came up last"
+    )
     bus: str | None
 
 
@@ -76,6 +97,12 @@ class Reading(Model):
     in_effect: bool | None = Field(description="false: has no effect now; null: not known")
     why_not: str | None
     stale: bool
+    differs_from_default: bool | None = Field(
+        default=None, description="RAM beside the model's default; null where that is not known, or there is none"
+    )
+    unsaved: bool | None = Field(
+        default=None, description="RAM differs from ROM; null where one is not known, or ROM does not keep the row"
+    )
 
 
 class Parameters(Model):
@@ -85,10 +112,17 @@ class Parameters(Model):
     parameters: dict[str, Reading]
 
 
+Confirmed = Annotated[
+    list[Literal["supply", "temperature", "torque_off_in_rom", "turns", "turn_count"]],
+    Field(description="words of earlier needs_confirmation problems: do it all the same"),
+]
+
+
 class RowValue(Model):
     """The value of one row; each row has a class of its own that says what it may be."""
 
     value: Any
+    confirm: Confirmed = []
 
 
 class ParametersPatch(Model):
@@ -97,10 +131,7 @@ class ParametersPatch(Model):
     values: dict[str, bool | int | float | str] = Field(min_length=1)
     dry_run: bool = False
     save: bool = False
-    confirm: list[Literal["supply", "temperature", "torque_off_in_rom"]] = Field(
-        default_factory=list[Literal["supply", "temperature", "torque_off_in_rom"]],
-        description="words of earlier needs_confirmation problems: do it all the same",
-    )
+    confirm: Confirmed = []
 
 
 class Change(Model):
@@ -121,6 +152,7 @@ class ParametersPatched(Model):
     revision: str
     job: str | None = Field(default=None, description="id of the save job, with save: true")
     failure: str | None = Field(default=None, description="why it was rolled back")
+    problem: "Problem | None" = Field(default=None, description="the same for programs: with its code and its facts")
 
 
 class JobStep(Model):
@@ -139,7 +171,7 @@ class Job(Model):
     """Something that takes time."""
 
     id: str
-    kind: Literal["save", "restart", "factory_reset", "identify", "profile", "commissioning"]
+    kind: Literal["save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test"]
     uid: str | None
     state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
     progress: float = Field(ge=0, le=1)
@@ -164,6 +196,18 @@ class Problem(Model):
     detail: str
 
 
+MotionConfirm = Literal["turns", "turn_count"]
+"""Words of needs_confirmation problems of motion: a move of more than 360°, and a first move after a restart that lost
+the turn count (B34, B71)."""
+
+
+class MotionProfile(Model):
+    """How a rate-limited move goes: a trapezoid of speed, sent as 50 angles a second."""
+
+    speed_deg_s: float = Field(default=60.0, gt=0, le=3600)
+    accel_deg_s2: float = Field(default=240.0, gt=0, le=100_000)
+
+
 class Command(Model):
     """A motion command for one servo. Needs a lease."""
 
@@ -174,6 +218,18 @@ class Command(Model):
     band_deg: float = Field(default=0.5, gt=0, le=30)
     dwell_s: float = Field(default=0.2, ge=0, le=10)
     clamp: bool = Field(default=False, description="move to the nearest legal value instead of refusing")
+    confirm: list[MotionConfirm] = Field(
+        default_factory=list[MotionConfirm], description="words of earlier needs_confirmation problems: do it anyway"
+    )
+    profile: MotionProfile | None = Field(default=None, description="go there at a limited speed; angles only")
+
+
+class Caution(Model):
+    """Something to know before a command is sent."""
+
+    level: Literal["warning", "failure"] = Field(description="failure: it may go on for ever")
+    text: str
+    confirm: MotionConfirm | None = Field(description="the word without which it is not sent; null: only said")
 
 
 class Commanded(Model):
@@ -185,6 +241,9 @@ class Commanded(Model):
     angle_deg: float | None
     clamped: bool
     value: float
+    samples: int | None = Field(default=None, description="samples within the band in a row, up to the last one")
+    max_deviation_deg: float | None = Field(default=None, description="the farthest of them from the target")
+    warnings: list[str] = Field(default_factory=list[str])
 
 
 class TorqueMode(Model):
@@ -198,15 +257,49 @@ class TelemetryWish(Model):
 
     channels: list[str]
     rate_hz: float = Field(gt=0, le=200)
+    ttl_s: float | None = Field(
+        default=None, gt=0, le=86_400, description="ends by itself after so long; null: stays until it is replaced"
+    )
+    owner: str = Field(
+        default="rest", min_length=1, max_length=64, description="whose wish it is; every owner has one a servo"
+    )
 
 
 class TelemetryGrant(Model):
     """What the bus budget allows of it."""
 
+    owner: str = "rest"
     channels: list[str]
     requested_hz: float
     granted_hz: float
     bus_share: float = Field(description="share of the bus this takes, 0..1")
+    expires_in_s: float | None = Field(default=None, description="null: stays until it is replaced")
+    note: str | None = Field(default=None, description="why nothing is polled now, if nothing is")
+
+
+class TelemetryMark(Model):
+    """Something to know of a channel at an instant: `t` in seconds on the server's clock."""
+
+    t: float
+    kind: Literal["wrap", "inactive", "gap", "restart"]
+
+
+class TelemetryChannel(Model):
+    """One channel: how often it is to be polled, and how often it really is."""
+
+    granted_hz: float | None = Field(description="of what is wished; null when nobody wishes it")
+    background_hz: float | None = Field(description="polled so often whether wished or not; null when it is not")
+    measured_hz: float = Field(description="samples a second over the last five, broadcast ones included")
+    age_s: float | None = Field(description="age of the last sample; null when there never was one")
+    marks: list[TelemetryMark] = Field(description="of what is kept, the newest thousand")
+
+
+class Telemetry(Model):
+    """What is polled of a servo, and for whom."""
+
+    wishes: list[TelemetryGrant]
+    channels: dict[str, TelemetryChannel]
+    budget: float = Field(description="share of the bus all polling may take, 0..1")
 
 
 class LeaseRequest(Model):
@@ -214,6 +307,17 @@ class LeaseRequest(Model):
 
     holder: str = Field(min_length=1, max_length=64)
     ttl_s: float = Field(default=3.0, ge=0.2, le=60)
+    force: bool = Field(default=False, description="take it from whoever has it, with a reason")
+    reason: str = Field(default="", max_length=200)
+
+
+class AskedFor(Model):
+    """Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused."""
+
+    id: str = Field(description="what to refuse it by")
+    by: str
+    reason: str
+    expires_in_s: float
 
 
 class Lease(Model):
@@ -224,6 +328,7 @@ class Lease(Model):
     ttl_s: float
     expires_at: float = Field(description="seconds since 1970 UTC")
     expires_in_s: float
+    request: AskedFor | None
 
 
 class LeaseView(Model):
@@ -233,6 +338,7 @@ class LeaseView(Model):
     ttl_s: float
     expires_at: float
     expires_in_s: float
+    request: AskedFor | None
 
 
 class StopRequest(Model):

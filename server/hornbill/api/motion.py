@@ -1,13 +1,17 @@
-"""Owns the routes that move servos or keep them from moving: command, torque, leases, stop."""
+"""Owns the routes that move servos: command, burst and torque, and what there is to say before a command."""
 
-from typing import Annotated
+import asyncio
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
 
-from hornbill.api import models, present
+from hornbill.api import models, motion_models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
-from hornbill.api.problems import declared
+from hornbill.api.problems import declared, together
 from hornbill.errors import InvalidValue
+from hornbill.servo import permission
+from hornbill.servo.bursts import Wish
+from hornbill.servo.jogging import Profile
 from hornbill.servo.reading import reading
 from hornbill.servo.settling import wait_settled
 
@@ -15,11 +19,9 @@ router = APIRouter(tags=["motion"])
 
 MOTION_PROBLEMS = declared(
     "unknown_servo", "invalid_value", "out_of_range", "mode_off", "torque_off", "not_in_this_model", "busy", "stopped",
-    "lease_required", "lease_held", "refused_by_servo", "no_answer", "bus_disconnected",
+    "lease_required", "lease_held", "refused_by_servo", "no_answer", "bus_disconnected", "configuration_lost",
+    "needs_confirmation",
 )  # fmt: skip
-By = Annotated[str, Query(max_length=64, description="who does it, for the log and for everybody to see")]
-STOP_WITHIN_S = 0.25
-"""POST /stop answers when every servo has confirmed, or after this long; it goes on repeating all the same."""
 
 
 @router.post("/servos/{uid}/command", operation_id="command_servo", responses=MOTION_PROBLEMS)
@@ -29,15 +31,23 @@ async def command_servo(
     """Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives."""
     if body.wait == "settled" and body.type != "angle":
         raise InvalidValue(f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".')
+    if body.profile is not None and body.type != "angle":
+        raise InvalidValue(f"A profile is for angles; a {body.type} command has no way to go. Leave it out.")
     host.connected()
     sent_at = host.base.utc_now()
-    target = await host.motion.command(servo, lease, body.type, body.value, clamp=body.clamp)
+    if body.profile is None:
+        target = await host.motion.command(servo, lease, body.type, body.value, clamp=body.clamp, confirm=body.confirm)
+    else:
+        profile = Profile(body.profile.speed_deg_s, body.profile.accel_deg_s2)
+        target, moving = await host.jogs.move(servo, lease, body.value, profile, clamp=body.clamp, confirm=body.confirm)
+        if body.wait == "settled":
+            await asyncio.wait([moving], timeout=body.timeout_s)
     settled = None
     if body.wait == "settled":
         settled = await wait_settled(
             host.asker, servo, host.base, target.raw,
             band_deg=body.band_deg, dwell_s=body.dwell_s, timeout_s=body.timeout_s,
-            still_allowed=lambda: host.motion.may_move(servo, lease),
+            still_allowed=lambda: host.motion.still_holds(servo, lease, target),
         )  # fmt: skip
     return models.Commanded(
         sent_at=sent_at,
@@ -46,6 +56,58 @@ async def command_servo(
         angle_deg=settled.angle_deg if settled else servo.angle_deg,
         clamped=target.clamped,
         value=target.raw / target.parameter.per_unit,
+        samples=settled.samples if settled else None,
+        max_deviation_deg=settled.max_deviation_deg if settled else None,
+        warnings=list(target.warnings),
+    )
+
+
+@router.get(
+    "/servos/{uid}/cautions", operation_id="get_cautions",
+    responses=declared(
+        "unknown_servo", "invalid_value", "out_of_range", "not_in_this_model", "no_answer", "refused_by_servo",
+        "bus_disconnected",
+    ),
+)  # fmt: skip
+async def get_cautions(
+    host: TheHost,
+    servo: TheServo,
+    kind: Annotated[Literal["angle", "speed", "torque"], Query(alias="type")],
+    value: Annotated[float, Query(description="degrees, rpm or %", allow_inf_nan=False)],
+) -> list[models.Caution]:
+    """What there would be to say before a command, and which words it would need. Reads, and moves nothing."""
+    host.connected()
+    permission.row_for(servo, kind)
+    await host.motion.freshen(servo, kind)
+    target = permission.target(servo, kind, value, clamp=False)
+    return [models.Caution.model_validate(one) for one in host.motion.cautions(servo, kind, target.raw)]
+
+
+@router.post(
+    "/commands", operation_id="command_servos",
+    responses=together(MOTION_PROBLEMS, declared("conflict", "position_unit_unconfirmed")),
+)  # fmt: skip
+async def command_servos(
+    host: TheHost, body: motion_models.Burst, lease: LeaseHeader = None
+) -> motion_models.BurstSent:
+    """Command many servos at one instant, up to 15 in a message: all of them, or none and why.
+
+    Nobody answers such a message, and it is never repeated; a servo that missed it is told by its keep-alive.
+    """
+    host.connected()
+    wishes = [Wish(host.fleet.get(one.uid), one.type, one.value) for one in body.commands]
+    prepared = await host.bursts.prepare(lease, wishes, clamp=body.clamp, confirm=body.confirm)
+    sent_at = host.base.utc_now()
+    sent = host.bursts.send(lease, prepared)
+    return motion_models.BurstSent(
+        sent_at=sent_at,
+        messages=sent.messages,
+        start_skew_s=round(sent.skew_s, 6),
+        commands=[
+            motion_models.BurstPart(uid=part.servo.uid, value=part.value, clamped=part.target.clamped)
+            for part in prepared.parts
+        ],
+        warnings=prepared.warnings,
     )
 
 
@@ -55,62 +117,5 @@ async def set_torque(
 ) -> models.Reading:
     """Energise the motor where it stands (needs a lease), or take its output away (never does)."""
     host.connected()
-    if body.mode == "on":
-        await host.motion.torque_on(servo, lease)
-    else:
-        await host.motion.torque_away(servo, body.mode)
+    await host.changes.torque(servo, body.mode, lease)
     return present.reading(reading(servo, "torque_mode", host.base))
-
-
-@router.post("/leases", operation_id="take_lease", status_code=201, responses=declared("lease_held", "invalid_value"))
-async def take_lease(host: TheHost, body: models.LeaseRequest) -> models.Lease:
-    """Become the one writer. Renew well before `ttl_s` is over: when it lapses, torque goes off on what you command."""
-    lease = host.leases.grant(body.holder, body.ttl_s, host.base.now())
-    host.lease_changed()
-    return present.lease(host, lease)
-
-
-@router.get("/leases", operation_id="list_leases")
-async def list_leases(host: TheHost) -> list[models.LeaseView]:
-    """Who has motion control now: nobody or one."""
-    lease = host.leases.current(host.base.now())
-    return [] if lease is None else [present.lease_view(host, lease)]
-
-
-@router.put("/leases/{lease_id}", operation_id="renew_lease", responses=declared("unknown_lease"))
-async def renew_lease(host: TheHost, lease_id: str) -> models.Lease:
-    """A sign of life: another `ttl_s` from now."""
-    lease = host.leases.renew(lease_id, host.base.now())
-    host.lease_changed()
-    return present.lease(host, lease)
-
-
-@router.delete("/leases/{lease_id}", operation_id="release_lease", responses=declared("unknown_lease"))
-async def release_lease(host: TheHost, lease_id: str) -> models.LeaseView:
-    """Give motion control back. Torque goes off on what was commanded under it."""
-    lease = host.leases.release(lease_id, host.base.now())
-    host.motion.lease_ended(lease, f"{lease.holder} gave motion control back.")
-    await host.motion.debts.paid(STOP_WITHIN_S)
-    return present.lease_view(host, lease)
-
-
-@router.post("/stop", operation_id="stop", responses=declared("invalid_value"))
-async def stop(host: TheHost, body: models.StopRequest | None = None, by: By = "REST") -> models.Stop:
-    """Stop every servo now: needs no lease, waits for nothing, latches. Pressing again sends again."""
-    wanted = body or models.StopRequest()
-    host.stop.now(wanted.mode, by, wanted.reason)
-    await host.stop.confirmed(STOP_WITHIN_S)
-    return present.stop(host)
-
-
-@router.get("/stop", operation_id="get_stop")
-async def get_stop(host: TheHost) -> models.Stop:
-    """The stop latch, and which servos have confirmed."""
-    return present.stop(host)
-
-
-@router.delete("/stop", operation_id="clear_stop")
-async def clear_stop(host: TheHost, by: By = "REST") -> models.Stop:
-    """Unlatch. Moves nothing and turns nothing on: torque stays off until it is turned on."""
-    host.stop.clear(by)
-    return present.stop(host)

@@ -5,7 +5,7 @@ from typing import Annotated, Final, Literal
 from fastapi import APIRouter, Path
 
 from hornbill.api import bus_models, present
-from hornbill.api.dependencies import TheHost
+from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.models import UidField
 from hornbill.api.problems import declared
 from hornbill.node.allocator import AllocatorMode
@@ -13,6 +13,7 @@ from hornbill.node.directory import OFFLINE_AFTER_S
 from hornbill.servo.host import Connection, Host
 from hornbill.servo.servo import State, mode_name
 from hornbill.store.allocations import AllocationEntry
+from hornbill.store.audit import Entry
 from hornbill.units import Instant, Uid
 from hornbill.wire.messages import Health, NodeStatus
 from hornbill.wire.services import GetNodeInfoResponse, SoftwareVersion
@@ -45,49 +46,74 @@ async def list_nodes(host: TheHost) -> list[bus_models.Node]:
 @router.get("/allocations", operation_id="list_allocations")
 async def list_allocations(host: TheHost) -> bus_models.Allocations:
     """The allocation table, and which nodes wait for an id."""
-    now = host.base.now()
     return bus_models.Allocations(
         allocations=[_allocation(host, entry) for entry in host.store.allocations.rows()],
-        pending=[
-            bus_models.PendingAllocation(
-                uid_part=one.partial,
-                stage=one.stage,
-                attempts=one.attempts,
-                waiting_s=round(now - one.first_heard, 2),
-                age_s=round(now - one.last_heard, 2),
-                refusal=one.refusal,
-            )
-            for one in host.allocating.allocator.pending(now)
-        ],
+        pending=present.pending(host),
+        free=host.allocating.allocator.free(host.base.now()),
     )
 
 
 @router.put("/allocations/{uid}", operation_id="pin_allocation", responses=declared("out_of_range", "invalid_value"))
-async def pin_allocation(host: TheHost, uid: UidPath, body: bus_models.Pin) -> bus_models.AllocationChange:
+async def pin_allocation(
+    host: TheHost, uid: UidPath, body: bus_models.Pin, lease: LeaseHeader = None
+) -> bus_models.AllocationChange:
     """Choose the id, 1 to 125, a node is given when it asks the next time, met before or not. No other may have it."""
+    before = host.store.allocations.entries().get(Uid(uid))
     note = host.allocating.pin(Uid(uid), body.node_id)
     if (fixed := _fixed_id(host, uid)) is not None:
         note = f"It has the fixed node id {fixed} (0x46) and asks for none. The pin counts once 0x46 is 0."
+    _note(host, lease, "pin", uid, before, body.node_id, note)
     return _change(host, host.store.allocations.row(Uid(uid)), note)
 
 
 @router.delete(
     "/allocations/{uid}", operation_id="forget_allocation", responses=declared("unknown_uid", "busy", "invalid_value")
 )
-async def forget_allocation(host: TheHost, uid: UidPath) -> bus_models.AllocationChange:
+async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = None) -> bus_models.AllocationChange:
     """Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew."""
     entry = host.store.allocations.row(Uid(uid))
-    return _change(host, entry, host.allocating.forget(Uid(uid), _why_busy(host, uid)))
+    note = host.allocating.forget(Uid(uid), _why_busy(host, uid))
+    _note(host, lease, "forget", uid, entry.node_id, None, note)
+    return _change(host, entry, note)
+
+
+@router.post("/allocations/recycle", operation_id="recycle_allocations", responses=declared("invalid_value"))
+async def recycle_allocations(
+    host: TheHost, body: bus_models.Recycle, lease: LeaseHeader = None
+) -> bus_models.Recycled:
+    """Free the ids of nodes not seen for so long. Pinned ones, and those of nodes online or restarting, stay."""
+    rows = {entry.uid: _allocation(host, entry) for entry in host.store.allocations.rows()}
+    spared = {uid for uid, row in rows.items() if row.online or _why_busy(host, uid) is not None}
+    freed = host.allocating.recycle(body.idle_longer_than_s, spared)
+    for uid in freed:
+        _note(host, lease, "forget", uid, rows[uid].node_id, None, f"not seen for {body.idle_longer_than_s:g} s")
+    free = host.allocating.allocator.free(host.base.now())
+    return bus_models.Recycled(freed=[rows[uid] for uid in freed], free=free)
 
 
 @router.put("/bus/allocator", operation_id="set_allocator", responses=declared("invalid_value"))
-async def set_allocator(host: TheHost, body: bus_models.AllocatorMode) -> bus_models.AllocatorState:
+async def set_allocator(
+    host: TheHost, body: bus_models.AllocatorMode, lease: LeaseHeader = None
+) -> bus_models.AllocatorState:
     """Give node ids unless somebody else does (on), never (off), or whoever else does (insist). It is kept.
 
     A mode given on the command line or in the environment counts again at the next start.
     """
+    before = host.allocating.allocator.mode
     host.allocating.choose(AllocatorMode(body.mode))
+    _note(host, lease, "allocator", None, before.value, body.mode, "")
     return present.allocator(host)
+
+
+def _note(
+    host: Host, lease: str | None, action: str, uid: str | None, before: int | str | None, after: int | str | None,
+    detail: str,
+) -> None:  # fmt: skip
+    """Keep in the audit what was decided about node ids."""
+    by, key = host.leases.who(lease, host.base.now()), "mode" if uid is None else "node_id"
+    host.audit.note(
+        Entry(by, action, "applied", None if uid is None else Uid(uid), key, before, after, after, detail=detail)
+    )
 
 
 def _allocation(host: Host, entry: AllocationEntry) -> bus_models.Allocation:

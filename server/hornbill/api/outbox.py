@@ -2,11 +2,14 @@
 
 import asyncio
 from collections import deque
+from itertools import islice
 
 import orjson
 
 from hornbill import __version__
 from hornbill.api import messages, present
+from hornbill.api.feed import Column, Columns, Feed, packable
+from hornbill.api.fragments import Fragments
 from hornbill.api.frames import FrameWatch
 from hornbill.servo.host import Host
 from hornbill.servo.hub import (
@@ -16,37 +19,50 @@ from hornbill.servo.hub import (
     JobChanged,
     LeaseChanged,
     ReadingChanged,
-    Sampled,
     ServoChanged,
     StopChanged,
 )
 from hornbill.servo.jobs import Job
-from hornbill.servo.reading import reading
 from hornbill.units import Uid
 
-SAMPLES_KEPT = 2000
 EVENTS_KEPT = 200
-TELEMETRY_PER_S = 500
-"""Messages of telemetry a second: when more servos stream, each is told of less often, with more samples at a time."""
+
+SERVOS_A_TIME = 50
+READINGS_A_TIME = 100
+"""What is sent in one go: when a crowd goes silent, the thousands of readings that change with it wait for their
+turn, and the loop with its motion and its stop does not wait for them."""
 
 RECALL_S = 30.0
 ANGLE = "current_angle"
 
 
+class Shared:
+    """What all sockets of a host have in common: everything is packed once."""
+
+    def __init__(self, host: Host) -> None:
+        self.host = host
+        self.feed = Feed(host.hub, host.base.now)
+        self.fragments = Fragments(host)
+
+    def close(self) -> None:
+        """The host is another one now."""
+        self.fragments.close()
+
+
 class Outbox:
     """What one socket has not been sent yet. Bounded by what exists: one entry a servo, a reading, a job."""
 
-    def __init__(self, host: Host, demo: bool) -> None:
-        self._host = host
+    def __init__(self, shared: Shared, demo: bool) -> None:
+        self._shared = shared
+        self._host = shared.host
         self._demo = demo
         self._topics: set[str] = set()
         self._uids: set[str] | None = None
         self._seq = 0
         self._servos: dict[Uid, None] = {}
         self._readings: dict[tuple[Uid, str], None] = {}
-        self._samples: dict[Uid, dict[str, deque[tuple[float, float | None]]]] = {}
+        self._recalled: dict[Uid, Columns] = {}
         self._dropped = 0
-        self._telemetry_at = 0.0
         self._events: deque[tuple[float, Happened]] = deque(maxlen=EVENTS_KEPT)
         self._jobs: dict[str, Job] = {}
         self._flags: set[str] = {"lease", "stop"}
@@ -62,6 +78,7 @@ class Outbox:
         if "frames" in topics or (frames is not None and self._frames is not None):
             self._watch_frames(frames or messages.FrameFilter())
         if "telemetry" in topics and "telemetry" not in self._topics:
+            self._shared.feed.join(self)
             self._recall_angles(uids)
         self._topics.update(topics)
         self._uids = None if uids is None else set(uids)
@@ -81,19 +98,23 @@ class Outbox:
         for one in self._host.fleet.all():
             if uids is None or one.uid in uids:
                 times, values = self._host.telemetry.window(one.uid, ANGLE, since)
-                column = deque(zip(times, values, strict=True), maxlen=SAMPLES_KEPT)
-                self._samples.setdefault(one.uid, {})[ANGLE] = column
+                column: Column = ([round(t, 4) for t in times], values)
+                if times:
+                    self._recalled[one.uid] = {ANGLE: column}
 
     def unsubscribe(self, topics: list[messages.Topic]) -> None:
         """Fewer topics."""
         self._topics.difference_update(topics)
+        if "telemetry" in topics:
+            self._shared.feed.leave(self)
+            self._recalled.clear()
         if "frames" in topics and self._frames is not None:
             self._frames.close()
             self._frames = None
 
     def close(self) -> None:
         """Nobody takes any more: watch the bus no longer."""
-        self.unsubscribe(["frames"])
+        self.unsubscribe(["frames", "telemetry"])
 
     def _watch_frames(self, wanted: messages.FrameFilter) -> None:
         """A new filter is a new subscription, and counts from nothing."""
@@ -105,21 +126,24 @@ class Outbox:
         self._replies.append(messages.ErrorMessage(type="error", seq=0, code=code, detail=detail, uid=uid))
         self.waiting.set()
 
+    def wants(self, uid: Uid) -> bool:
+        """Whether this socket is told of a servo."""
+        return self._uids is None or uid in self._uids
+
+    def wake(self) -> None:
+        """Telemetry waits."""
+        self.waiting.set()
+
+    def missed(self, samples: int) -> None:
+        """So many samples are gone before they could be sent."""
+        self._dropped += samples
+
     def on_change(self, change: Change) -> None:
-        """Take a change from the hub; only what the socket asked for is kept."""
+        """Take a change from the hub, but for samples; only what the socket asked for is kept."""
         match change:
-            case Sampled() if "telemetry" in self._topics and self._wants(change.uid):
-                columns = self._samples.get(change.uid)
-                if columns is None:
-                    columns = self._samples[change.uid] = {}
-                column = columns.get(change.key)
-                if column is None:
-                    column = columns[change.key] = deque(maxlen=SAMPLES_KEPT)
-                self._dropped += len(column) == SAMPLES_KEPT
-                column.append((change.t, change.value))
-            case ServoChanged() if "servos" in self._topics and self._wants(change.uid):
+            case ServoChanged() if "servos" in self._topics and self.wants(change.uid):
                 self._servos[change.uid] = None
-            case ReadingChanged() if "servos" in self._topics and self._wants(change.uid):
+            case ReadingChanged() if "servos" in self._topics and self.wants(change.uid):
                 self._readings[change.uid, change.key] = None
                 self._servos[change.uid] = None
             case Happened() if "events" in self._topics:
@@ -141,12 +165,10 @@ class Outbox:
         if self._frames is not None:
             self.waiting.set()
         if "servos" in self._topics:
-            self._servos.update(
-                {one.uid: None for one in self._host.fleet.all() if one.online and self._wants(one.uid)}
-            )
+            self._servos.update({one.uid: None for one in self._host.fleet.all() if one.online and self.wants(one.uid)})
             self.waiting.set()
 
-    def hello(self) -> bytes:
+    def hello(self) -> str:
         """The first message."""
         base = self._host.base
         return self._pack(
@@ -156,88 +178,94 @@ class Outbox:
                 version=__version__,
                 schema_revision=self._host.catalog.revision,
                 utc_offset=base.utc_offset,
+                now=base.now(),
                 demo=self._demo,
             )
         )
 
-    def take(self) -> list[bytes]:
-        """Everything that waits, as messages; the outbox is empty after it."""
+    def take(self) -> list[str]:
+        """What waits, as messages; what would be too much for one go stays, and is still waiting."""
         self.waiting.clear()
-        host, out = self._host, list[messages.ServerMessageBase]()
-        flags, self._flags = self._flags, set[str]()
-        if "stop" in flags:
-            out.append(messages.StopStateMessage(type="stop", seq=0, stop=present.stop(host)))
-        if "lease" in flags:
-            lease = host.leases.current(host.base.now())
-            shown = None if lease is None else present.lease_view(host, lease)
-            out.append(messages.LeaseMessage(type="lease", seq=0, lease=shown))
-        if "bus" in flags:
-            out.append(messages.BusMessage(type="bus", seq=0, bus=present.bus(host)))
-        out.extend(self._replies)
-        self._replies.clear()
-        jobs, self._jobs = self._jobs, {}
-        out.extend(messages.JobMessage(type="job", seq=0, job=present.job(job)) for job in jobs.values())
-        servos, self._servos = self._servos, {}
-        if servos:
-            shown = [present.servo(host, host.fleet.get(uid)) for uid in servos if host.fleet.knows(uid)]
-            out.append(messages.ServosMessage(type="servos", seq=0, servos=shown))
-        changed, self._readings = self._readings, {}
-        for uid, key in changed:
-            if host.fleet.knows(uid) and key in (servo := host.fleet.get(uid)).registers:
-                shown = present.reading(reading(servo, key, host.base))
-                out.append(messages.ParameterMessage(type="parameter", seq=0, uid=uid, reading=shown))
-        for at, event in self._events:
-            out.append(
-                messages.EventMessage(
-                    type="event",
-                    seq=0,
-                    at=at,
-                    level=event.level,  # pyright: ignore[reportArgumentType]
-                    uid=event.uid,
-                    code=event.code,
-                    text=event.text,
-                )
-            )
-        self._events.clear()
-        return [*map(self._pack, out), *self._telemetry(), *self._seen_frames()]
+        out = [*self._states(), *map(self._pack, self._told()), *self._fleet(), *map(self._pack, self._happened())]
+        out += self._telemetry()
+        out += self._seen_frames()
+        if self._servos or self._readings:
+            self.waiting.set()
+        return out
 
-    def _seen_frames(self) -> list[bytes]:
+    def _states(self) -> list[str]:
+        fragments, flags = self._shared.fragments, self._flags
+        self._flags = set()
+        shown = (("stop", fragments.stop), ("lease", fragments.lease), ("bus", fragments.bus))
+        return [self._spliced(kind, f'"{kind}":{make()}') for kind, make in shown if kind in flags]
+
+    def _told(self) -> list[messages.ServerMessageBase]:
+        """Answers to this socket, and jobs."""
+        jobs, self._jobs = self._jobs, {}
+        replies = list(self._replies)
+        self._replies.clear()
+        return [*replies, *(messages.JobMessage(type="job", seq=0, job=present.job(job)) for job in jobs.values())]
+
+    def _fleet(self) -> list[str]:
+        fragments, out = self._shared.fragments, list[str]()
+        uids = list(islice(self._servos, SERVOS_A_TIME))
+        shown = [fragment for uid in uids if (fragment := fragments.servo(uid)) is not None]
+        if uids:
+            out.append(self._spliced("servos", f'"servos":[{",".join(shown)}]'))
+        changed = list(islice(self._readings, READINGS_A_TIME))
+        for uid, key in changed:
+            fragment = fragments.reading(uid, key)
+            if fragment is not None:
+                out.append(self._spliced("parameter", f'"uid":"{uid}","reading":{fragment}'))
+        for uid in uids:
+            del self._servos[uid]
+        for place in changed:
+            del self._readings[place]
+        return out
+
+    def _happened(self) -> list[messages.EventMessage]:
+        events, self._events = self._events, deque[tuple[float, Happened]](maxlen=EVENTS_KEPT)
+        return [
+            messages.EventMessage(
+                type="event",
+                seq=0,
+                at=at,
+                level=event.level,  # pyright: ignore[reportArgumentType]
+                uid=event.uid,
+                code=event.code,
+                text=event.text,
+            )
+            for at, event in events
+        ]
+
+    def _seen_frames(self) -> list[str]:
         """Packed without a model, as telemetry is."""
         seen = None if self._frames is None else self._frames.take()
         if seen is None:
             return []
         self._seq += 1
-        return [orjson.dumps({**seen, "seq": self._seq})]
+        return [orjson.dumps({**seen, "seq": self._seq}).decode()]
 
-    def _telemetry(self) -> list[bytes]:
-        """Columns, packed without a model: this is most of what a socket carries."""
-        now = self._host.base.now()
-        if now < self._telemetry_at:
-            if self._samples:
-                self.waiting.set()  # their time comes soon
-            return []
-        self._telemetry_at = now + len(self._samples) / TELEMETRY_PER_S
-        samples, self._samples = self._samples, {}
+    def _telemetry(self) -> list[str]:
+        """Columns as the feed packed them for everybody: this is most of what a socket carries."""
+        out: list[str] = []
+        recalled, self._recalled = self._recalled, {}
+        for uid, columns in recalled.items():
+            out.append(self._samples(uid, orjson.dumps(packable(columns)).decode()))
+        for uid, channels in self._shared.feed.take(self):
+            out.append(self._samples(uid, channels))
+        return out
+
+    def _samples(self, uid: Uid, channels: str) -> str:
         dropped, self._dropped = self._dropped, 0
-        packed: list[bytes] = []
-        for uid, columns in samples.items():
-            self._seq += 1
-            channels = {
-                key: {"t": [round(t, 4) for t, _ in column], "v": [v for _, v in column]}
-                for key, column in columns.items()
-            }
-            packed.append(
-                orjson.dumps(
-                    {"type": "telemetry", "seq": self._seq, "uid": uid, "channels": channels, "dropped": dropped}
-                )
-            )
-            dropped = 0
-        return packed
+        return self._spliced("telemetry", f'"uid":"{uid}","channels":{channels},"dropped":{dropped}')
 
-    def _wants(self, uid: str) -> bool:
-        return self._uids is None or uid in self._uids
+    def _spliced(self, kind: str, members: str) -> str:
+        """A message of members that are JSON already."""
+        self._seq += 1
+        return f'{{"type":"{kind}","seq":{self._seq},{members}}}'
 
-    def _pack(self, message: messages.ServerMessageBase) -> bytes:
+    def _pack(self, message: messages.ServerMessageBase) -> str:
         self._seq += 1
         message.seq = self._seq
-        return orjson.dumps(message.model_dump())
+        return orjson.dumps(message.model_dump()).decode()

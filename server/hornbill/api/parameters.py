@@ -1,6 +1,6 @@
 """Owns the parameter routes, made from the tables: a GET (and PUT) a row, the whole set, and PATCH."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Annotated, Any, TypeAlias
 
 from fastapi import APIRouter, Header, Query
@@ -8,11 +8,12 @@ from pydantic import WithJsonSchema, create_model
 
 from hornbill.api import models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
-from hornbill.api.problems import declared
+from hornbill.api.problems import declared, problem, together
 from hornbill.errors import HornbillError
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import COMMANDS
 from hornbill.schema.parameter import Parameter
+from hornbill.servo.configuration.changes import Outcome
 from hornbill.servo.host import Host
 from hornbill.servo.identification import read_rows
 from hornbill.servo.reading import reading, readings
@@ -24,9 +25,10 @@ READ_PROBLEMS = declared("unknown_servo", "not_in_this_model", "refused_by_servo
 WRITE_PROBLEMS = declared(
     "unknown_servo", "not_in_this_model", "out_of_range", "invalid_value", "busy", "torque_on", "lease_held",
     "refused_by_servo", "no_answer", "bus_disconnected", "forbidden_parameter", "unknown_parameter", "read_only",
+    "conflict", "needs_confirmation", "configuration_lost", "not_as_wanted", "store_failed",
 )  # fmt: skip
 COMMAND_PROBLEMS = declared("lease_required", "stopped", "mode_off", "torque_off")
-PATCH_PROBLEMS = {**WRITE_PROBLEMS, **declared("stale_revision", "lease_required", "stopped")}
+PATCH_PROBLEMS = together(WRITE_PROBLEMS, declared("stale_revision", "lease_required", "stopped"))
 
 
 def router(catalog: Catalog) -> APIRouter:
@@ -72,7 +74,10 @@ def _whole_set(made: APIRouter, catalog: Catalog) -> None:
     values_type = Annotated[dict[str, Any], WithJsonSchema(values_schema)]
     body_type = create_model("ParametersPatch", __base__=models.ParametersPatch, values=(values_type, ...))
 
-    @made.get("/servos/{uid}/parameters", operation_id="list_parameters", responses=READ_PROBLEMS)
+    @made.get(
+        "/servos/{uid}/parameters", operation_id="list_parameters",
+        responses=together(READ_PROBLEMS, declared("invalid_value")),
+    )  # fmt: skip
     async def list_parameters(
         host: TheHost,
         servo: TheServo,
@@ -94,26 +99,47 @@ def _whole_set(made: APIRouter, catalog: Catalog) -> None:
     ) -> models.ParametersPatched:
         """Several rows, all or nothing: validated, written, read back; on any failure undone."""
         assert isinstance(body, models.ParametersPatch)
-        host.connected()
-        saves = body.save and not body.dry_run
-        if saves:
-            host.saving.check(servo, lease)
+        if body.save and not body.dry_run and revision is None:
+            joined = host.saving.joined(servo, body.values)
+            if joined is not None:
+                return models.ParametersPatched(
+                    outcome="applied", revision=servo.revision, job=joined.id,
+                    changes=[
+                        models.Change(key=key, before=value, requested=value, after=value, verdict="unchanged")
+                        for key, value in body.values.items()
+                    ],
+                )  # fmt: skip
+        saves = may_begin(host, servo, save=body.save and not body.dry_run, lease=lease)
         outcome = await host.changes.apply(
-            servo, body.values, lease, dry_run=body.dry_run, revision=None if revision is None else revision.strip('"'),
+            servo, body.values, lease, dry_run=body.dry_run, revision=revision_of(revision), confirm=body.confirm,
         )  # fmt: skip
-        job, failure = None, outcome.failure
-        if saves and outcome.outcome == "applied":
-            try:
-                job = host.saving.save(servo, lease)
-            except HornbillError as error:  # what was written stays written, and that is what must be said
-                failure = error
-        return models.ParametersPatched(
-            outcome=outcome.outcome,  # pyright: ignore[reportArgumentType]
-            changes=[models.Change.model_validate(change) for change in outcome.changes],
-            revision=servo.revision,
-            job=None if job is None else job.id,
-            failure=None if failure is None else failure.detail,
-        )
+        return patched(host, servo, outcome, lease, saves=saves)
+
+
+def may_begin(host: Host, servo: Servo, *, save: bool, lease: str | None) -> bool:
+    """Whether a save follows; raises what speaks against it now, before anything is written."""
+    host.connected()
+    if save:
+        host.saving.check(servo, lease)
+    return save
+
+
+def patched(host: Host, servo: Servo, outcome: Outcome, lease: str | None, *, saves: bool) -> models.ParametersPatched:
+    """The answer to whoever had values written, once the save they asked for is under way."""
+    job, failure = None, outcome.failure
+    if saves and outcome.outcome == "applied":
+        try:
+            job = host.saving.save(servo, lease, written=outcome.changes)
+        except HornbillError as error:  # what was written stays written, and that is what must be said
+            failure = error
+    return models.ParametersPatched(
+        outcome=outcome.outcome,  # pyright: ignore[reportArgumentType]
+        changes=[models.Change.model_validate(change) for change in outcome.changes],
+        revision=servo.revision,
+        job=None if job is None else job.id,
+        failure=None if failure is None else failure.detail,
+        problem=None if failure is None else problem(failure),
+    )
 
 
 def _row_routes(made: APIRouter, catalog: Catalog, row: Parameter) -> None:
@@ -141,13 +167,13 @@ def _row_routes(made: APIRouter, catalog: Catalog, row: Parameter) -> None:
         lease: LeaseHeader = None,
     ) -> models.Reading:
         assert isinstance(body, models.RowValue)
-        await _write(host, servo, row.key, body.value, lease)
+        await _write(host, servo, row.key, body.value, lease, body.confirm)
         return present.reading(reading(servo, row.key, host.base))
 
     handler: Callable[..., Any] = put  # pyright: ignore[reportUnknownVariableType] - its body type is made here
     made.add_api_route(
         path, handler, methods=["PUT"], operation_id=f"set_{row.key}", summary=f"Set {row.label.lower()}",
-        description=_description(row), responses={**WRITE_PROBLEMS, **COMMAND_PROBLEMS},
+        description=_description(row), responses=together(WRITE_PROBLEMS, COMMAND_PROBLEMS),
     )  # fmt: skip
 
 
@@ -166,15 +192,24 @@ def _any_other_key(made: APIRouter) -> None:
         raise AssertionError(f"{key} has a route of its own")
 
 
-async def _write(host: Host, servo: Servo, key: str, value: object, lease: str | None) -> None:
+async def _write(
+    host: Host, servo: Servo, key: str, value: object, lease: str | None, confirm: Collection[str] = ()
+) -> None:
     row = host.changes.row(servo, key)
     host.connected()
     if row.key in COMMANDS and row.writable:
-        await host.motion.command(servo, lease, COMMANDS[row.key], host.changes.number(row, value), clamp=False)
+        number = host.changes.number(row, value)
+        await host.motion.command(servo, lease, COMMANDS[row.key], number, clamp=False, confirm=confirm)
         return
-    outcome = await host.changes.apply(servo, {key: value}, lease)
+    outcome = await host.changes.apply(servo, {key: value}, lease, confirm=confirm)
     if outcome.failure is not None:
         raise outcome.failure
+
+
+def revision_of(header: str | None) -> str | None:
+    """The revision of an If-Match header, quoted as RFC 9110 has it or bare; None for "*", which any one matches."""
+    text = "*" if header is None else header.strip()
+    return None if text == "*" else text.removeprefix("W/").strip('"')
 
 
 def _all(host: Host, servo: Servo) -> models.Parameters:

@@ -1,14 +1,14 @@
 """Owns the step from the servo layer's objects to the JSON shapes of models.py."""
 
-from hornbill.api import bus_models, models
+from hornbill.api import bus_models, models, motion_models
 from hornbill.api.problems import problem
 from hornbill.schema.scale import to_value
 from hornbill.servo.host import Host
 from hornbill.servo.jobs import Job
 from hornbill.servo.leases import Lease
-from hornbill.servo.polling import BUDGET
 from hornbill.servo.reading import Reading
 from hornbill.servo.servo import Servo
+from hornbill.servo.takeover import Asked
 from hornbill.wire.port import NO_PORT
 
 
@@ -43,13 +43,24 @@ def servo(host: Host, one: Servo) -> models.Servo:
         angle_deg=one.angle_deg,
         command_deg=command,
         age_s=None if one.angle_at is None else round(now - one.angle_at, 3),
+        position_unit=position_unit(host, one),
         unsaved=one.unsaved(),
+        drift=list(one.drift),
         faults=models.FaultWords(
             notification=one.raw("fault_notification"),
             warning=one.raw("fault_warning"),
             failure=one.raw("fault_failure"),
         ),
+        unacknowledged=host.faults.unacknowledged(one.uid),
         bus=host.connection.port.address if host.connection and one.online else None,
+    )
+
+
+def position_unit(host: Host, one: Servo) -> models.PositionUnitState:
+    """What its positions mean, and how that is known."""
+    estimate = one.position_unit
+    return models.PositionUnitState(
+        unit=estimate.unit, state=estimate.state, evidence=host.position_units.evidence(one)
     )
 
 
@@ -72,6 +83,7 @@ def job(one: Job) -> models.Job:
         steps=[models.JobStep.model_validate(step) for step in one.steps],
         created_at=one.created_at,
         ended_at=one.ended_at,
+        resumable=one.resumable,
     )
 
 
@@ -82,10 +94,36 @@ def lease(host: Host, one: Lease) -> models.Lease:
 
 def lease_view(host: Host, one: Lease) -> models.LeaseView:
     """A lease as everybody may see it."""
-    left = max(0.0, one.expires_at - host.base.now())
+    asked = host.takeovers.waiting
     return models.LeaseView(
-        holder=one.holder, ttl_s=one.ttl_s, expires_at=host.base.utc(one.expires_at), expires_in_s=round(left, 3)
+        holder=one.holder,
+        ttl_s=one.ttl_s,
+        expires_at=host.base.utc(one.expires_at),
+        expires_in_s=_left(host, one.expires_at),
+        request=None
+        if asked is None
+        else models.AskedFor(id=asked.shown_id, by=asked.by, reason=asked.reason, expires_in_s=_left(host, asked.due)),
     )
+
+
+def take_over(host: Host, one: Asked) -> motion_models.TakeOverState:
+    """A request for motion control, as whoever made it may see it."""
+    now = host.base.now()
+    current = host.leases.current(now)
+    live = one.lease is not None and one.lease is current
+    return motion_models.TakeOverState(
+        id=one.id,
+        by=one.by,
+        reason=one.reason,
+        state=one.state,
+        expires_in_s=_left(host, one.due) if one.state == "waiting" else 0.0,
+        lease_id=one.lease.id if live and one.lease is not None else None,
+        holder=None if current is None or live else lease_view(host, current),
+    )
+
+
+def _left(host: Host, at: float) -> float:
+    return round(max(0.0, at - host.base.now()), 3)
 
 
 def stop(host: Host) -> models.Stop:
@@ -118,7 +156,7 @@ def bus(host: Host) -> bus_models.Bus:
         retry_in_s=port.retry_in_s,
         reopened=seen.reopened,
         load_pct=None if connection is None else round(connection.load_pct, 2),
-        load_cap_pct=BUDGET * 100,
+        load_cap_pct=host.polling.budget * 100,
         rx_fps=0.0 if connection is None else round(connection.rx_fps, 1),
         tx_fps=0.0 if connection is None else round(connection.tx_fps, 1),
         rx_frames=seen.rx_frames,
@@ -144,3 +182,19 @@ def allocator(host: Host) -> bus_models.AllocatorState:
         free=one.free(now),
         rival_node_id=None if one.rival is None else one.rival.node_id,
     )
+
+
+def pending(host: Host) -> list[bus_models.PendingAllocation]:
+    """Nodes that ask for a node id and have none yet, the longest waiting first."""
+    now = host.base.now()
+    return [
+        bus_models.PendingAllocation(
+            uid_part=one.partial,
+            stage=one.stage,
+            attempts=one.attempts,
+            waiting_s=round(now - one.first_heard, 2),
+            age_s=round(now - one.last_heard, 2),
+            refusal=one.refusal,
+        )
+        for one in host.allocating.allocator.pending(now)
+    ]

@@ -21,6 +21,10 @@ STATUS: dict[str, int] = {
     "unknown_log": 404,
     "unknown_snapshot": 404,
     "unknown_profile": 404,
+    "unknown_run": 404,
+    "unknown_stream": 404,
+    "unknown_bundle": 404,
+    "unknown_fault": 404,
     "no_simulator": 404,
     "not_in_this_model": 409,
     "read_only": 409,
@@ -35,15 +39,19 @@ STATUS: dict[str, int] = {
     "mode_off": 409,
     "torque_off": 409,
     "torque_on": 409,
+    "position_unit_unconfirmed": 409,
     "lease_required": 428,
     "lease_held": 409,
     "stopped": 423,
     "busy": 409,
     "conflict": 409,
     "needs_confirmation": 409,
+    "bus_budget": 409,
     "configuration_lost": 409,
+    "did_not_move": 502,
     "not_as_wanted": 502,
     "interrupted": 500,
+    "not_available": 501,
     "stale_revision": 412,
     "forbidden_origin": 403,
     "not_found": 404,
@@ -71,8 +79,10 @@ def problem(error: errors.HornbillError) -> Problem:
 def answer(error: errors.HornbillError) -> Response:
     """The HTTP response for an error."""
     shown = problem(error)
-    # It may repeat what was sent: whole numbers of any size and half surrogates, which orjson refuses.
-    return Response(json.dumps(shown.model_dump(), default=str), shown.status, media_type=MEDIA_TYPE)
+    # It may repeat what was sent: whole numbers of any size and half surrogates, which orjson refuses, and NaN, which
+    # no JSON has: that becomes a text.
+    text = json.dumps(json.loads(json.dumps(shown.model_dump(), default=str), parse_constant=str))
+    return Response(text, shown.status, media_type=MEDIA_TYPE)
 
 
 def declared(*codes: str) -> dict[int | str, dict[str, Any]]:
@@ -81,6 +91,17 @@ def declared(*codes: str) -> dict[int | str, dict[str, Any]]:
     for code in codes:
         entry = found.setdefault(STATUS[code], {"model": Problem, "description": "", "content": {MEDIA_TYPE: {}}})
         entry["description"] = ", ".join(filter(None, (entry["description"], f"`{code}`")))
+    return found
+
+
+def together(*tables: dict[int | str, dict[str, Any]]) -> dict[int | str, dict[str, Any]]:
+    """Several of `declared` as one; written side by side in a dict the last one of a status would hide the others."""
+    found: dict[int | str, dict[str, Any]] = {}
+    for table in tables:
+        for status, entry in table.items():
+            before = found.get(status, {}).get("description", "")
+            codes = dict.fromkeys(code for text in (before, entry["description"]) for code in text.split(", ") if code)
+            found[status] = {**entry, "description": ", ".join(codes)}
     return found
 
 

@@ -6,8 +6,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from hornbill.api import messages
 from hornbill.api.outbox import Outbox
-from hornbill.errors import HornbillError
+from hornbill.errors import HornbillError, InvalidValue
 from hornbill.servo.host import Host
+from hornbill.servo.jogging import Profile
+from hornbill.servo.servo import Servo
 from hornbill.units import Uid
 
 _CLIENT: TypeAdapter[messages.ClientMessage] = TypeAdapter(messages.ClientMessage)
@@ -43,6 +45,8 @@ class Session:
                 case messages.CommandMessage():
                     for command in message.commands:
                         self._command(message.lease, command)
+                case messages.StreamMessage():
+                    self._host.streams.put(message.id, message.lease, message.values)
                 case messages.StopMessage():
                     self._host.stop.now(message.mode, message.by, message.reason)
         except HornbillError as error:
@@ -58,6 +62,7 @@ class Session:
             except HornbillError:
                 continue
             self._host.motion.lease_ended(lease, f"The page of {lease.holder} closed.")
+        self._host.takeovers.tick()
         self._outbox.close()
 
     def _command(self, lease_id: str, command: messages.SocketCommand) -> None:
@@ -73,8 +78,18 @@ class Session:
         while uid in self._newest:
             lease_id, command = self._newest.pop(uid)
             try:
-                servo = self._host.fleet.get(uid)
-                await self._host.motion.command(servo, lease_id, command.type, command.value, clamp=False)
+                await self._one(self._host.fleet.get(uid), lease_id, command)
             except HornbillError as error:
                 self._newest.pop(uid, None)
                 self._outbox.refuse(error.code, error.detail, uid)
+
+    async def _one(self, servo: Servo, lease_id: str, command: messages.SocketCommand) -> None:
+        if command.profile is None:
+            await self._host.motion.command(
+                servo, lease_id, command.type, command.value, clamp=False, confirm=command.confirm
+            )
+            return
+        if command.type != "angle":
+            raise InvalidValue(f"A profile is for angles; a {command.type} command has no way to go. Leave it out.")
+        profile = Profile(command.profile.speed_deg_s, command.profile.accel_deg_s2)
+        await self._host.jogs.move(servo, lease_id, command.value, profile, clamp=False, confirm=command.confirm)

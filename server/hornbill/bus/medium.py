@@ -4,12 +4,12 @@ from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hornbill.bus.bittime import ERROR_FRAME_BITS, INTERFRAME_BITS, NOISE_BITS, frame_bits
 from hornbill.bus.faults import Faults
 from hornbill.bus.load import LoadMeter
 from hornbill.bus.memory_port import MemoryPort
 from hornbill.bus.transmit import Waiting
 from hornbill.units import Instant
+from hornbill.wire.bittime import ERROR_FRAME_BITS, INTERFRAME_BITS, NOISE_BITS, frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 

@@ -9,13 +9,13 @@ from collections.abc import Callable, Sequence
 
 import can
 
-from hornbill.bus.bittime import frame_bits
 from hornbill.bus.link import Link, MessageLink, Received
 from hornbill.bus.rawcan import RawLink
 from hornbill.bus.slcan import SlcanBus
 from hornbill.bus.transmit import TransmitQueue, Waiting, check
 from hornbill.errors import BusDisconnected
 from hornbill.units import Instant
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import FrameSink, PortState, PortStatistics
 

@@ -8,14 +8,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from hornbill.bus.bittime import frame_bits
+from hornbill.bus import bundles
 from hornbill.bus.logfile import LoggedFrame
 from hornbill.bus.recording import Recording
 from hornbill.bus.threads import OwnThread
 from hornbill.bus.transmit import check
 from hornbill.errors import BusDisconnected, BusReadOnly, LogFailed, PortOpenFailed
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import RECORDING, FrameSink, PortState, PortStatistics
+from hornbill.wire.port import BUNDLE, RECORDING, FrameSink, PortState, PortStatistics
 
 log = logging.getLogger(__name__)
 
@@ -33,8 +34,11 @@ _SPEED: Final = "?speed="
 
 
 def parse(address: str) -> tuple[Path, float]:
-    """File and speed of `file:PATH[?speed=S]`; S is 0.01 to 1000 times as fast. Raises PortOpenFailed."""
-    name, given, factor = address.removeprefix(RECORDING).rpartition(_SPEED)
+    """File and speed of `file:PATH[?speed=S]`, or of `bundle:`; S is 0.01 to 1000 times as fast.
+
+    Raises PortOpenFailed.
+    """
+    name, given, factor = address.removeprefix(RECORDING).removeprefix(BUNDLE).rpartition(_SPEED)
     if not given:
         name, factor = factor, "1"
     try:
@@ -51,16 +55,19 @@ def parse(address: str) -> tuple[Path, float]:
 async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | None = None) -> "ReplayPort":
     """The recording `file:PATH[?speed=S]` as a port, which begins to play when it is first listened to.
 
+    Of `bundle:PATH[?speed=S]` the frames are played, and the port says what the bundle is `about`.
     A name without a folder that is not in the working directory is looked for in `folder` too. `bitrate` only says
     how much of the bus each frame took. Raises PortOpenFailed; facts: address.
     """
     path, speed = parse(address)
     if bitrate <= 0:
         raise PortOpenFailed(f"{bitrate} bit/s is no bit rate. The servos are delivered with 1000000.", address=address)
-    reading = asyncio.get_running_loop().run_in_executor(OwnThread("replay"), _begin, path, folder)
+    reading = asyncio.get_running_loop().run_in_executor(
+        OwnThread("replay"), _begin, path, folder, address.startswith(BUNDLE)
+    )
     try:
         async with asyncio.timeout(OPEN_S):
-            recording, frames, first = await asyncio.shield(reading)
+            recording, frames, first, about = await asyncio.shield(reading)
     except LogFailed as error:
         raise PortOpenFailed(f"{address} cannot be played: {error.detail}", address=address) from error
     except (TimeoutError, asyncio.CancelledError) as error:
@@ -76,7 +83,9 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
         raise PortOpenFailed(
             f"There is no frame of a CAN bus with 29-bit identifiers in {recording.name}.", address=address
         )
-    return ReplayPort(recording, frames, first, address=address, bitrate=bitrate, speed=speed)
+    port = ReplayPort(recording, frames, first, address=address, bitrate=bitrate, speed=speed)
+    port.about = about
+    return port
 
 
 class ReplayPort:
@@ -105,6 +114,8 @@ class ReplayPort:
         self.sample_point: float | None = None
         self.trouble: str | None = None
         self.retry_in_s: float | None = None
+        self.about: bytes | None = None
+        """What a bundle tells of its servos, as it is written there."""
         self._recording = recording
         self._frames = frames
         self._batch = first
@@ -198,10 +209,10 @@ class ReplayPort:
         seen.errors = read.error_frames + read.unreadable
 
 
-_Begun: TypeAlias = tuple[Recording, Iterator[LoggedFrame], list[LoggedFrame]]
+_Begun: TypeAlias = tuple[Recording, Iterator[LoggedFrame], list[LoggedFrame], bytes | None]
 
 
-def _begin(path: Path, folder: Path | None) -> _Begun:
+def _begin(path: Path, folder: Path | None, bundled: bool) -> _Begun:
     """The recording and its first frames, in a thread. Raises LogFailed."""
     try:
         if folder is not None and path.name == str(path) and not path.exists():
@@ -212,10 +223,11 @@ def _begin(path: Path, folder: Path | None) -> _Begun:
         raise LogFailed(f"{str(path)[:90]!r} is no name of a file.") from error
     if odd:
         raise LogFailed(f"{path} is no file. Give one that a log was written to.")
-    recording = Recording.open(path)
+    about = bundles.member(path, bundles.ABOUT) if bundled else None
+    recording = bundles.recording(path) if bundled else Recording.open(path)
     try:
         frames = iter(recording)
-        return recording, frames, _take(frames)
+        return recording, frames, _take(frames), about
     except BaseException:
         recording.close()
         raise

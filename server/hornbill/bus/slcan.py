@@ -13,13 +13,13 @@ from typing import Any
 
 import can
 
-from hornbill.bus.bittime import frame_bits
 from hornbill.bus.errorframe import NOW_ACTIVE, NOW_PASSIVE
 from hornbill.bus.link import Received, pause
 from hornbill.bus.serial_line import SerialLine
 from hornbill.bus.slcan_lines import BITRATES, LONGEST, Lines, line_of
 from hornbill.errors import PortOpenFailed
 from hornbill.units import Instant
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 
 BAUD = 115_200

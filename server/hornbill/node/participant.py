@@ -15,7 +15,7 @@ from hornbill.node.subscriptions import Subscriptions
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import RECORDING, CanPort, PortState
+from hornbill.wire.port import RECORDINGS, CanPort, PortState
 from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
 from hornbill.wire.services import (
     ExecuteOpcodeRequest,
@@ -250,7 +250,7 @@ class Participant:
             log.debug("no bus to answer node %d on", asked.source)
 
     def _note_own_id(self, transfer: Transfer) -> None:
-        if self.counters.own_id_heard == 0 and not self.port.address.startswith(RECORDING):
+        if self.counters.own_id_heard == 0 and not self.port.address.startswith(RECORDINGS):
             log.warning("another node uses our node id %d", self.node_id)
         self.counters.own_id_heard += 1
         self.counters.own_id_heard_at = transfer.at

@@ -1,7 +1,7 @@
 """Owns Allocating: node ids as people see them: the allocator's mode and events, pins, and who was seen when."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 from hornbill.errors import Busy, InvalidValue
 from hornbill.node.allocation import serve_allocation
@@ -122,6 +122,21 @@ class Allocating:
         if now_on is None:
             return f"Node id {node_id} is free now. Should the node ask again, it is new."
         return f"The node is online and keeps node id {now_on} until it starts anew; then it is given one as if new."
+
+    def recycle(self, idle_longer_than_s: float, spared: Collection[Uid]) -> list[Uid]:
+        """Free the ids of nodes without a pin not seen for so long, but for those `spared`; whose they were.
+
+        Should one of them ask again, it is new.
+        """
+        freed = [uid for uid in self._store.allocations.idle(idle_longer_than_s) if uid not in spared]
+        for uid in freed:
+            self._store.allocations.forget(uid)
+        if freed:
+            count = "1 node id was" if len(freed) == 1 else f"{len(freed)} node ids were"
+            text = f"{count} freed: their nodes were not seen for {idle_longer_than_s:g} s."
+            self._hub.tell(Happened("notice", "node_ids_freed", text))
+            self._hub.tell(BusChanged())
+        return freed
 
     def _make(self, mode: AllocatorMode) -> Allocator:
         own = frozenset((self.own_id,))

@@ -6,8 +6,6 @@ from typing import Any, TypeVar, cast
 
 from hornbill.errors import BusDisconnected, NoAnswer, Refused
 from hornbill.node.participant import Participant
-from hornbill.schema.catalog import Catalog
-from hornbill.schema.effect import COMMANDS
 from hornbill.schema.parameter import DUMMY, Parameter
 from hornbill.servo.hub import Hub, ReadingChanged, Sampled
 from hornbill.servo.servo import Servo
@@ -61,10 +59,9 @@ Answer = TypeVar("Answer")
 class Asker:
     """Reads and writes registers over whatever participant is connected now."""
 
-    def __init__(self, catalog: Catalog, hub: Hub, base: TimeBase) -> None:
+    def __init__(self, hub: Hub, base: TimeBase) -> None:
         self._hub = hub
         self._base = base
-        self._depend_on = _dependents(catalog)
         self.participant: Participant | None = None
 
     async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
@@ -106,13 +103,26 @@ class Asker:
 
     def burst(self, commands: list[Command], priority: int = COMMAND.priority) -> None:
         """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
-        self._connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
+        self.connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
+
+    def overhear(self, servo: Servo, answer: GetSetResponse) -> None:
+        """Take what a servo answered to somebody else, in a recording, for what its RAM holds. Never raises."""
+        name = answer.name.upper()
+        rows = (one.parameter for one in servo.registers.values())
+        parameter = next((row for row in rows if row.name.upper() == name), None)
+        raw = None if parameter is None else _integer_of(answer, parameter)
+        if parameter is None or raw is None:
+            return
+        self._remember(servo, parameter, raw)
+        if parameter.key == "current_angle":
+            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self._base.now()
+            servo.angle_polled_at = servo.angle_at
 
     async def _get_set(self, servo: Servo, parameter: Parameter, value: Value, patience: Patience) -> Raw:
         request = GetSetRequest(0, value, parameter.name)
         _node(servo)  # what cannot be sent is not noted as written
         if value != EMPTY:
-            servo.note_write(parameter.key)
+            servo.note_write(parameter.key, value.value if isinstance(value.value, int) else None, self._base.now())
         try:
             response = await self._ask(servo, request, GetSetResponse, patience)
         except BaseException as error:
@@ -139,17 +149,13 @@ class Asker:
         if parameter.kind == "number":
             value = None if parameter.dummy and raw == DUMMY else raw / parameter.per_unit
             self._hub.tell(Sampled(servo.uid, parameter.key, now, value))
-        if not changed or parameter.group == "status":
-            return
-        self._hub.tell(ReadingChanged(servo.uid, parameter.key))
-        for key in self._depend_on.get(parameter.key, ()):
-            if key in servo.registers:
-                self._hub.tell(ReadingChanged(servo.uid, key))
+        if changed and parameter.group != "status":
+            self._hub.tell(ReadingChanged(servo.uid, parameter.key))
 
     async def _ask(self, who: Servo | int, request: Any, answer: type[Answer], patience: Patience) -> Answer:
         node_id = who if isinstance(who, int) else _node(who)
         try:
-            ask = cast("Callable[..., Coroutine[Any, Any, object]]", self._connected().request)
+            ask = cast("Callable[..., Coroutine[Any, Any, object]]", self.connected().request)
             response = await ask(
                 node_id, request, priority=patience.priority, timeout=patience.timeout_s,
                 tries=patience.tries, urgent=patience.urgent,
@@ -165,21 +171,11 @@ class Asker:
             raise NoAnswer(f"{_title(who)} answered something that is no {answer.__name__}.", node_id=node_id)
         return response
 
-    def _connected(self) -> Participant:
+    def connected(self) -> Participant:
+        """Our node on the bus. Raises BusDisconnected without one."""
         if self.participant is None:
             raise BusDisconnected("No bus is connected. Connect an adapter first.")
         return self.participant
-
-
-def _dependents(catalog: Catalog) -> dict[str, set[str]]:
-    """Which rows may come into effect, or go out of it, when a row changes."""
-    found: dict[str, set[str]] = {}
-    for rule in catalog.effects:
-        for condition in rule.when:
-            causes = COMMANDS if condition.parameter is None else (condition.parameter,)
-            for cause in causes:
-                found.setdefault(cause, set()).update(rule.parameters)
-    return found
 
 
 def _title(who: Servo | int) -> str:

@@ -3,21 +3,24 @@
 import asyncio
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal
 
-from hornbill.errors import HornbillError, NoAnswer, PortError, Unknown
+from hornbill.errors import Busy, HornbillError, NoAnswer, PortError, Unknown
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
 from hornbill.servo import identification
 from hornbill.servo.asking import Asker
+from hornbill.servo.configuration.drift import drifted
+from hornbill.servo.freshness import Freshness
 from hornbill.servo.hub import Happened, Hub, ReadingChanged, Sampled, ServoChanged
 from hornbill.servo.identification import Identity
+from hornbill.servo.position_unit import PositionUnits, to_degrees
+from hornbill.servo.remembering import Memory
 from hornbill.servo.servo import SOFT_START_ROWS, Servo
 from hornbill.servo.strangers import Strangers
 from hornbill.servo.timebase import TimeBase
-from hornbill.store.servos import ServoFacts, Servos
 from hornbill.units import Instant, NodeId, Uid
 from hornbill.wire.messages import ActuatorStatus, Mode, NodeStatus
 from hornbill.wire.transfer import Transfer
@@ -27,15 +30,10 @@ log = logging.getLogger(__name__)
 SOFT_START_LIMIT_S = 20.0
 """A soft start that is not over by then is blocked: 180 degrees at 30 rpm take 1 s."""
 
+SETTLES_S = 0.08
+"""A horn near 0 degrees for so long has ended its soft start: the servo sees it by itself, not when we do."""
+
 RETRY_S = 1.0
-FRESH_UPTIME_S = 2
-"""A node first heard with at most this uptime has just started, so nobody has written to it yet."""
-
-RESTARTED_UPTIME_S = 5
-"""The same for one whose restart was noticed, which was heard until then: some of its messages may have been lost."""
-
-DEGREES_PER_UNIT = 100.0
-"""Position of uavcan.equipment.actuator.Status read literally: 0.001 per 0.1 degree (errata B1)."""
 
 
 class Fleet:
@@ -47,31 +45,32 @@ class Fleet:
         asker: Asker,
         hub: Hub,
         base: TimeBase,
-        inventory: Servos,
+        memory: Memory,
+        units: PositionUnits,
     ) -> None:
         self.catalog = catalog
         self._asker = asker
         self._hub = hub
         self._base = base
-        self._inventory = inventory
+        self.memory = memory
+        self._units = units
         self._servos: dict[Uid, Servo] = {}
         self._by_node: dict[int, Servo] = {}
         self._asking: dict[int, asyncio.Task[None]] = {}
         self._just_restarted: set[int] = set()
-        self._fresh: dict[int, tuple[int, Instant]] = {}
+        self.fresh = Freshness(base.now)
         self._directory = Directory()
         self._strangers = Strangers(base.now)
         self._imposed: dict[int, int] = {}
-        self.granted_at: Callable[[int], Instant | None] = lambda _node: None
-        """When we gave a node id on this bus, if we did."""
+        self._aside: dict[Uid, Servo] | None = None
         self.on_sight: Callable[[Servo], None] = lambda _servo: None
         """Called as soon as it is known which servo is on a node id, before its rows are read."""
         self.on_arrival: Callable[[Servo], None] = lambda _servo: None
         """Called when its rows have been read."""
         self.on_suspect: Callable[[int], None] = lambda _node: None
         """Called again and again for every one of `suspects`."""
-        for kept in inventory.all():
-            self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label)
+        for kept in memory.all():
+            self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label, drift=drifted(kept))
 
     def all(self) -> list[Servo]:
         """Every servo seen since the start, in the order of first sight; remembered ones only once seen again."""
@@ -84,14 +83,55 @@ class Fleet:
             raise Unknown("unknown_servo", f"There is no servo {uid!r}. GET /api/v1/servos lists them.", uid=uid)
         return servo
 
+    def met(self) -> list[Servo]:
+        """Every servo that was on a bus of this host, also while those of a recording are shown instead."""
+        servos = self._servos if self._aside is None else self._aside
+        return [servo for servo in servos.values() if servo.model_number is not None]
+
+    def show_recorded(self, servos: Iterable[Servo]) -> None:
+        """Show these instead until the bus is left; they are heard, and never asked or kept."""
+        self._aside = self._servos
+        self._servos = {servo.uid: servo for servo in servos}
+        self._by_node = {servo.node_id: servo for servo in self._servos.values() if servo.node_id is not None}
+        for servo in (*self._aside.values(), *self._servos.values()):
+            self._hub.tell(ServoChanged(servo.uid))
+
+    def recorded_on(self, node: int) -> Servo | None:
+        """Which of them is on a node id."""
+        return None if self._aside is None else self._by_node.get(node)
+
+    def recorded_moved(self, uid: Uid, node: NodeId) -> None:
+        """One of them said who it is on this node id."""
+        servo = None if self._aside is None else self._servos.get(uid)
+        if servo is None or servo.node_id == node:
+            return
+        if servo.node_id is not None:
+            self._by_node.pop(servo.node_id, None)
+        self._hand_over(node, uid)
+        servo.node_id, self._by_node[node] = node, servo
+
     def knows(self, uid: str) -> bool:
         """Whether `get` would find it."""
-        servo = self._servos.get(Uid(uid))
+        servo = self.find(Uid(uid))
         return servo is not None and servo.model_number is not None
+
+    def find(self, uid: Uid) -> Servo | None:
+        """The servo of that unique id, also one that has only been remembered so far."""
+        return self._servos.get(uid)
+
+    def forget(self, uid: Uid) -> None:
+        """Drop what is known of a servo that is not there. Raises Busy for one that is, or is being worked on."""
+        servo = self._servos.get(uid)
+        if servo is not None and (servo.online or servo.busy is not None or servo.changing.locked()):
+            raise Busy(f"{servo.title} is there. Switch it off or take it off the bus before it is forgotten.")
+        if servo is not None:
+            servo.forget_everything()
+            self._hub.tell(ServoChanged(uid))
+        self._units.forget(uid)
 
     def attach(self, participant: Participant) -> Directory:
         """Follow this bus from now on; the answer is who lives on it."""
-        fixed = (kept.rom.get("node_id", 0) for kept in self._inventory.all())
+        fixed = (kept.rom.get("node_id", 0) for kept in self.memory.all())
         self._directory = Directory(remembered=(node for node in fixed if node))
         self._strangers = Strangers(self._base.now)
         self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))
@@ -108,6 +148,10 @@ class Fleet:
         restarted = node in self._just_restarted
         self._just_restarted.discard(node)
         servo = self._by_node.get(node)
+        if self._aside is not None:
+            if servo is not None:
+                self._heard_recorded(servo, transfer.at, status, restarted=restarted)
+            return
         if servo is not None and servo.online and not restarted:
             before = servo.status
             servo.status, servo.status_at = status, now
@@ -117,12 +161,17 @@ class Fleet:
                 return
         # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
         if restarted and servo is not None:
-            self._noticed_restart(servo)
-        young = status.uptime_sec <= (RESTARTED_UPTIME_S if restarted else FRESH_UPTIME_S)
-        if young or self._was_granted(node, now):
-            self._fresh.setdefault(node, (status.uptime_sec, now))
+            self._noticed_restart(servo, status, now)
+        self.fresh.heard(node, status.uptime_sec, now, restarted=restarted)
         if node not in self._asking and self._strangers.due(self._directory.records[node]):
             self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
+
+    def _heard_recorded(self, servo: Servo, at: Instant, status: NodeStatus, *, restarted: bool) -> None:
+        """What it said of itself then; whoever asked it anew after a restart is in the recording, too."""
+        if restarted:
+            self._noticed_restart(servo, status, at)
+        servo.status, servo.status_at, servo.online, servo.identified = status, at, True, True
+        self._hub.tell(ServoChanged(servo.uid))
 
     def ask_now(self, node: int) -> None:
         """Somebody needs to know who uses a node id: ask it, however often it stayed silent."""
@@ -139,13 +188,20 @@ class Fleet:
             return
         if not math.isfinite(status.position):
             return
-        servo.angle_deg = round(status.position * DEGREES_PER_UNIT, 2)
-        servo.angle_at = transfer.at
-        polled = servo.angle_polled_at
-        if polled is None or transfer.at - polled > 0.15:
-            self._hub.tell(Sampled(servo.uid, "current_angle", transfer.at, servo.angle_deg))
-        if servo.soft_start_since is not None and abs(servo.angle_deg) <= 1.0:
-            self.soft_start_over(servo)
+        if self._aside is None:
+            angle = self._units.heard(servo, status.position, transfer.at)
+        else:  # nobody can be asked any more
+            angle = to_degrees(servo, status.position)
+        if angle is not None:
+            servo.angle_deg, servo.angle_at = round(angle, 2), transfer.at
+            polled = servo.angle_polled_at
+            if polled is None or transfer.at - polled > 0.15:
+                self._hub.tell(Sampled(servo.uid, "current_angle", transfer.at, servo.angle_deg))
+        # while nobody knows in which unit it is told, what 0x08 was read to hold last tells
+        at, near = (transfer.at, angle) if angle is not None else (servo.angle_polled_at, servo.angle_deg)
+        since = servo.soft_start_since
+        if since is not None and at is not None and near is not None and at >= since and abs(near) <= 1.0:
+            self.near_zero(servo, at)
 
     def tick(self, now: Instant, *, bus_gone: bool = False) -> None:
         """What silence means; call it several times a second. While the bus is gone nobody is told servo by servo."""
@@ -157,7 +213,7 @@ class Fleet:
                     self._hub.tell(Happened("warning", "offline", f"{servo.title} went silent.", servo.uid))
             since = servo.soft_start_since
             if since is not None and now - since > SOFT_START_LIMIT_S:
-                self.soft_start_over(servo)
+                self.soft_start_over(servo, seen=servo.raw("torque_mode") != 0)
         for node in self.suspects():
             self.on_suspect(node)
 
@@ -189,13 +245,25 @@ class Fleet:
         """The bus works again."""
         self._directory.hear_again(self._base.now())
 
-    def soft_start_over(self, servo: Servo) -> None:
-        """Soft start ended: near 0 degrees, or another command ended it (section 4.14)."""
+    def near_zero(self, servo: Servo, at: Instant) -> None:
+        """A horn in soft start was seen within 1 degree of 0: that ends it, when it is seen there again."""
+        if servo.near_zero_at is None:
+            servo.near_zero_at = at
+        elif servo.soft_starting and at - servo.near_zero_at >= SETTLES_S:
+            self.soft_start_over(servo)
+
+    def soft_start_over(self, servo: Servo, *, seen: bool = True) -> None:
+        """Soft start ended: near 0 degrees, or another command ended it (section 4.14).
+
+        Not `seen`: it should have, and its temporary values, which may still be there, tell nothing of ROM.
+        """
         servo.soft_start_since = None
+        for key in SOFT_START_ROWS:
+            servo.forget(key)  # what they were read to hold was for the time of soft start
         self._hub.tell(ServoChanged(servo.uid))
         node = servo.node_id
         if node is not None and node not in self._asking:
-            self._asking[node] = asyncio.get_running_loop().create_task(self._after_soft_start(servo, node))
+            self._asking[node] = asyncio.get_running_loop().create_task(self._after_soft_start(servo, node, seen=seen))
 
     async def detach(self) -> None:
         """The bus went away: nobody is online, and no question waits."""
@@ -205,32 +273,20 @@ class Fleet:
         await asyncio.gather(*tasks, return_exceptions=True)
         self._asking.clear()
         self._by_node.clear()
-        self._fresh.clear()
+        self.fresh.clear()
         self._directory = Directory()
         self._strangers = Strangers(self._base.now)
         for servo in self._servos.values():
             servo.online, servo.node_id, servo.soft_start_since = False, None, None
             if servo.model_number is not None:
                 self._hub.tell(ServoChanged(servo.uid))
+        if self._aside is not None:
+            self._servos, self._aside = self._aside, None
+            for servo in self._servos.values():
+                self._hub.tell(ServoChanged(servo.uid))
 
-    def _is_fresh(self, node: int) -> bool:
-        """Whether nobody can have written to a node since its start, so that RAM still is what ROM holds.
-
-        A node that had nobody to hear it may first say, all at once, what it said long ago: then its uptime has
-        run ahead of our clock since it seemed to start.
-        """
-        record = self._directory.records.get(node)
-        if record is None or node not in self._fresh:
-            return False
-        uptime, since = self._fresh[node]
-        return record.status.uptime_sec - uptime <= self._base.now() - since + 2
-
-    def _was_granted(self, node: int, now: Instant) -> bool:
-        granted = self.granted_at(node)
-        return granted is not None and now - granted < 2.0
-
-    def _noticed_restart(self, servo: Servo) -> None:
-        servo.restarted()
+    def _noticed_restart(self, servo: Servo, status: NodeStatus, at: Instant) -> None:
+        servo.restarted(at - status.uptime_sec - 1)  # an uptime of whole seconds
         self._hub.tell(ServoChanged(servo.uid))
         if servo.busy is None:
             text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
@@ -247,14 +303,14 @@ class Fleet:
                 return
             servo = self._welcome(node, identity)
             await identification.read_rows(self._asker, servo)
-            if self._is_fresh(node):
+            if self.fresh.of(node, self._directory.records.get(node)):
                 soft = servo.raw("soft_start") == 1 and servo.raw("torque_mode") == 0
-                servo.soft_start_since = self._base.now() if soft else None
+                servo.soft_start_since, servo.near_zero_at = self._base.now() if soft else None, None
                 identification.learn_rom(servo, soft_start=soft)
             else:
-                self._recall_rom(servo)
+                self.memory.recall(servo)
             servo.identified = True
-            self._fresh.pop(node, None)
+            self.fresh.spent(node)
             self._told_all(servo)
             self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid))
             self.on_arrival(servo)
@@ -315,20 +371,16 @@ class Fleet:
         self._by_node[node] = servo
         self._strangers.forget(node)
         identification.apply(servo, identity)
+        self._units.met(servo)
         if record is not None and self._imposed.pop(node, None) == record.lives:
-            servo.note_write("torque_mode")
+            servo.note_write("torque_mode", None, self._base.now())
         self._hub.tell(ServoChanged(servo.uid))
         self.on_sight(servo)
         return servo
 
-    async def _after_soft_start(self, servo: Servo, node: int) -> None:
-        rows = [key for key in SOFT_START_ROWS if key in servo.registers]
-        learn = [key for key in rows if servo.registers[key].rom is None]
+    async def _after_soft_start(self, servo: Servo, node: int, *, seen: bool) -> None:
         try:
-            await identification.read_rows(self._asker, servo, rows)
-            for key in learn:
-                if not servo.registers[key].written and not servo.rom_lost:
-                    servo.registers[key].rom = servo.registers[key].raw
+            await identification.learn_after_soft_start(self._asker, servo, ended=seen)
             self.remember(servo)
             self._told_all(servo)
         except HornbillError as error:
@@ -337,29 +389,8 @@ class Fleet:
             self._asking.pop(node, None)
 
     def remember(self, servo: Servo) -> None:
-        """Keep what is known of a servo beyond this process: who it is, and what its ROM holds. Never raises."""
-        facts = ServoFacts(
-            name=servo.name, model=servo.model.name if servo.model else None, model_number=servo.model_number,
-            hardware_version=servo.hardware_version, firmware=servo.firmware, serial=servo.serial_number,
-            production_date=servo.production_date, node_id=servo.node_id, servo_id=servo.servo_id,
-        )  # fmt: skip
-        try:
-            self._inventory.met(servo.uid, facts)
-            self._inventory.keep_rom(servo.uid, servo.rom())
-        except Exception:  # a full disk must not keep anybody from watching and stopping this servo
-            log.exception("%s could not be kept in the store", servo.title)
-            text = f"What is known of {servo.title} could not be stored. Check the data folder and its disk."
-            self._hub.tell(Happened("warning", "store_failed", text, servo.uid))
-
-    def _recall_rom(self, servo: Servo) -> None:
-        """ROM changes only by a save, and a save restarts the servo: what was known holds while it has run on."""
-        kept = self._inventory.get(servo.uid)
-        if servo.rom_lost or kept is None or kept.last_seen is None or servo.status is None:
-            return
-        if servo.status.uptime_sec > self._base.utc_now() - kept.last_seen + 2:
-            for key, raw in kept.rom.items():
-                if key in servo.registers and servo.registers[key].rom is None:
-                    servo.registers[key].rom = raw
+        """Keep what is known of a servo beyond this process, and flag what differs from before. Never raises."""
+        self.memory.remember(servo)
 
     def _told_all(self, servo: Servo) -> None:
         for key in servo.registers:

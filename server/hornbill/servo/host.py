@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
-from hornbill.errors import BusDisconnected, PortError
+from hornbill.errors import BusDisconnected, BusReadOnly, PortError
 from hornbill.node.allocator import Allocator, AllocatorMode
 from hornbill.node.directory import Directory
 from hornbill.node.guard import GuardedPort
@@ -15,26 +15,55 @@ from hornbill.node.tap import FrameTap
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.allocating import Allocating
 from hornbill.servo.asking import Asker
+from hornbill.servo.blackbox import BlackBox
+from hornbill.servo.bursts import Bursts
 from hornbill.servo.bus_watch import GONE, BusWatch
+from hornbill.servo.configuration.applying import Applying
 from hornbill.servo.configuration.audit import Audit
+from hornbill.servo.configuration.batch import Batch
 from hornbill.servo.configuration.changes import Changes
+from hornbill.servo.configuration.claims import Claims
+from hornbill.servo.configuration.commission_hands import Hands
+from hornbill.servo.configuration.commissioning import Commissioning
+from hornbill.servo.configuration.commissioning_unit import Crew
+from hornbill.servo.configuration.comparing import Sides
+from hornbill.servo.configuration.drift import Drift
 from hornbill.servo.configuration.history import History
+from hornbill.servo.configuration.parking import Parking
+from hornbill.servo.configuration.profiles import Profiles
+from hornbill.servo.configuration.resetting import Resetting
+from hornbill.servo.configuration.restoring import Restoring
 from hornbill.servo.configuration.saving import Saving
+from hornbill.servo.configuration.witness import Witness
 from hornbill.servo.doctor.doctor import Doctor
+from hornbill.servo.effects import Effects
+from hornbill.servo.faults import Faults
 from hornbill.servo.fleet import Fleet
 from hornbill.servo.hub import BusChanged, Change, Happened, Hub, JobChanged, LeaseChanged, ServoChanged
 from hornbill.servo.jobs import Jobs
+from hornbill.servo.jogging import Jogs
 from hornbill.servo.leases import Leases
 from hornbill.servo.monitor import Monitor
 from hornbill.servo.motion import Motion
 from hornbill.servo.narrating import Narrator
-from hornbill.servo.polling import Polling
+from hornbill.servo.polling import BUDGET, Polling
+from hornbill.servo.position_estimate import PositionUnit
+from hornbill.servo.position_unit import PositionUnits
+from hornbill.servo.remembering import Memory
+from hornbill.servo.replaying import Bundled, Replaying
 from hornbill.servo.servo import Servo
+from hornbill.servo.snapshot import Snapshot
 from hornbill.servo.stop import Stop
-from hornbill.servo.telemetry import Telemetry
+from hornbill.servo.stop_kept import KeptStop
+from hornbill.servo.streams import Streams
+from hornbill.servo.takeover import TakeOvers
+from hornbill.servo.telemetry import MINUTES, Telemetry
 from hornbill.servo.timebase import TimeBase
+from hornbill.servo.turn_count import TurnCount
+from hornbill.servo.wiggle import Wiggle
+from hornbill.store.audit import Entry
 from hornbill.store.store import Store
-from hornbill.wire.port import RECORDING, CanPort
+from hornbill.wire.port import RECORDINGS, CanPort
 from hornbill.wire.services import SoftwareVersion
 
 log = logging.getLogger(__name__)
@@ -71,10 +100,15 @@ class Host:
         unique_id: bytes,
         version: tuple[int, int],
         allocator: AllocatorMode | None = None,
+        position_unit: PositionUnit | None = None,
+        poll_budget: float = BUDGET,
+        telemetry_minutes: float = MINUTES,
     ) -> None:
         """`open_port(address, bitrate)` opens an adapter; `node_id` is our own, 1..127.
 
-        `allocator` is its mode, None for the one chosen last.
+        `allocator` is its mode, None for the one chosen last. `position_unit` is forced on every servo that has
+        not been given one of its own. `poll_budget` is the share of the bus polling may take, 0..1;
+        `telemetry_minutes` of every channel are kept.
         """
         self.catalog = catalog
         self.store = store
@@ -87,27 +121,79 @@ class Host:
         self.connection: Connection | None = None
         self._open_port = open_port
         self._own = (node_id, unique_id, SoftwareVersion(*version))
-        self.asker = Asker(catalog, self.hub, self.base)
+        self.asker = Asker(self.hub, self.base)
         self.audit = Audit(store.audit, self.hub)
         self.history = History(store.snapshots, self.audit)
-        self.telemetry = Telemetry(self.hub)
-        self.fleet = Fleet(catalog, self.asker, self.hub, self.base, store.servos)
+        self.profiles = Profiles(store.profiles, catalog, self.audit)
+        self.telemetry = Telemetry(self.hub, self.base, lambda uid: self.fleet.find(uid), minutes=telemetry_minutes)
+        self.drift = Drift(store.servos, self.hub, self.audit)
+        self.position_units = PositionUnits(
+            self.asker, self.hub, self.base, store.settings, self.audit, position_unit
+        )  # fmt: skip
+        self.fleet = Fleet(
+            catalog, self.asker, self.hub, self.base, Memory(store.servos, self.hub, self.base, self.drift),
+            self.position_units,
+        )  # fmt: skip
+        self.effects = Effects(catalog, self.hub, self.fleet.find)
+        self.faults = Faults(catalog, store.faults, self.hub, self.base, self.fleet.find, self.audit)
         self.allocating = Allocating(
             store, self.hub, self.base, self.fleet.ask_now, own_id=node_id, mode=allocator
         )  # fmt: skip
-        self.fleet.granted_at = self.allocating.granted_at
+        self.fleet.fresh.granted_at = self.allocating.granted_at
         self.leases = Leases()
         self.motion = Motion(self.asker, self.hub, self.base, self.leases)
-        self.stop = Stop(self.asker, self.hub, self.base, catalog, self.fleet.all, self.motion.quiet)
+        self.stop = Stop(self.asker, self.hub, self.base, catalog, self.fleet.met, self.motion.quiet)
         self.motion.stop = self.stop
-        self.jobs = Jobs(lambda job: self.hub.tell(JobChanged(job)), self.base.utc_now)
-        self.changes = Changes(self.asker, self.hub, self.base, self.leases, self.motion)
+        self.turn_count = TurnCount(self.hub, self.fleet.find)
+        self.bursts = Bursts(self.asker, self.base, self.motion, self.fleet.all)
+        self.streams = Streams(
+            self.asker, self.hub, self.base, self.leases, self.bursts,
+            lambda: sum(servo.online for servo in self.fleet.all()),
+        )  # fmt: skip
+        self.motion.streamed = self.streams.commands
+        self.jogs = Jogs(self.asker, self.hub, self.base, self.motion)
+        self.jobs = Jobs(lambda job: self.hub.tell(JobChanged(job)), self.base.utc_now, store.jobs)
+        self.claims = Claims(
+            self.fleet.all, store, lambda: None if self.connection is None else self.connection.directory, self.base,
+            own_id=node_id,
+        )  # fmt: skip
+        self.changes = Changes(
+            self.asker, self.hub, self.base, self.leases, self.motion, self.history, self.audit, self.claims
+        )
         self.saving = Saving(
             self.asker, self.hub, self.base, self.jobs, self.leases, self.motion, self.stop,
-            self.fleet,
+            self.fleet, self.history, self.audit, self.claims,
         )  # fmt: skip
+        self.resetting = Resetting(
+            self.asker, self.hub, self.base, self.jobs, self.leases, self.motion, self.stop, self.saving,
+            self.history, self.audit, self.fleet.memory,
+        )  # fmt: skip
+        self.applying = Applying(
+            self.profiles, self.changes, self.saving, self.jobs, self.leases, self.fleet, self.base
+        )  # fmt: skip
+        self.batch = Batch(self.asker, self.hub, self.base, self.leases, self.fleet, self.changes, self.saving)
+        self.wiggle = Wiggle(
+            self.asker, self.hub, self.base, self.jobs, self.leases, self.motion, self.stop, self.audit
+        )
+        hands = Hands(self.base, self.jobs, self.fleet, self.changes, self.saving)
+        parking = Parking(hands, self.fleet, self.claims, self.allocating, store.allocations)
+        crew = Crew(
+            hands, parking, self.asker, self.base, self.fleet, self.profiles, self.wiggle, self.audit, self.set_label
+        )
+        self.commissioning = Commissioning(
+            self.jobs, self.fleet, self.base, self.leases, self.stop, self.profiles, self.changes, self.saving,
+            self.claims, parking, crew,
+        )  # fmt: skip
+        self.sides = Sides(catalog, self.fleet, store.servos, store.snapshots, self.profiles)
+        self.restoring = Restoring(self.asker, self.changes)
+        self.witness = Witness(self.audit, self.base, self.stop)
+        self.kept_stop = KeptStop(store.settings, self.stop, self.base, self.hub)
+        self.kept_stop.restore()
+        self.stop.on_pressed, self.stop.on_cleared = self.witness.pressed, self.witness.cleared
+        self.motion.on_lease_ended = self.witness.lease_ended
+        self.takeovers = TakeOvers(self.leases, self.motion, self.hub, self.base, self.witness)
         self.watch = BusWatch(self.hub, self.base, self.fleet, self.motion, self.stop, self._bus_back)
-        self.polling = Polling(self.asker, self.base)
+        self.polling = Polling(self.asker, self.base, poll_budget)
         self.doctor = Doctor(self.base.now, self.fleet.all)
         self.fleet.on_sight = self.stop.on_arrival
         self.fleet.on_suspect = self.stop.on_suspect
@@ -116,6 +202,11 @@ class Host:
         self.tap = FrameTap()
         """Every frame of whatever bus is connected."""
         self.monitor = Monitor(self.tap, self.base, lambda: Narrator(catalog, self.fleet.all))
+        self.blackbox = BlackBox(
+            base=self.base, hub=self.hub, catalog=catalog, tap=self.tap, telemetry=self.telemetry, stop=self.stop,
+            leases=self.leases, port=self._port, find=self.fleet.find, snapshot=self._snapshot, node_id=node_id,
+        )  # fmt: skip
+        """What happened lately; it begins when it is told where bundles go."""
         self._switching = asyncio.Lock()
         self._ticker = asyncio.get_running_loop().create_task(self._tick())
 
@@ -153,10 +244,14 @@ class Host:
             unique_id=unique_id, software_version=version,
         )  # fmt: skip
         directory = self.fleet.attach(participant)
-        allocator = self.allocating.join(participant, directory, recorded=port.address.startswith(RECORDING))
+        allocator = self.allocating.join(participant, directory, recorded=port.address.startswith(RECORDINGS))
         self.connection = connection = Connection(port, participant, allocator, directory)
         self.asker.participant = participant
         self.tap.attach(participant)
+        if isinstance(port, Bundled) and port.about is not None:
+            self.telemetry.set_aside()
+            replaying = Replaying.of(port.about, self.fleet, self.asker, self.base)
+            participant.on_frames.append(replaying.hear)
         self.doctor.follow(port, participant, allocator)
         participant.start()
         self.watch.begin(port)
@@ -181,6 +276,7 @@ class Host:
         self.allocating.leave()
         await connection.participant.close()
         await self.fleet.detach()
+        self.telemetry.bring_back()
         await connection.port.close()
         self.hub.tell(BusChanged())
         self.hub.tell(Happened("notice", "disconnected", f"Disconnected from {connection.port.address}."))
@@ -189,11 +285,25 @@ class Host:
         """End everything. What is under command gets torque off first."""
         self._ticker.cancel()
         await self.jobs.close()
+        await self.streams.close()
+        await self.jogs.close()
         await self.polling.close()
+        await self.position_units.close()
         await self.disconnect()  # before stop ends: a servo that has not answered it yet is written to until then
         await self.stop.close()
+        await self.takeovers.close()
         await self.motion.debts.close()
+        await self.kept_stop.close()
+        await self.blackbox.close()
+        await self.witness.close()
         await asyncio.gather(self._ticker, return_exceptions=True)
+
+    def _port(self) -> CanPort | None:
+        return None if self.connection is None else self.connection.port
+
+    def _snapshot(self) -> Snapshot:
+        port = self._port()
+        return Snapshot.of(self.fleet.met(), None if port is None else (port.address, port.bitrate))
 
     def connected(self) -> Connection:
         """The connection. Raises BusDisconnected when there is none, or the adapter is lost."""
@@ -208,10 +318,16 @@ class Host:
         """Tell everybody who has motion control."""
         self.hub.tell(LeaseChanged())
 
-    def set_label(self, servo: Servo, label: str) -> None:
-        """Give a servo a nickname that outlives the process."""
-        servo.label = label.strip()
+    def set_label(self, servo: Servo, label: str, *, by: str, job: str | None = None) -> None:
+        """Give a servo a nickname that outlives the process. `by` says who, for the audit."""
+        if servo.recorded:
+            raise BusReadOnly(f"{servo.title} is one of a recording. Connect its bus to give it another label.")
+        before, servo.label = servo.label, label.strip()
         self.store.servos.label(servo.uid, servo.label)
+        outcome = "unchanged" if servo.label == before else "applied"
+        self.audit.note(
+            Entry(by, "label", outcome, servo.uid, before=before, requested=label, after=servo.label, job=job)
+        )
         self.hub.tell(ServoChanged(servo.uid))
 
     def _bus_back(self) -> None:
@@ -231,6 +347,7 @@ class Host:
             for part in (
                 self.watch.look,
                 self.motion.tick,
+                self.takeovers.tick,
                 lambda now=now: self.fleet.tick(now, bus_gone=self.watch.gone),
                 lambda now=now: self.doctor.tick(now),
                 lambda now=now: self.allocating.tick(now),

@@ -127,9 +127,24 @@ def learn_rom(servo: Servo, *, soft_start: bool) -> None:
         forget_rom(servo)
         return
     for key, register in servo.registers.items():
-        told = register.parameter.rom and register.at is not None and not register.written
+        told = register.parameter.rom and register.at is not None and register.tells_rom
         if told and not (soft_start and key in SOFT_START_ROWS):
             register.rom = register.raw
+
+
+async def learn_after_soft_start(asker: Asker, servo: Servo, *, ended: bool = True) -> None:
+    """Read the rows soft start held values of its own in; of those nobody wrote, RAM is what ROM holds again.
+
+    Not `ended`: nobody knows whether it holds them still, so nothing is learned of ROM.
+
+    Raises NoAnswer or BusDisconnected.
+    """
+    rows = [key for key in SOFT_START_ROWS if key in servo.registers]
+    learn = [key for key in rows if servo.registers[key].rom is None]
+    await read_rows(asker, servo, rows)
+    for key in learn if ended else ():
+        if servo.registers[key].tells_rom and not servo.rom_lost:
+            servo.registers[key].rom = servo.registers[key].raw
 
 
 def forget_rom(servo: Servo) -> None:

@@ -4,7 +4,7 @@ import math
 import secrets
 from dataclasses import dataclass
 
-from hornbill.errors import LeaseHeld, LeaseRequired, Unknown
+from hornbill.errors import Busy, LeaseHeld, LeaseRequired, Unknown
 from hornbill.units import Instant
 
 
@@ -24,6 +24,8 @@ class Leases:
     def __init__(self) -> None:
         self._lease: Lease | None = None
         self._unseen: list[Lease] = []
+        self.promised_to: str | None = None
+        """Who gets the next lease, because it was asked for: nobody else does meanwhile."""
 
     def current(self, now: Instant) -> Lease | None:
         """The live lease, or None."""
@@ -31,14 +33,31 @@ class Leases:
         return lease if lease is not None and lease.expires_at > now else None
 
     def grant(self, holder: str, ttl_s: float, now: Instant) -> Lease:
-        """A new lease. Raises LeaseHeld while somebody has one."""
+        """A new lease. Raises LeaseHeld while somebody has one, and Busy while it is promised to somebody."""
         held = self.current(now)
         if held is not None:
             raise self._held(held, now)
-        if self._lease is not None:
-            self._unseen.append(self._lease)
-        self._lease = Lease(secrets.token_hex(16), holder, ttl_s, now + ttl_s)
-        return self._lease
+        if self.promised_to is not None:
+            raise Busy(f"Motion control is passing to {self.promised_to}, who asked for it. Try again in a second.")
+        return self._new(holder, ttl_s, now, ttl_s)
+
+    def hand_over(self, holder: str, ttl_s: float, now: Instant, *, grace_s: float) -> Lease:
+        """A new lease for whom it was promised to, when nobody has one any more.
+
+        It lasts `grace_s` at least until it is renewed for the first time. Raises LeaseHeld.
+        """
+        held = self.current(now)
+        if held is not None:
+            raise self._held(held, now)
+        self.promised_to = None
+        return self._new(holder, ttl_s, now, max(ttl_s, grace_s))
+
+    def take_away(self, now: Instant) -> Lease | None:
+        """End whatever lease there is. The answer is who had it: what it commanded must be let go."""
+        lease = self.current(now)
+        if lease is not None:
+            self._lease = None
+        return lease
 
     def renew(self, lease_id: str, now: Instant) -> Lease:
         """Another `ttl_s` from now. Raises Unknown(unknown_lease) once it has ended: ask for a new one."""
@@ -87,6 +106,12 @@ class Leases:
         """Who does it, for the audit: the holder of that lease while it lives, else "no lease"."""
         lease = self.current(now)
         return lease.holder if lease is not None and _is(lease, lease_id) else "no lease"
+
+    def _new(self, holder: str, ttl_s: float, now: Instant, first_s: float) -> Lease:
+        if self._lease is not None:
+            self._unseen.append(self._lease)
+        self._lease = Lease(secrets.token_hex(16), holder, ttl_s, now + first_s)
+        return self._lease
 
     @staticmethod
     def _held(lease: Lease, now: Instant) -> LeaseHeld:

@@ -1,23 +1,24 @@
 """Owns Motion: commands under a live lease, kept alive while it lives, and torque off the moment it does not."""
 
 import asyncio
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import replace
 
 from hornbill.errors import (
     BusDisconnected,
     Busy,
     HornbillError,
-    LeaseHeld,
     LeaseRequired,
     NoAnswer,
     Refused,
-    Stopped,
     TorqueOff,
 )
-from hornbill.schema.parameter import DUMMY
-from hornbill.servo import permission
-from hornbill.servo.asking import COMMAND, READ, STOP, TORQUE, Asker, Patience
+from hornbill.schema.parameter import DUMMY, Parameter
+from hornbill.servo import cautions, permission
+from hornbill.servo.asking import COMMAND, POLL, READ, STOP, TORQUE, Asker, Patience
+from hornbill.servo.cautions import Caution
 from hornbill.servo.hub import Happened, Hub, LeaseChanged, ServoChanged
+from hornbill.servo.keeping_alive import Driven, KeepingAlive
 from hornbill.servo.leases import Lease, Leases
 from hornbill.servo.owing import TorqueDebts
 from hornbill.servo.permission import Target
@@ -29,17 +30,15 @@ from hornbill.units import Raw, Uid
 FRESH_S = 1.0
 """How old a reading may be that decides whether a command is let through."""
 
+AGEING_S = 0.4
+"""From this age on it is read again beside a command, so that the next one need not wait for it."""
+
 OFF_TRIES = 10
 LEAVE_S = 0.3
 
 
-@dataclass(slots=True)
-class Driven:
-    """A servo under command: whose lease, and the task that keeps repeating the command."""
-
-    servo: Servo
-    lease_id: str
-    alive: asyncio.Task[None] | None = None
+AT_ONCE = replace(COMMAND, urgent=True)
+"""A jog does not wait for the answer to a read of the same servo. One at a time, so that stop never lacks a number."""
 
 
 class Motion:
@@ -55,37 +54,102 @@ class Motion:
         self._leases = leases
         self._driven: dict[Uid, Driven] = {}
         self._sending: dict[asyncio.Task[Raw], Uid] = {}
+        self._ageing: dict[Uid, asyncio.Task[None]] = {}
+        self._keeping = KeepingAlive(asker, hub, base, self._gate, self._send, self._has)
         self.debts = TorqueDebts(self._quench, hub)
         self.stop: Stop | None = None
         self.bus_gone = False
         """The bus is lost: nothing may be put under command until it is back."""
         self.leaving = False
         """The bus is being left: nothing may be put under command any more."""
+        self.streamed: Callable[[Uid], bool] = lambda _uid: False
+        """Whether a stream commands a servo: a command of its own would be overruled by the next burst."""
+        self.on_lease_ended: Callable[[Lease, str], None] = lambda _lease, _why: None
+        """Called last, with a lease that was given back or lapsed, and why. Must return at once."""
 
     def driven(self, uid: Uid) -> bool:
         """Whether somebody has this servo under command."""
         return uid in self._driven
 
-    async def command(self, servo: Servo, lease_id: str | None, kind: str, value: float, *, clamp: bool) -> Target:
+    async def command(
+        self, servo: Servo, lease_id: str | None, kind: str, value: float, *, clamp: bool, confirm: Collection[str] = ()
+    ) -> Target:
         """Send one angle (degrees), speed (rpm) or torque (%) command and keep it alive while the lease lives.
 
-        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, NotInThisModel, ModeOff, TorqueOff, OutOfRange,
-        InvalidValue, Refused.
+        `confirm`: words of NeedsConfirmation that were answered. Raises Stopped, LeaseRequired, LeaseHeld, Busy,
+        NoAnswer, ConfigurationLost, NotInThisModel, ModeOff, TorqueOff, OutOfRange, InvalidValue, NeedsConfirmation,
+        Refused.
         """
+        self.may_move(servo, lease_id)
+        await self.freshen(servo, kind)
         lease = self.may_move(servo, lease_id)
-        await self._freshen(servo, kind)
-        permission.check_mode(servo, kind)
-        target = permission.target(servo, kind, value, clamp=clamp)
-        lease = self.may_move(servo, lease_id)
+        if self.streamed(servo.uid):
+            raise Busy(f"{servo.title} is commanded by a stream. Give the stream its value, or end it first.")
+        target = self.permit(servo, lease, kind, value, clamp=clamp, confirm=confirm)
         driven = self._drive(servo, lease)
-        self._pause(driven)  # or the old target could leave after the new one
+        self._keeping.pause(driven)  # or the old target could leave after the new one
         try:
-            await self._send(driven, target, COMMAND)
+            # beside a read that is under way, but never before a command that is
+            waits = servo.uid in self._sending.values()
+            holds = await self._send(driven, target, COMMAND if waits else AT_ONCE)
         except NoAnswer:
             if not await self._holds(driven, target):
                 raise
-        self._keep_alive(driven, target)
+            holds = target.raw
+        self._moved(driven, target)
+        self._note_command(servo, target)
+        self._keeping.begin(driven, target, holds)
         return target
+
+    def permit(
+        self, servo: Servo, lease: Lease, kind: str, value: float, *, clamp: bool, confirm: Collection[str]
+    ) -> Target:
+        """What may be sent, by what has just been read; its `warnings` are what to say. Asks nothing of the bus.
+
+        Raises ModeOff, TorqueOff, NotInThisModel, OutOfRange, InvalidValue, NeedsConfirmation.
+        """
+        permission.check_mode(servo, kind)
+        target = permission.target(servo, kind, value, clamp=clamp)
+        said = self.cautions(servo, kind, target.raw)
+        cautions.require(said, confirm)
+        if not said:
+            return target
+        words = frozenset(one.confirm for one in said if one.confirm is not None)
+        return replace(target, warnings=tuple(one.text for one in said), confirmed=words)
+
+    def cautions(self, servo: Servo, kind: str, raw: Raw) -> list[Caution]:
+        """What there is to say before `kind` is commanded to `raw`, by what was read last."""
+        keys = ("current_angle", "command_angle")  # on the way the horn is somewhere between them
+        known = (servo.registers[key] for key in keys if key in servo.registers)
+        here = [one.raw for one in known if one.raw is not None and one.at is not None and one.raw != DUMMY]
+        return cautions.cautions(servo, kind, raw, here)
+
+    def drive_by_burst(self, lease: Lease, parts: Collection[tuple[Servo, Target]]) -> None:
+        """Take servos under command to which a burst has just been handed, and keep them alive."""
+        now = self._base.now()
+        for servo, target in parts:
+            driven = self._drive(servo, lease)
+            self._moved(driven, target)
+            before = servo.raw(target.parameter.key)
+            self._note_command(servo, target, tell=before is None or before == DUMMY)
+            servo.note(target.parameter.key, target.raw, now)
+            for key in permission.ROW_OF.values():
+                servo.forget(key)  # whether ArrayCommand shows in them is not documented
+            self._keeping.told(driven, target)
+
+    def still_holds(self, servo: Servo, lease_id: str | None, target: Target) -> None:
+        """Whether it is still under this command, for whoever waits for its end.
+
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, TorqueOff, BusDisconnected.
+        """
+        self.may_move(servo, lease_id)
+        driven = self._driven.get(servo.uid)
+        if driven is None:
+            raise TorqueOff(f"Torque was taken from {servo.title} before it settled.")
+        if driven.target is None or (driven.target.parameter, driven.target.raw) != (target.parameter, target.raw):
+            raise Busy(f"{servo.title} was given another command before it settled.")
+        if driven.alive is None or driven.alive.done():
+            raise Busy(f"{servo.title} was let go before it settled: it restarted, or lost its command.")
 
     async def torque_on(self, servo: Servo, lease_id: str | None) -> Raw:
         """Energise the motor where it stands, under a lease. Raises as `command` does.
@@ -96,17 +160,21 @@ class Motion:
         lease = self.may_move(servo, lease_id)
         mode = servo.registers["torque_mode"].parameter
         driven = self._drive(servo, lease)
-        self._pause(driven)
+        self._keeping.pause(driven)
         raw = await self._send(driven, Target(mode, 0, clamped=False), TORQUE)
-        await self._freshen(servo, "angle", max_age_s=0.0)
+        await self.freshen(servo, "angle", max_age_s=0.0)
         angle = await self._asker.read(servo, servo.registers["current_angle"].parameter, READ)
         row = permission.row_for(servo, "angle")
         low, high = permission.bounds(servo, "angle", row)
         if raw == 0 and low <= angle <= high:
             self.may_move(servo, lease_id)
             hold = Target(row, angle, clamped=False)
-            await self._send(driven, hold, COMMAND)
-            self._keep_alive(driven, hold)
+            holds = await self._send(driven, hold, COMMAND)
+            self._note_command(servo, hold)
+            self._keeping.begin(driven, hold, holds)
+            return raw
+        for key in permission.ROW_OF.values():  # the servo has set them anew (section 4.13)
+            await self._asker.read(servo, servo.registers[key].parameter, READ)
         return raw
 
     async def torque_away(self, servo: Servo, mode: str) -> Raw:
@@ -114,6 +182,8 @@ class Motion:
         owed = self.driven(servo.uid) or self.debts.owes(servo.uid)
         self._let_go(servo.uid)
         self.debts.forgive(servo.uid)  # or an "off" of before could follow the brake
+        if self.stop is not None and mode == "off":
+            self.stop.let_go(servo)
         row = servo.catalog.by_key["torque_mode"]
         patience = Patience(STOP.priority, STOP.timeout_s * 2, OFF_TRIES, urgent=True)
         try:
@@ -124,6 +194,10 @@ class Motion:
             raise
         self._hub.tell(ServoChanged(servo.uid))
         return raw
+
+    def hand_back(self, servo: Servo) -> None:
+        """Command it no more, and leave torque as it is: for a horn that holds its place as it did before we came."""
+        self._let_go(servo.uid)
 
     def tick(self) -> None:
         """Notice a lease that ran out; call it at least every 50 ms."""
@@ -140,6 +214,7 @@ class Motion:
         self._hub.tell(LeaseChanged())
         if driven:
             self._hub.tell(Happened("notice", "lease_ended", f"{why} Torque goes off on {names}."))
+        self.on_lease_ended(lease, why)
 
     def quiet(self) -> list[Servo]:
         """Drop every command that is waiting or being repeated, at once. Stop calls it before its first frame.
@@ -173,7 +248,10 @@ class Motion:
         self.debts.say_unanswered()
 
     def may_move(self, servo: Servo, lease_id: str | None) -> Lease:
-        """The lease to move it under. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, NotInThisModel."""
+        """The lease to move it under.
+
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, ConfigurationLost, NotInThisModel.
+        """
         if self.stop is not None:
             self.stop.check()
         if self.leaving:
@@ -181,19 +259,36 @@ class Motion:
         if self.bus_gone:
             raise BusDisconnected("The bus is lost. Command again when it is back.")
         lease = self._leases.require(lease_id, self._base.now())
-        permission.check_ready(servo)
+        permission.check_movable(servo)
         permission.row_for(servo, "angle")
         return lease
 
-    async def _freshen(self, servo: Servo, kind: str, max_age_s: float = FRESH_S) -> None:
-        keys = ["torque_mode", "angle_limit_cw", "angle_limit_ccw"]
+    async def freshen(self, servo: Servo, kind: str, max_age_s: float = FRESH_S) -> None:
+        """Read again what decides about a command of that kind, where it is older than that.
+
+        Raises NoAnswer, Refused, BusDisconnected.
+        """
+        keys = ["torque_mode", "angle_limit_cw", "angle_limit_ccw", "current_angle"]
         if kind != "angle":
-            keys += ["speed_torque_control", f"{kind}_limit_cw", f"{kind}_limit_ccw"]
+            keys[3:] = ["speed_torque_control", f"{kind}_limit_cw", f"{kind}_limit_ccw"]
+        elif servo.raw("command_angle") in (None, DUMMY):  # under speed or torque it may be turns away by now
+            servo.forget("current_angle")
+        rows = [servo.registers[key] for key in keys if key in servo.registers]
         now = self._base.now()
-        for key in keys:
-            register = servo.registers.get(key)
-            if register is not None and (register.at is None or now - register.at >= max_age_s):
+        for register in rows:
+            if register.at is None or now - register.at >= max_age_s:
                 await self._asker.read(servo, register.parameter, READ)
+        ageing = [one.parameter for one in rows if one.at is not None and now - one.at >= AGEING_S]
+        if ageing and servo.uid not in self._ageing:
+            task = self._ageing[servo.uid] = asyncio.get_running_loop().create_task(self._renew(servo, ageing))
+            task.add_done_callback(lambda _done: self._ageing.pop(servo.uid, None))
+
+    async def _renew(self, servo: Servo, rows: list[Parameter]) -> None:
+        for row in rows:
+            try:
+                await self._asker.read(servo, row, POLL)
+            except HornbillError:
+                return  # it grows older, and the next command reads it itself
 
     def _drive(self, servo: Servo, lease: Lease) -> Driven:
         self.debts.forgive(servo.uid)
@@ -222,7 +317,7 @@ class Motion:
 
         Raises Stopped, BusDisconnected, LeaseRequired or TorqueOff.
         """
-        if self._driven.get(driven.servo.uid) is driven:
+        if self._has(driven):
             return
         if self.stop is not None:
             self.stop.check()
@@ -242,76 +337,25 @@ class Motion:
         self._check(driven)
         return held == target.raw
 
-    def _note_command(self, servo: Servo, target: Target) -> None:
+    def _moved(self, driven: Driven, target: Target) -> None:
+        """It was commanded by somebody who knew what there was to say about it."""
+        if "turn_count" in target.confirmed:
+            driven.servo.turns_lost_deg = None
+
+    def _note_command(self, servo: Servo, target: Target, *, tell: bool = True) -> None:
         now = self._base.now()
         for other in permission.ROW_OF.values():
             if other != target.parameter.key:
                 servo.note(other, DUMMY, now)
-        self._hub.tell(ServoChanged(servo.uid))
+        if tell:
+            self._hub.tell(ServoChanged(servo.uid))
 
-    def _keep_alive(self, driven: Driven, target: Target) -> None:
-        self._note_command(driven.servo, target)
-        self._pause(driven)
-        driven.alive = asyncio.get_running_loop().create_task(self._repeat(driven, target))
+    def _has(self, driven: Driven) -> bool:
+        return self._driven.get(driven.servo.uid) is driven
 
-    @staticmethod
-    def _pause(driven: Driven) -> None:
-        if driven.alive is not None:
-            driven.alive.cancel()
-            driven.alive = None
-
-    async def _repeat(self, driven: Driven, target: Target) -> None:
-        """Feed the servo's own time-out (0x26, 0x27) with its command, but never give back what was taken.
-
-        After a restart, in protection, and when the time-out may have struck, the horn would jump to where it was
-        commanded before: then the servo is left alone until somebody commands it again.
-        """
-        servo, boots, fed, pause = driven.servo, driven.servo.boots, self._base.now(), True
-        while True:
-            time_out = (servo.raw("timeout_time") or 1000) / 1000
-            interval = max(0.02, min(60.0, time_out / 3))
-            if pause:
-                await asyncio.sleep(interval)
-            if servo.raw("timeout_action") == 0:
-                fed = self._base.now()
-                continue
-            try:
-                self._check(driven)
-                self.may_move(servo, driven.lease_id)
-                if servo.boots != boots:
-                    raise Busy(f"{servo.title} restarted.")
-                if self._base.now() - fed > max(time_out, 3 * interval):
-                    raise Busy(f"{servo.title} did not answer for longer than its time-out (0x27).")
-                await self._send(driven, target, Patience(COMMAND.priority, min(COMMAND.timeout_s, interval / 2), 1))
-                fed, pause = self._base.now(), True
-            except NoAnswer as error:
-                if not await self._runs_on(servo, boots):
-                    self._say_let_go(driven, error)
-                    return
-                pause = False
-            except HornbillError as error:
-                self._say_let_go(driven, error)
-                return
-
-    async def _runs_on(self, servo: Servo, boots: int) -> bool:
-        """Whether a servo that missed a command has not restarted, by its uptime."""
-        before, at, node = servo.status, servo.status_at, servo.node_id
-        if before is None or at is None or node is None:
-            return False
-        try:
-            uptime = (await self._asker.node_info(node)).status.uptime_sec
-        except HornbillError:
-            return False
-        expected = before.uptime_sec + self._base.now() - at
-        return servo.boots == boots and 0 < before.uptime_sec <= uptime and uptime > expected - 1.5
-
-    def _say_let_go(self, driven: Driven, error: HornbillError) -> None:
-        servo = driven.servo
-        if self._driven.get(servo.uid) is driven and not isinstance(
-            error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected
-        ):
-            text = f"{error.detail} {servo.title} is not kept under its last command any more. Command it again."
-            self._hub.tell(Happened("warning", "let_go", text, servo.uid))
+    def _gate(self, driven: Driven) -> None:
+        self._check(driven)
+        self.may_move(driven.servo, driven.lease_id)
 
     def _let_go(self, uid: Uid) -> None:
         # an "on" that still waits in a queue must not leave after the "off" that follows
@@ -320,7 +364,7 @@ class Motion:
                 task.cancel()
         driven = self._driven.pop(uid, None)
         if driven is not None:
-            self._pause(driven)
+            self._keeping.pause(driven)
 
     async def _quench(self, servo: Servo, mode: str) -> None:
         assert self.stop is not None

@@ -10,7 +10,6 @@ from hornbill.schema.catalog import Catalog
 from hornbill.schema.fault import bits_of
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import to_text, with_unit
-from hornbill.servo.fleet import DEGREES_PER_UNIT
 from hornbill.servo.servo import Servo
 from hornbill.units import Raw
 from hornbill.wire.datatype import Kind
@@ -63,22 +62,23 @@ class TableNames(Names):
         return to_text(row, raw, values)
 
     def position(self, node: int, position: float) -> str:
-        """In degrees from a servo the host has met; what others mean by it is not known."""
-        if self._on(node) is None or not math.isfinite(position):
-            return super().position(node, position)
-        return _degrees(position * DEGREES_PER_UNIT)
+        """In degrees from a servo whose unit is known; what others mean by it is not."""
+        servo = self._on(node)
+        angle = None if servo is None or not math.isfinite(position) else servo.position_unit.shown(position)
+        return super().position(node, position) if angle is None else _degrees(angle)
 
     def command(self, command: Command) -> str:
         """In the units of table 2-21 for a servo the host has met."""
         value, kind = command.command_value, command.command_type
-        known = any(servo.servo_id == command.actuator_id for servo in self._servos())
-        if not known or not math.isfinite(value):
+        servo = next((servo for servo in self._servos() if servo.servo_id == command.actuator_id), None)
+        if servo is None or not math.isfinite(value):
             return super().command(command)
         match kind:
             case CommandType.UNITLESS:
                 return f"to {_degrees(value * _DEGREES_PER_UNITLESS)}"
             case CommandType.POSITION:
-                return f"to {_degrees(value * DEGREES_PER_UNIT)}"
+                angle = servo.position_unit.shown(value)
+                return super().command(command) if angle is None else f"to {_degrees(angle)}"
             case CommandType.FORCE:
                 return f"torque {with_unit(plain_number(value), self._catalog.by_key['command_torque'].unit)}"
             case CommandType.SPEED:

@@ -2,7 +2,16 @@
 
 from dataclasses import dataclass
 
-from hornbill.errors import Busy, ModeOff, NoAnswer, NotInThisModel, OutOfRange, TorqueOff
+from hornbill.errors import (
+    BusReadOnly,
+    Busy,
+    ConfigurationLost,
+    ModeOff,
+    NoAnswer,
+    NotInThisModel,
+    OutOfRange,
+    TorqueOff,
+)
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.servo import Servo, State
@@ -22,11 +31,16 @@ _WHY_BUSY = {
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What may be sent: the row, the raw value, and whether it was clamped."""
+    """What may be sent: the row, the raw value, and whether it was clamped.
+
+    `warnings`: what to tell who asked; `confirmed`: the words for which it had to be asked.
+    """
 
     parameter: Parameter
     raw: Raw
     clamped: bool
+    warnings: tuple[str, ...] = ()
+    confirmed: frozenset[str] = frozenset()
 
 
 def check_ready(servo: Servo) -> None:
@@ -43,6 +57,23 @@ def check_writable(servo: Servo) -> None:
     """As `check_ready`, but a servo that protects itself takes writes: they may be the remedy."""
     if servo.state is not State.PROTECTED:
         check_ready(servo)
+
+
+def check_movable(servo: Servo) -> None:
+    """As `check_ready`; raises BusReadOnly for a servo of a recording, and ConfigurationLost for one that could not
+    load what was saved (4.12, features B56).
+
+    On defaults its limits, its zero and its direction may all be others than those its mechanism needs.
+    """
+    if servo.recorded:
+        raise BusReadOnly(f"{servo.title} is one of a recording: nothing moves. Connect its bus: PUT /api/v1/bus.")
+    check_ready(servo)
+    if servo.rom_lost:
+        raise ConfigurationLost(
+            f"{servo.title} runs on defaults: what was saved could not be loaded at its last start (warning bit 15). "
+            "So it is not moved. Restore a snapshot "
+            f"(POST /api/v1/servos/{servo.uid}/snapshots/{{id}}/restore) and save, or save what it holds now."
+        )
 
 
 def row_for(servo: Servo, kind: str) -> Parameter:

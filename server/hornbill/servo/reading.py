@@ -1,15 +1,78 @@
-"""Owns Reading: one parameter as people and programs see it, made from a register, its row and the effect rules."""
+"""Owns Reading: one parameter as people and programs see it: register, row, and whether it has an effect now."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 from hornbill.schema import effect, scale
+from hornbill.schema.effect import COMMANDS, Effect
 from hornbill.schema.scale import Value
-from hornbill.servo.servo import Register, Servo
+from hornbill.servo.servo import SOFT_START_ROWS, Register, Servo
 from hornbill.servo.timebase import TimeBase
 from hornbill.units import Raw
+from hornbill.wire.messages import Mode
 
 LIVE_PERIOD_S = {"command": 2.5, "status": 5.0, "faults": 2.5}
 """Groups that change by themselves, and the age at which their readings are stale (twice the background poll)."""
+
+SHAPE_THE_OUTPUT: Final = frozenset(COMMANDS) | {
+    "smoothing", "overcurrent_limit", "angle_p_gain", "angle_d_gain", "angle_dead_band", "angle_boost",
+    "speed_p_gain", "speed_i_gain", "speed_dead_band", "speed_i_limit", "angle_limit_cw", "angle_limit_ccw",
+    "speed_limit_cw", "speed_limit_ccw", "torque_limit_cw", "torque_limit_ccw",
+}  # fmt: skip
+"""Rows that say what the motor does; without output there is nothing for them to act on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Circumstance:
+    """A state of a servo in which rows (None: all that can be written) have no effect.
+
+    `why` completes "No effect now: …". What other registers make void stands in schemas/effects.toml.
+    """
+
+    holds: Callable[[Servo], bool]
+    rows: frozenset[str] | None
+    why: str
+    section: str
+
+
+def _bits(word: str, *bits: int) -> Callable[[Servo], bool]:
+    mask = sum(1 << bit for bit in bits)
+    return lambda servo: bool((servo.raw(word) or 0) & mask)
+
+
+def _updating(servo: Servo) -> bool:
+    return servo.status is not None and servo.status.mode == Mode.SOFTWARE_UPDATE
+
+
+CIRCUMSTANCES: Final = (
+    Circumstance(_updating, None, "the servo's software is being replaced", "2.2"),
+    Circumstance(
+        _bits("fault_failure", 0, 5), SHAPE_THE_OUTPUT,
+        "the servo reports a failure (0x1B) that leaves the motor without output", "4.12",
+    ),
+    Circumstance(
+        _bits("fault_warning", 8, 9), SHAPE_THE_OUTPUT,
+        "output is off while the temperature (0x0B) is outside its limits; it comes back by itself, "
+        "without the last command", "4.7",
+    ),
+    Circumstance(
+        _bits("fault_warning", 10, 11), SHAPE_THE_OUTPUT,
+        "output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, "
+        "without the last command", "4.8",
+    ),
+    Circumstance(
+        lambda servo: servo.soft_starting, SOFT_START_ROWS,
+        "soft start (0x21) uses a value of its own until the horn is at 0°", "4.14",
+    ),
+    Circumstance(
+        lambda servo: servo.rom_lost, frozenset(COMMANDS),
+        "the saved configuration could not be loaded (0x1A), so hornbill does not move this servo", "4.12",
+    ),
+)  # fmt: skip
+"""In the order in which they are looked at: the first that holds gives the reason."""
+
+DECIDING_WORDS: Final = frozenset(("fault_warning", "fault_failure"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +93,8 @@ class Reading:
     in_effect: bool | None
     why_not: str | None
     stale: bool
+    differs_from_default: bool | None
+    unsaved: bool | None
 
 
 def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
@@ -44,7 +109,7 @@ def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
         return None if raw is None else scale.to_value(row, raw, values)
 
     bounded = row.kind == "number"
-    verdict = effect.why_not(servo.catalog, key, values, rows=servo.registers)
+    found = verdict(servo, key)
     return Reading(
         key=key,
         address=row.address,
@@ -57,15 +122,56 @@ def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
         default=value(row.default),
         minimum=row.minimum / per_unit if bounded and row.minimum is not None else None,
         maximum=row.maximum / per_unit if bounded and row.maximum is not None else None,
-        in_effect=verdict.in_effect,
-        why_not=verdict.why_not,
+        in_effect=found.in_effect,
+        why_not=found.why_not,
         stale=_stale(servo, register, now),
+        differs_from_default=_differs_from_default(servo, register),
+        unsaved=servo.differs_from_rom(key),
     )
 
 
 def readings(servo: Servo, base: TimeBase) -> dict[str, Reading]:
     """Every row this model and firmware has, in address order."""
     return {key: reading(servo, key, base) for key in servo.registers}
+
+
+def verdict(servo: Servo, key: str) -> Effect:
+    """Whether a row the servo has is in effect now: its state decides before its registers do."""
+    register = servo.registers[key]
+    if register.parameter.writable and not servo.online:
+        return Effect(None, "Effect not known: the servo is offline.")
+    for one in CIRCUMSTANCES:
+        if (register.parameter.writable if one.rows is None else key in one.rows) and one.holds(servo):
+            return Effect(False, f"No effect now: {one.why}.")
+    if register.parameter.after_restart:
+        return _since_the_start(servo, register)
+    return effect.why_not(servo.catalog, key, servo.raws(), rows=servo.registers)
+
+
+def circumstances(servo: Servo) -> tuple[object, ...]:
+    """What of a servo's state decides verdicts; while it is the same, only registers can change them."""
+    return (servo.online, servo.node_id, *(one.holds(servo) for one in CIRCUMSTANCES))
+
+
+def _since_the_start(servo: Servo, register: Register) -> Effect:
+    """Rows that are looked at when the servo starts, when it takes them from ROM (sections 4.11, 4.14, 4.38)."""
+    raw, rom = register.raw, register.rom
+    if rom is None and register.parameter.key == "node_id" and raw:
+        rom = servo.node_id  # a fixed one is in use or not, whatever else is known
+    if raw is None or rom is None:
+        missing = "has not been read" if raw is None else "in ROM is not known, and that is what the servo started with"
+        return Effect(None, f"Effect not known: {register.parameter.label.lower()} {missing}.")
+    if raw != rom:
+        return Effect(False, "No effect now: it acts at the next start, when it has been saved.")
+    return Effect(True, None)
+
+
+def _differs_from_default(servo: Servo, register: Register) -> bool | None:
+    """Of rows that ROM keeps; what soft start shows of its own for a while is no value of theirs."""
+    row = register.parameter
+    if not row.rom or row.default is None or register.raw is None:
+        return None
+    return None if servo.soft_starting and row.key in SOFT_START_ROWS else register.raw != row.default
 
 
 def _stale(servo: Servo, register: Register, now: float) -> bool:

@@ -3,7 +3,7 @@
 import asyncio
 import secrets
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Final
 
@@ -11,6 +11,7 @@ from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import to_text
 from hornbill.schema.model import ServoModel
 from hornbill.schema.parameter import Parameter
+from hornbill.servo.position_estimate import Estimate
 from hornbill.units import Instant, NodeId, Raw, Uid
 from hornbill.wire.messages import Health, Mode, NodeStatus
 
@@ -54,7 +55,8 @@ def mode_name(mode: int) -> str:
 class Register:
     """One parameter of one servo. `raw` is RAM as last read at `at`; `rom` is what is known to be in ROM.
 
-    `written`: we wrote to it since the servo started, so that RAM no longer tells what ROM holds.
+    `written`: we wrote to it since the servo started, so that RAM no longer tells what ROM holds; last at `written_at`.
+    `doubtful` are values that may have been written right after a start nobody had noticed.
     """
 
     parameter: Parameter
@@ -62,6 +64,14 @@ class Register:
     at: Instant | None = None
     rom: Raw | None = None
     written: bool = False
+    written_raw: Raw | None = None
+    written_at: Instant = float("-inf")
+    doubtful: frozenset[Raw | None] = frozenset()
+
+    @property
+    def tells_rom(self) -> bool:
+        """Whether RAM, once it is read after a start, is what ROM holds."""
+        return not self.written and self.raw not in self.doubtful
 
 
 @dataclass(slots=True)
@@ -83,14 +93,26 @@ class Servo:
     online: bool = False
     busy: State | None = None
     soft_start_since: Instant | None = None
+    near_zero_at: Instant | None = None
+    """When the horn was first seen near 0 degrees in the soft start of now."""
     status: NodeStatus | None = None
     status_at: Instant | None = None
     angle_deg: float | None = None
     angle_at: Instant | None = None
     angle_polled_at: Instant | None = None
     boots: int = 0
+    recorded: bool = False
+    """It is one of a recording: heard, never asked, moved or kept."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock, repr=False)
     registers: dict[str, Register] = field(default_factory=dict[str, Register])
+    drift: dict[str, Raw] = field(default_factory=dict[str, Raw])
+    """What ROM was known to hold, by key, where it was found to hold something else that we did not save."""
+    expected_rom: dict[str, Raw] | None = None
+    """What a save of ours is about to put into ROM, by key: what is then found there is no drift."""
+    position_unit: Estimate = field(default_factory=Estimate, repr=False)
+    """What a position of Status and ArrayCommand means on this servo."""
+    turns_lost_deg: float | None = None
+    """Where it stood, beyond ±180°, when it last restarted; None once somebody has moved it knowing that."""
     changed: int = 0
     session: str = field(default_factory=lambda: secrets.token_hex(3))
 
@@ -110,6 +132,11 @@ class Servo:
         if (self.raw("fault_warning") or 0) & PROTECTION_BITS:
             return State.PROTECTED
         return State.READY
+
+    @property
+    def unit_confirmed(self) -> bool:
+        """Whether its position unit is known, so that ArrayCommand may carry angles."""
+        return self.position_unit.sure
 
     @property
     def rom_lost(self) -> bool:
@@ -175,11 +202,10 @@ class Servo:
         """Fix model and firmware, and with them which rows exist; readings of rows that stay are kept."""
         rows: Mapping[str, Parameter] = {} if model is None else model.rows(firmware)
         self.model, self.firmware = model, firmware
-        self.registers = {key: Register(row, *self._known(key)) for key, row in rows.items()}
-
-    def _known(self, key: str) -> tuple[Raw | None, Instant | None, Raw | None, bool]:
-        old = self.registers.get(key)
-        return (None, None, None, False) if old is None else (old.raw, old.at, old.rom, old.written)
+        known = self.registers
+        self.registers = {
+            key: replace(known[key], parameter=row) if key in known else Register(row) for key, row in rows.items()
+        }
 
     def note(self, key: str, raw: Raw, at: Instant) -> bool:
         """Remember what RAM held at an instant; true when it differs from what was known."""
@@ -192,11 +218,16 @@ class Servo:
             self.changed += 1
         return changed
 
-    def note_write(self, key: str) -> None:
-        """Remember that we are about to write a row."""
+    def note_write(self, key: str, raw: Raw | None, at: Instant) -> None:
+        """Remember that we are about to write a row; None when nobody knows what was written."""
         register = self.registers.get(key)
         if register is not None:
-            register.written = True
+            register.written, register.written_raw, register.written_at = True, raw, at
+
+    def writes_are_over(self) -> None:
+        """Whatever was written so far was written before the restart that is about to be asked for."""
+        for register in self.registers.values():
+            register.written_at = float("-inf")
 
     def forget(self, key: str) -> None:
         """What RAM holds in a row is not known any more."""
@@ -210,23 +241,35 @@ class Servo:
             if register.parameter.access != "r" or register.parameter.rom:
                 register.at = None
 
-    def restarted(self) -> None:
-        """The servo started anew: RAM is what ROM holds, and ROM may hold something else, for a save restarts."""
+    def forget_everything(self) -> None:
+        """Be as one never met; whoever holds this object finds the servo in it again when it comes back."""
+        self.label, self.model_number, self.identified, self.angle_deg, self.status = "", None, False, None, None
+        self.registers, self.drift, self.angle_at, self.status_at = {}, {}, None, None
+        self.position_unit = Estimate()
+
+    def restarted(self, since: Instant = float("inf")) -> None:
+        """The servo started anew: RAM is what ROM holds, and ROM may hold something else, for a save restarts.
+
+        What was written at `since` or later may have been written after it started, before that was noticed.
+        """
         self.identified = False
-        self.soft_start_since = None
+        self.soft_start_since = self.near_zero_at = None
         self.boots += 1
         self.forget_readings()
         for register in self.registers.values():
+            late = register.written and register.written_at >= since
+            register.doubtful = frozenset((register.written_raw, register.raw)) if late else frozenset()
             register.rom, register.written = None, False
+
+    def differs_from_rom(self, key: str) -> bool | None:
+        """Whether RAM of a row differs from ROM, so that a restart would lose it; None while either is not known."""
+        one = self.registers[key]
+        if not one.parameter.rom or one.rom is None or one.raw is None:
+            return None
+        if self.soft_starting and key in SOFT_START_ROWS:
+            return None
+        return one.raw != one.rom
 
     def unsaved(self) -> list[str]:
         """Keys whose RAM differs from what is known to be in ROM; rows of unknown ROM are not claimed."""
-        return [
-            key
-            for key, register in self.registers.items()
-            if register.parameter.rom
-            and register.rom is not None
-            and register.raw is not None
-            and register.raw != register.rom
-            and not (self.soft_start_since is not None and key in SOFT_START_ROWS)
-        ]
+        return [key for key in self.registers if self.differs_from_rom(key)]

@@ -15,11 +15,17 @@ SAMPLE_S = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """`time_s` from the command to the first sample of the dwell that held; None when it did not settle in time."""
+    """`time_s` from the command to the first sample of the dwell that held; None when it did not settle in time.
+
+    The evidence: `samples` within the band in a row at the end, and the farthest of them from the target in degrees
+    (None without any).
+    """
 
     settled: bool
     time_s: float | None
     angle_deg: float | None
+    samples: int
+    max_deviation_deg: float | None
 
 
 async def wait_settled(
@@ -35,9 +41,10 @@ async def wait_settled(
 ) -> Settled:
     """Read the angle as fast as every 10 ms until it has stayed within `band_deg` of `target` for `dwell_s`.
 
-    `still_allowed` is asked before every sample and may raise what ends the motion (Stopped, LeaseRequired).
+    `still_allowed` is asked before every sample and may raise what ends the motion (Stopped, LeaseRequired, Busy, …).
     """
     began, inside_since, angle = base.now(), None, None
+    inside: list[float] = []
     row = servo.registers["current_angle"].parameter
     while base.now() - began <= timeout_s:
         still_allowed()
@@ -45,13 +52,17 @@ async def wait_settled(
             angle = await asker.read(servo, row, POLL) / row.per_unit
         except NoAnswer:
             inside_since = None
+            inside.clear()
             continue
         now = base.now()
-        if abs(angle - target / row.per_unit) > band_deg:
+        deviation = abs(angle - target / row.per_unit)
+        if deviation > band_deg:
             inside_since = None
-        elif inside_since is None:
-            inside_since = now
-        if inside_since is not None and now - inside_since >= dwell_s:
-            return Settled(True, round(inside_since - began, 4), angle)
+            inside.clear()
+        else:
+            inside.append(deviation)
+            inside_since = now if inside_since is None else inside_since
+            if now - inside_since >= dwell_s:
+                return Settled(True, round(inside_since - began, 4), angle, len(inside), round(max(inside), 4))
         await asyncio.sleep(SAMPLE_S)
-    return Settled(False, None, angle)
+    return Settled(False, None, angle, len(inside), round(max(inside), 4) if inside else None)

@@ -9,34 +9,38 @@ from hornbill.errors import HornbillError, Stopped
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.asking import STOP, Asker
 from hornbill.servo.hub import Change, Happened, Hub, ReadingChanged, StopChanged
+from hornbill.servo.quenching import AGAIN_LATER_S, AGAIN_S, MODES, SOON, Quencher
 from hornbill.servo.servo import Servo
 from hornbill.servo.timebase import TimeBase
-from hornbill.units import Instant, Raw, Uid
+from hornbill.units import Instant, Uid
 
 log = logging.getLogger(__name__)
 
-MODES: dict[str, Raw] = {"off": 1, "brake": 2}
-"""Values of 0x20 that take the output away (section 4.13): 0 is ON and is not here."""
-
-AGAIN_S = 0.02
-AGAIN_LATER_S = 0.25
 SAME_S = 1.0
 """The page sends one press over its socket and over REST; within this time both are one stop."""
 
 LOOK_S = 1.0
 """How often torque is taken again, while the latch is set, from a node nobody polls because it is not identified."""
 
-SOON = 25
-"""Tries at the short interval; a servo that is silent for half a second is asked four times a second from then on."""
+LOOK_BRAKED_S = 0.33
+"""The same with the brake: a third of the time-out (0x27) as delivered, which may let the brake go (section 4.19)."""
+
+NAMED_S = 1.0
+"""Who has not confirmed after this long is named in an event."""
 
 
 @dataclass(slots=True)
 class Confirmation:
-    """How stop went on one servo; `ms` from the request to the servo's answer."""
+    """How stop went on one servo since `begun`; `ms` from the request to the servo's answer.
+
+    `named`: somebody was told that it does not answer.
+    """
 
     uid: Uid
     label: str
+    begun: Instant
     ms: float | None = None
+    named: bool = False
 
     @property
     def confirmed(self) -> bool:
@@ -49,12 +53,19 @@ class NodeConfirmation:
     """The same of a node that may be a servo and has not been identified."""
 
     node_id: int
+    begun: Instant
     ms: float | None = None
+    named: bool = False
 
     @property
     def confirmed(self) -> bool:
         """Whether the node said that its torque is off."""
         return self.ms is not None
+
+    @property
+    def label(self) -> str:
+        """What to call it in a sentence."""
+        return f"node {self.node_id}"
 
 
 @dataclass(slots=True)
@@ -67,6 +78,10 @@ class Latch:
     reason: str
     servos: dict[Uid, Confirmation] = field(default_factory=dict[Uid, Confirmation])
     nodes: dict[int, NodeConfirmation] = field(default_factory=dict[int, NodeConfirmation])
+
+    def unconfirmed(self) -> list[Confirmation | NodeConfirmation]:
+        """Who has not said yet that its torque is off."""
+        return [one for one in (*self.servos.values(), *self.nodes.values()) if not one.confirmed]
 
 
 class Stop:
@@ -93,15 +108,21 @@ class Stop:
         self._row = catalog.by_key["torque_mode"]
         self._known = known
         self._quiet = quiet
+        self._quencher = Quencher(asker, self._row)
         self._tasks: dict[Uid | int, asyncio.Task[None]] = {}
+        self._braking: dict[Uid, asyncio.Task[None]] = {}
+        """Who keeps the brake from being let go by the servo's own time-out."""
         self.suspects: Callable[[], Collection[int]] = list[int]
         """Node ids that broadcast the Status of an actuator and are known neither as a servo nor as foreign."""
         self.imposing: Callable[[int], None] = lambda _node: None
         """Called before 0x20 is written to one of them."""
+        self.on_pressed: Callable[[Latch], None] = lambda _latch: None
+        """Called last, with every new latch. Must return at once."""
+        self.on_cleared: Callable[[Latch, str], None] = lambda _latch, _by: None
+        """Called last, with the latch that was cleared and who did. Must return at once."""
         self.latch: Latch | None = None
         self.bus_gone = False
         """The bus is lost: what is written leaves when it is back."""
-        self._hurry = asyncio.Event()
         hub.listen(self._on_change)
 
     @property
@@ -116,6 +137,16 @@ class Stop:
                 f"Stopped by {self.latch.by}. Nothing moves until the stop is cleared: DELETE /api/v1/stop.",
                 mode=self.latch.mode,
             )
+
+    def restore(self, mode: str, by: str, reason: str, at: Instant) -> None:
+        """Be stopped as somebody stopped it before the server was restarted. Call it before a bus is joined.
+
+        Nothing is sent: servos are stopped as they arrive.
+        """
+        text = "Pressed before the server was restarted."
+        self.latch = Latch(mode, at, by, f"{reason.rstrip('.')}. {text}" if reason else text)
+        text = f"Still stopped by {by}, from before the server was restarted. Torque goes {mode} on every servo found."
+        self._hub.tell(Happened("warning", "stopped", text))
 
     def now(self, mode: str, by: str, reason: str) -> Latch:
         """Stop. The first frames leave on the next turn of the event loop; pressing again sends again.
@@ -144,6 +175,7 @@ class Stop:
                 "Cut the supply of what can move until then."
             )
         self._hub.tell(Happened("failure", "stopped", text))
+        self.on_pressed(self.latch)
         return self.latch
 
     def _go_on(self, latch: Latch, waiting: Collection[Uid]) -> None:
@@ -156,8 +188,13 @@ class Stop:
 
     def hurry(self) -> None:
         """Ask at once, and often, whoever has not answered yet: the bus is back, or a servo is."""
-        self._hurry.set()
-        self._hurry = asyncio.Event()
+        self._quencher.hurry()
+
+    def let_go(self, servo: Servo) -> None:
+        """Somebody takes this servo's brake off by name: it is not put on again by itself."""
+        held = self._braking.pop(servo.uid, None)
+        if held is not None:
+            held.cancel()
 
     def on_arrival(self, servo: Servo) -> None:
         """A servo that comes back while the latch is set is stopped too: it may have started with torque on."""
@@ -188,15 +225,15 @@ class Stop:
         """Unlatch. Moves and turns on nothing; a servo that has not answered yet is written to until it does."""
         if self.latch is None:
             return
-        labels = [one.label for one in self.latch.servos.values() if not one.confirmed]
-        labels += [f"node {one.node_id}" for one in self.latch.nodes.values() if not one.confirmed]
-        open_ones = ", ".join(labels)
-        self.latch = None
+        open_ones = ", ".join(one.label for one in self.latch.unconfirmed())
+        latch, self.latch = self.latch, None
+        self._end_braking()
         self._hub.tell(StopChanged())
         text = f"Stop cleared by {by}. Torque stays off until turned on."
         if open_ones:
             text += f" Not confirmed: {open_ones}. Torque may still be on there; it is turned off when it answers."
         self._hub.tell(Happened("warning" if open_ones else "notice", "stop_cleared", text))
+        self.on_cleared(latch, by)
 
     async def confirmed(self, within_s: float) -> None:
         """Answer when every servo has confirmed, or after that time."""
@@ -206,7 +243,7 @@ class Stop:
 
     async def close(self) -> None:
         """End the repetitions; the latch stays as it is."""
-        tasks = list(self._tasks.values())
+        tasks = [*self._tasks.values(), *self._braking.values()]
         self._end_tasks()
         await asyncio.gather(*tasks, return_exceptions=True)
 
@@ -214,65 +251,78 @@ class Stop:
         for task in self._tasks.values():
             task.cancel()
         self._tasks.clear()
+        self._end_braking()
+
+    def _end_braking(self) -> None:
+        for task in self._braking.values():
+            task.cancel()
+        self._braking.clear()
 
     def _begin(self, servo: Servo, latch: Latch, *, anew: bool = True) -> None:
         if anew or servo.uid not in latch.servos:
-            latch.servos[servo.uid] = Confirmation(servo.uid, servo.title)
+            latch.servos[servo.uid] = one = Confirmation(servo.uid, servo.title, self._base.now())
+            self._name_later(latch, one)
+        self.let_go(servo)
         old = self._tasks.pop(servo.uid, None)
         if old is not None:
             old.cancel()
-        self._tasks[servo.uid] = asyncio.get_running_loop().create_task(
-            self.quench(servo, latch.mode, lambda: self._confirm(latch, latch.servos[servo.uid]))
-        )
+        self._tasks[servo.uid] = asyncio.get_running_loop().create_task(self._quench_servo(servo, latch))
 
     def _begin_node(self, node: int, latch: Latch) -> None:
-        one = latch.nodes.setdefault(node, NodeConfirmation(node))
+        one = latch.nodes.get(node)
+        if one is None:
+            one = latch.nodes[node] = NodeConfirmation(node, self._base.now())
+            self._name_later(latch, one)
         old = self._tasks.pop(node, None)
         if old is not None:
             old.cancel()
         self._tasks[node] = asyncio.get_running_loop().create_task(self._quench_node(one, latch))
 
+    def _name_later(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
+        asyncio.get_running_loop().call_at(one.begun + NAMED_S, self._name_silent, latch)
+
+    def _name_silent(self, latch: Latch) -> None:
+        """Name everybody who should have confirmed by now, in one event."""
+        due = self._base.now() - NAMED_S + 0.001
+        silent = [one for one in latch.unconfirmed() if one.begun <= due and not one.named]
+        if latch is not self.latch or not silent:
+            return
+        for one in silent:
+            one.named = True
+        text = f"No answer to the stop from {', '.join(one.label for one in silent)}. Torque may still be on there; "
+        text += "it is written until they answer. If they can move, cut their supply."
+        only = silent[0] if len(silent) == 1 else None
+        self._hub.tell(Happened("failure", "no_answer", text, only.uid if isinstance(only, Confirmation) else None))
+
     def _confirm(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         if one.ms is None:
             one.ms = round((self._base.now() - latch.at) * 1000, 2)
+        if one.named:
+            one.named = False
+            uid = one.uid if isinstance(one, Confirmation) else None
+            self._hub.tell(Happened("notice", "stopped_late", f"{one.label} has answered: torque {latch.mode}.", uid))
         if latch is self.latch:
             self._hub.tell(StopChanged())
 
-    async def quench(self, servo: Servo, mode: str, confirm: Callable[[], None] | None = None) -> None:
-        """Write `mode` into 0x20 of one servo, again and again until it answers that it holds it.
+    async def quench(self, servo: Servo, mode: str) -> None:
+        """Write `mode` into 0x20 of one servo, again and again until it answers that it holds it."""
+        await self._quencher.quench(servo, mode)
 
-        While it is offline another may sit on its node id and answer instead of it: that does not count.
-        """
-        wanted, tries = MODES[mode], 0
-        while True:
-            try:
-                if await self._asker.write(servo, self._row, wanted, STOP) == wanted:
-                    if servo.online:
-                        break
-                    tries = SOON
-            except HornbillError as error:
-                log.debug("%s: torque %s: %s", servo.title, mode, error.detail)
-            except Exception:  # whatever it is, the servo still has to be stopped
-                log.exception("%s: torque %s", servo.title, mode)
-            tries = await self._pause(tries + 1)
-        if confirm is not None:
-            confirm()
-
-    async def _pause(self, tries: int) -> int:
-        """The pause after so many tries in vain; how many still count after it."""
-        try:
-            async with asyncio.timeout(AGAIN_S if tries <= SOON else AGAIN_LATER_S):
-                await self._hurry.wait()
-        except TimeoutError:
-            return tries
-        return 0
+    async def _quench_servo(self, servo: Servo, latch: Latch) -> None:
+        await self._quencher.quench(servo, latch.mode)
+        self._confirm(latch, latch.servos[servo.uid])
+        if latch.mode == "brake" and latch is self.latch:
+            self._braking[servo.uid] = asyncio.get_running_loop().create_task(
+                self._quencher.keep_braked(servo, lambda: latch is self.latch)
+            )
 
     async def _quench_node(self, one: NodeConfirmation, latch: Latch) -> None:
         """Write the latch's mode into 0x20 of a node that may be a servo, for as long as it may be one.
 
-        Until it answers, latch or no latch; after that once in LOOK_S while the latch is set: it may have started anew.
+        Until it answers, latch or no latch; after that now and then while the latch is set: it may have started anew.
         """
         wanted, tries, node = MODES[latch.mode], 0, one.node_id
+        look = LOOK_BRAKED_S if latch.mode == "brake" else LOOK_S
         while node in self.suspects():
             if one.confirmed and latch is not self.latch:
                 return
@@ -287,7 +337,7 @@ class Stop:
             if held:
                 self._confirm(latch, one)
             tries = 0 if held else tries + 1
-            await asyncio.sleep(LOOK_S if held else AGAIN_S if tries <= SOON else AGAIN_LATER_S)
+            await asyncio.sleep(look if held else AGAIN_S if tries <= SOON else AGAIN_LATER_S)
         # From here on it is stopped as the servo it is, left alone as a foreign node, or gone.
         latch.nodes.pop(node, None)
         if latch is self.latch:

@@ -34,7 +34,7 @@ class Allocations:
 
     def rows(self) -> list[AllocationEntry]:
         """The whole table, by node id."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             found = session.scalars(select(AllocationRow).order_by(AllocationRow.node_id))
             return [
                 AllocationEntry(Uid(row.uid), NodeId(row.node_id), row.pinned, row.first_seen, row.last_seen)
@@ -50,13 +50,13 @@ class Allocations:
 
     def entries(self) -> dict[Uid, NodeId]:
         """Node ids by unique id."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             found = session.execute(select(AllocationRow.uid, AllocationRow.node_id))
             return {Uid(uid): NodeId(node_id) for uid, node_id in found}
 
     def pinned(self, uid: Uid) -> bool:
         """Whether a person chose this node's id."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             return bool(session.scalar(select(AllocationRow.pinned).where(AllocationRow.uid == uid)))
 
     def record(self, uid: Uid, node_id: NodeId) -> None:
@@ -85,7 +85,7 @@ class Allocations:
     def idle(self, longer_than_s: float) -> list[Uid]:
         """Nodes without a pin that were last seen longer than so many seconds ago, the longest unseen first."""
         before = self._wall() - longer_than_s
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             found = session.scalars(
                 select(AllocationRow.uid)
                 .where(AllocationRow.pinned.is_(False), AllocationRow.last_seen < before)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 
 from hornbill.store.database import Database
-from hornbill.store.tables import AuditRow, Json
+from hornbill.store.tables import HIGHEST_ID, AuditRow, Json
 from hornbill.units import Uid
 
 
@@ -53,7 +53,8 @@ class AuditLog:
         with self._database.transaction() as session:
             session.add_all(
                 AuditRow(
-                    at=now, by=one.by[:80], action=one.action, outcome=one.outcome, uid=one.uid, key=one.key,
+                    at=now, by=one.by[:80], action=one.action, outcome=one.outcome, uid=one.uid,
+                    key=None if one.key is None else one.key[:100],
                     before=one.before, requested=one.requested, after=one.after, detail=one.detail, job=one.job,
                 )
                 for one in entries
@@ -78,10 +79,10 @@ class AuditLog:
         if action is not None:
             asked = asked.where(AuditRow.action == action)
         if before_id is not None:
-            asked = asked.where(AuditRow.id < before_id)
+            asked = asked.where(AuditRow.id < min(before_id, HIGHEST_ID))
         if since is not None:
             asked = asked.where(AuditRow.at >= since)
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             return [_entry(row) for row in session.scalars(asked)]
 
 

@@ -38,7 +38,7 @@ class StoredJobs:
 
     def all(self) -> list[StoredJob]:
         """Every job, oldest first."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             found = session.scalars(select(JobRow).order_by(JobRow.created_at, JobRow.id))
             return [_job(row) for row in found]
 
@@ -47,12 +47,12 @@ class StoredJobs:
         with self._database.transaction() as session:
             row = session.get(JobRow, job.id)
             if row is None:
-                row = JobRow(id=job.id, kind=job.kind, uid=job.uid, created_at=job.created_at)
-                session.add(row)
                 beyond = select(JobRow.id).where(JobRow.ended_at.is_not(None)).order_by(JobRow.created_at.desc())
                 old = session.scalars(beyond.offset(KEPT).limit(1000)).all()
                 if old:
                     session.execute(delete(JobRow).where(JobRow.id.in_(old)))
+                row = JobRow(id=job.id, kind=job.kind, uid=job.uid, created_at=job.created_at)
+                session.add(row)
             row.state, row.ended_at = job.state, job.ended_at
             row.request = None if job.request is None else dict(job.request)
             row.document = dict(job.document)

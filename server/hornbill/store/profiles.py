@@ -30,12 +30,13 @@ class Profiles:
 
     def all(self) -> list[StoredProfile]:
         """Every profile, by name."""
-        with self._database.transaction() as session:
-            return [_profile(row) for row in session.scalars(select(ProfileRow).order_by(ProfileRow.name))]
+        with self._database.reading() as session:
+            # sorted here: every database has its own idea of the order of words
+            return sorted((_profile(row) for row in session.scalars(select(ProfileRow))), key=lambda one: one.name)
 
     def get(self, name: str) -> StoredProfile:
         """One profile. Raises Unknown (unknown_profile)."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             row = session.get(ProfileRow, name)
             if row is None:
                 raise _unknown(name)

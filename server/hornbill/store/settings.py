@@ -16,7 +16,7 @@ class Settings:
 
     def get(self, key: str, default: Json = None) -> Json:
         """The value kept under a name, or `default`."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             row = session.get(SettingRow, key)
             return default if row is None else row.value
 

@@ -4,10 +4,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from sqlalchemy import delete, func, select
+from sqlalchemy.orm import Session
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
-from hornbill.store.tables import SnapshotRow
+from hornbill.store.tables import HIGHEST_ID, SnapshotRow
 from hornbill.units import Uid
 
 AUTOMATIC_KEPT = 200
@@ -71,7 +72,7 @@ class Snapshots:
 
     def of(self, uid: Uid, *, limit: int = 1000) -> list[Snapshot]:
         """A servo's snapshots, newest first."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             found = session.scalars(
                 select(SnapshotRow).where(SnapshotRow.uid == uid).order_by(SnapshotRow.id.desc()).limit(limit)
             )
@@ -83,29 +84,35 @@ class Snapshots:
 
     def get(self, snapshot_id: int) -> Snapshot:
         """One snapshot. Raises Unknown (unknown_snapshot)."""
-        with self._database.transaction() as session:
-            row = session.get(SnapshotRow, snapshot_id)
-            if row is None:
-                raise _unknown(snapshot_id)
+        with self._database.reading() as session:
+            row = _row(session, snapshot_id)
             return _snapshot(row)
 
     def drop(self, snapshot_id: int) -> None:
         """Forget one. Raises Unknown (unknown_snapshot)."""
         with self._database.transaction() as session:
-            row = session.get(SnapshotRow, snapshot_id)
-            if row is None:
-                raise _unknown(snapshot_id)
+            row = _row(session, snapshot_id)
             session.delete(row)
+
+    def drop_all(self, uid: Uid) -> int:
+        """Forget every one of a servo; how many there were."""
+        with self._database.transaction() as session:
+            ids = session.scalars(select(SnapshotRow.id).where(SnapshotRow.uid == uid)).all()
+            session.execute(delete(SnapshotRow).where(SnapshotRow.uid == uid))
+            return len(ids)
 
     def counts(self) -> dict[Uid, int]:
         """How many there are of each servo."""
-        with self._database.transaction() as session:
+        with self._database.reading() as session:
             found = session.execute(select(SnapshotRow.uid, func.count()).group_by(SnapshotRow.uid))
             return {Uid(uid): int(count) for uid, count in found}
 
 
-def _unknown(snapshot_id: int) -> Unknown:
-    return Unknown("unknown_snapshot", f"There is no snapshot {snapshot_id}.", snapshot=snapshot_id)
+def _row(session: Session, snapshot_id: int) -> SnapshotRow:
+    row = session.get(SnapshotRow, snapshot_id) if 0 < snapshot_id <= HIGHEST_ID else None
+    if row is None:
+        raise Unknown("unknown_snapshot", f"There is no snapshot {snapshot_id}.", snapshot=snapshot_id)
+    return row
 
 
 def _snapshot(row: SnapshotRow) -> Snapshot:

@@ -9,8 +9,10 @@ from typing import Self
 from hornbill.store.allocations import Allocations
 from hornbill.store.audit import AuditLog
 from hornbill.store.database import Database
+from hornbill.store.faults import FaultLog
 from hornbill.store.jobs import StoredJobs
 from hornbill.store.profiles import Profiles
+from hornbill.store.runs import Runs
 from hornbill.store.servos import Servos
 from hornbill.store.settings import Settings
 from hornbill.store.snapshots import Snapshots
@@ -33,6 +35,8 @@ class Store:
         self.profiles = Profiles(self._database, wall)
         self.audit = AuditLog(self._database, wall)
         self.jobs = StoredJobs(self._database)
+        self.runs = Runs(self._database, wall)
+        self.faults = FaultLog(self._database)
         self.settings = Settings(self._database)
 
     def close(self) -> None:

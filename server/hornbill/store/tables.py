@@ -5,12 +5,28 @@ Instants are float seconds since 1970 in UTC, everywhere in the database.
 
 from typing import TypeAlias
 
-from sqlalchemy import JSON, Boolean, Float, Integer, MetaData, String, Text
+from sqlalchemy import JSON, BigInteger, Boolean, Float, Integer, MetaData, String, TypeDecorator
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
 _INSTANT = Float(53)
+HIGHEST_ID = 2**31 - 1
+"""The highest number a row can have."""
+_NEVER_AGAIN = {"sqlite_autoincrement": True}
+
+
+class Words(TypeDecorator[str]):
+    """Text as people and servos send it: what PostgreSQL cannot keep (NUL, half a surrogate pair) becomes U+FFFD."""
+
+    impl = String
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: object) -> str | None:
+        """What is sent to the database."""
+        if value is None:
+            return None
+        return value.replace("\0", "\ufffd").encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
 class Table(DeclarativeBase):
@@ -32,7 +48,7 @@ class AllocationRow(Table):
 
     __tablename__ = "allocations"
 
-    uid: Mapped[str] = mapped_column(String(32), primary_key=True)
+    uid: Mapped[str] = mapped_column(Words(32), primary_key=True)
     node_id: Mapped[int] = mapped_column(Integer, unique=True)
     pinned: Mapped[bool] = mapped_column(Boolean)
     first_seen: Mapped[float | None] = mapped_column(_INSTANT)
@@ -44,18 +60,18 @@ class ServoRow(Table):
 
     __tablename__ = "servos"
 
-    uid: Mapped[str] = mapped_column(String(32), primary_key=True)
-    label: Mapped[str] = mapped_column(String(200))
-    name: Mapped[str | None] = mapped_column(String(80))
-    model: Mapped[str | None] = mapped_column(String(40))
-    model_number: Mapped[int | None] = mapped_column(Integer)
-    hardware_version: Mapped[int | None] = mapped_column(Integer)
-    firmware: Mapped[int | None] = mapped_column(Integer)
-    serial: Mapped[int | None] = mapped_column(Integer)
-    production_date: Mapped[str | None] = mapped_column(String(40))
+    uid: Mapped[str] = mapped_column(Words(32), primary_key=True)
+    label: Mapped[str] = mapped_column(Words(200))
+    name: Mapped[str | None] = mapped_column(Words(80))
+    model: Mapped[str | None] = mapped_column(Words(40))
+    model_number: Mapped[int | None] = mapped_column(BigInteger)
+    hardware_version: Mapped[int | None] = mapped_column(BigInteger)
+    firmware: Mapped[int | None] = mapped_column(BigInteger)
+    serial: Mapped[int | None] = mapped_column(BigInteger)
+    production_date: Mapped[str | None] = mapped_column(Words(40))
     node_id: Mapped[int | None] = mapped_column(Integer)
-    servo_id: Mapped[int | None] = mapped_column(Integer)
-    bus: Mapped[str | None] = mapped_column(String(200))
+    servo_id: Mapped[int | None] = mapped_column(BigInteger)
+    bus: Mapped[str | None] = mapped_column(Words(200))
     first_seen: Mapped[float | None] = mapped_column(_INSTANT)
     last_seen: Mapped[float | None] = mapped_column(_INSTANT)
     rom: Mapped[dict[str, int]] = mapped_column(JSON)
@@ -67,7 +83,7 @@ class SettingRow(Table):
 
     __tablename__ = "settings"
 
-    key: Mapped[str] = mapped_column(String(100), primary_key=True)
+    key: Mapped[str] = mapped_column(Words(100), primary_key=True)
     value: Mapped[Json] = mapped_column(JSON, nullable=False)
 
 
@@ -75,16 +91,17 @@ class SnapshotRow(Table):
     """What a servo held at one instant: RAM, and what was known of ROM, raw by key."""
 
     __tablename__ = "snapshots"
+    __table_args__ = _NEVER_AGAIN  # the number of one that was dropped is not given again
 
     id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
-    uid: Mapped[str] = mapped_column(String(32), index=True)
+    uid: Mapped[str] = mapped_column(Words(32), index=True)
     at: Mapped[float] = mapped_column(_INSTANT)
-    reason: Mapped[str] = mapped_column(String(200))
-    by: Mapped[str] = mapped_column(String(80))
+    reason: Mapped[str] = mapped_column(Words(200))
+    by: Mapped[str] = mapped_column(Words(80))
     automatic: Mapped[bool] = mapped_column(Boolean)
-    model: Mapped[str | None] = mapped_column(String(40))
-    firmware: Mapped[int | None] = mapped_column(Integer)
-    schema_revision: Mapped[str] = mapped_column(String(20))
+    model: Mapped[str | None] = mapped_column(Words(40))
+    firmware: Mapped[int | None] = mapped_column(BigInteger)
+    schema_revision: Mapped[str] = mapped_column(Words(20))
     ram: Mapped[dict[str, int]] = mapped_column(JSON)
     rom: Mapped[dict[str, int]] = mapped_column(JSON)
 
@@ -94,7 +111,7 @@ class ProfileRow(Table):
 
     __tablename__ = "profiles"
 
-    name: Mapped[str] = mapped_column(String(80), primary_key=True)
+    name: Mapped[str] = mapped_column(Words(80), primary_key=True)
     document: Mapped[dict[str, Json]] = mapped_column(JSON)
     created_at: Mapped[float] = mapped_column(_INSTANT)
     updated_at: Mapped[float] = mapped_column(_INSTANT)
@@ -104,19 +121,20 @@ class AuditRow(Table):
     """One thing somebody did. Rows are added, never changed."""
 
     __tablename__ = "audit"
+    __table_args__ = _NEVER_AGAIN  # the number of one that was dropped is not given again
 
     id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
     at: Mapped[float] = mapped_column(_INSTANT, index=True)
-    by: Mapped[str] = mapped_column(String(80))
-    action: Mapped[str] = mapped_column(String(40))
-    outcome: Mapped[str] = mapped_column(String(40))
-    uid: Mapped[str | None] = mapped_column(String(32), index=True)
-    key: Mapped[str | None] = mapped_column(String(100))
+    by: Mapped[str] = mapped_column(Words(80))
+    action: Mapped[str] = mapped_column(Words(40))
+    outcome: Mapped[str] = mapped_column(Words(40))
+    uid: Mapped[str | None] = mapped_column(Words(32), index=True)
+    key: Mapped[str | None] = mapped_column(Words(100))
     before: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
     requested: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
     after: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
-    detail: Mapped[str] = mapped_column(Text)
-    job: Mapped[str | None] = mapped_column(String(40))
+    detail: Mapped[str] = mapped_column(Words)
+    job: Mapped[str | None] = mapped_column(Words(40))
 
 
 class JobRow(Table):
@@ -124,11 +142,39 @@ class JobRow(Table):
 
     __tablename__ = "jobs"
 
-    id: Mapped[str] = mapped_column(String(40), primary_key=True)
-    kind: Mapped[str] = mapped_column(String(40))
-    uid: Mapped[str | None] = mapped_column(String(32))
-    state: Mapped[str] = mapped_column(String(20))
+    id: Mapped[str] = mapped_column(Words(40), primary_key=True)
+    kind: Mapped[str] = mapped_column(Words(40))
+    uid: Mapped[str | None] = mapped_column(Words(32))
+    state: Mapped[str] = mapped_column(Words(20))
     created_at: Mapped[float] = mapped_column(_INSTANT, index=True)
     ended_at: Mapped[float | None] = mapped_column(_INSTANT)
     request: Mapped[dict[str, Json] | None] = mapped_column(JSON(none_as_null=True))
     document: Mapped[dict[str, Json]] = mapped_column(JSON)
+
+
+class RunRow(Table):
+    """A measured motion: traces, numbers, and what it was measured under."""
+
+    __tablename__ = "runs"
+    __table_args__ = _NEVER_AGAIN
+
+    id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=True)
+    uid: Mapped[str] = mapped_column(Words(32), index=True)
+    at: Mapped[float] = mapped_column(_INSTANT)
+    note: Mapped[str] = mapped_column(Words(200))
+    document: Mapped[dict[str, Json]] = mapped_column(JSON)
+
+
+class FaultRow(Table):
+    """A fault bit that a servo has shown at least once."""
+
+    __tablename__ = "faults"
+
+    uid: Mapped[str] = mapped_column(Words(32), primary_key=True)
+    key: Mapped[str] = mapped_column(Words(60), primary_key=True)
+    first_seen: Mapped[float] = mapped_column(_INSTANT)
+    last_seen: Mapped[float] = mapped_column(_INSTANT)
+    count: Mapped[int] = mapped_column(Integer)
+    active: Mapped[bool] = mapped_column(Boolean)
+    acknowledged_at: Mapped[float | None] = mapped_column(_INSTANT)
+    acknowledged_by: Mapped[str | None] = mapped_column(Words(80))

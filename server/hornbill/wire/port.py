@@ -10,6 +10,11 @@ from hornbill.wire.frame import Frame
 RECORDING: Final = "file:"
 """How the address of a recording begins: a bus that can only be listened to."""
 
+BUNDLE: Final = "bundle:"
+"""The same of a recording that also tells what was known of the servos."""
+
+RECORDINGS: Final = (RECORDING, BUNDLE)
+
 
 class PortState(StrEnum):
     """The adapter's state, in the words of `GET /bus`."""

@@ -6,10 +6,10 @@ from random import Random
 
 import pytest
 
-from hornbill.bus.bittime import frame_bits
 from hornbill.bus.clock import START, run
 from hornbill.bus.memory import MemoryBus
 from hornbill.errors import BusDisconnected
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 

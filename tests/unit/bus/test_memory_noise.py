@@ -4,10 +4,10 @@ import asyncio
 
 import pytest
 
-from hornbill.bus.bittime import NOISE_BITS, frame_bits
 from hornbill.bus.clock import START, Deadlock, run
 from hornbill.bus.memory import MemoryBus
 from hornbill.bus.memory_port import MemoryPort
+from hornbill.wire.bittime import NOISE_BITS, frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from hornbill.bus.bittime import frame_bits
 from hornbill.bus.memory import COALESCE_S, MemoryBus
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 
 

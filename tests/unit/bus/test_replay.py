@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from hornbill.bus import replay
-from hornbill.bus.bittime import frame_bits
 from hornbill.bus.clock import run
 from hornbill.bus.logfile import LogFile, LogFormat, LoggedFrame
 from hornbill.bus.recording import Recording
 from hornbill.bus.replay import ReplayPort, open_replay, parse
 from hornbill.errors import BusDisconnected, BusReadOnly, PortOpenFailed
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
 

@@ -137,6 +137,17 @@ def test_one_false_condition_settles_a_rule_of_two() -> None:
     assert why_not(CATALOG, "pwm_range", values, rows=PWM.rows()) == Effect(True, None)
 
 
+@pytest.mark.parametrize("mode", [1, 2])
+def test_without_output_no_angle_is_held_and_nothing_is_limited(mode: int) -> None:
+    found = without_effect(fresh(speed_torque_control=1, torque_mode=mode), "angle")
+    shaping = {key for key in PWM.rows() if key.startswith(("angle_", "speed_")) or "_limit_c" in key}
+    assert found == (shaping - {"speed_torque_control"}) | {
+        "command_angle", "command_speed", "command_torque", "extended_angle",
+    }  # fmt: skip
+    why = why_not(CATALOG, "speed_limit_cw", fresh(torque_mode=mode), rows=PWM.rows()).why_not
+    assert why == "No effect now: speed and torque control (0x25) is off."  # which stays so when torque comes on
+
+
 def test_firmware_without_0x25_counts_as_off() -> None:
     rows = PLAIN.rows(1010)
     assert "speed_torque_control" not in rows
@@ -144,7 +155,7 @@ def test_firmware_without_0x25_counts_as_off() -> None:
     assert ignored == STATED | INFERRED
     found = why_not(CATALOG, "torque_limit_cw", {}, rows=rows)
     assert found.why_not == "No effect now: this firmware has no speed and torque control (0x25)."
-    assert why_not(CATALOG, "angle_p_gain", {}, rows=rows) == Effect(True, None)
+    assert why_not(CATALOG, "angle_p_gain", {"torque_mode": 0}, rows=rows) == Effect(True, None)
 
 
 def test_the_time_out_time_waits_for_nothing_under_hold_unless_pwm_may_take_over() -> None:

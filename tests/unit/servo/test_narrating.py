@@ -1,6 +1,6 @@
 """Sentences with the names and units of the tables, and what an answer answers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 import pytest
@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.narrating import Narrator
+from hornbill.servo.position_estimate import Estimate, PositionUnit
 from hornbill.servo.servo import Servo
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Command, CommandType
@@ -27,6 +28,7 @@ class Met:
     node_id: int
     servo_id: int
     pwm_mode: int | None = None
+    position_unit: Estimate = field(default_factory=lambda: Estimate(forced="hundred_degrees"))
 
     def raw(self, key: str) -> int | None:
         return self.pwm_mode if key == "pwm_mode" else None
@@ -74,6 +76,22 @@ def test_the_position_of_a_servo_is_in_degrees_and_that_of_a_stranger_is_not() -
     status = ActuatorStatus(1, 0.125, 0.0, 0.0, 0)
     assert tell(narrator(Met(10, 1)), status, source=10) == "Status servo 1, 12.5°"
     assert tell(narrator(Met(10, 1)), status, source=11) == "Status servo 1, position 0.125"
+
+
+@pytest.mark.parametrize(("unit", "told"), [("radian", "7.2°"), ("degree", "0.1°"), ("tenth_degree", "0.0°")])
+def test_the_position_is_told_by_the_unit_of_the_servo(unit: PositionUnit, told: str) -> None:
+    servo = Met(10, 1, position_unit=Estimate(forced=unit))
+    assert tell(narrator(servo), ActuatorStatus(1, 0.125, 0.0, 0.0, 0), source=10) == f"Status servo 1, {told}"
+    command = ArrayCommand((Command(1, CommandType.POSITION, 0.125),))
+    assert tell(narrator(servo), command) == f"ArrayCommand servo 1 to {told}"
+
+
+def test_a_position_whose_unit_would_be_a_guess_is_told_without_one() -> None:
+    servo = Met(10, 1, position_unit=Estimate())
+    status = ActuatorStatus(1, 0.125, 0.0, 0.0, 0)
+    assert tell(narrator(servo), status, source=10) == "Status servo 1, position 0.125"
+    command = ArrayCommand((Command(1, CommandType.POSITION, 0.125),))
+    assert tell(narrator(servo), command) == "ArrayCommand servo 1 position 0.125"
 
 
 def test_a_command_is_in_the_units_of_the_servo_it_is_for() -> None:

@@ -10,7 +10,7 @@ from hornbill.bus import clock
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.asking import Asker, Patience
-from hornbill.servo.polling import ALWAYS, BACKGROUND, READ_S, Polling
+from hornbill.servo.polling import ALWAYS, BACKGROUND, BUDGET, READ_S, Polling
 from hornbill.servo.reading import LIVE_PERIOD_S
 from hornbill.servo.servo import Servo, State
 from hornbill.servo.timebase import TimeBase
@@ -73,7 +73,7 @@ def test_few_servos_are_asked_as_often_as_told() -> None:
 
 def test_a_crowd_leaves_the_bus_to_others() -> None:
     done = polled(125, 20.0)
-    assert len(done) * READ_S / 20.0 <= BACKGROUND * 1.02
+    assert len(done) * READ_S / 20.0 <= BACKGROUND * BUDGET * 1.05
 
 
 @pytest.mark.parametrize(("count", "overview"), [(16, 0), (125, 0), (125, 1 << 16)])
@@ -113,3 +113,93 @@ def test_a_new_wish_is_not_kept_waiting() -> None:
         return waited
 
     assert clock.run(scene()) < 0.01
+
+
+def in_rates(
+    wished: dict[int, dict[str, float]], count: int = 4, budget: float = BUDGET, seconds: float = 10.0
+) -> Counter[tuple[int, str]]:
+    """How often each row was read in so many seconds, of servos that wish this."""
+
+    async def scene() -> Counter[tuple[int, str]]:
+        reads = Reads()
+        polling = Polling(cast(Asker, reads), TimeBase(asyncio.get_running_loop().time), budget)
+        servos = [ready(number) for number in range(count)]
+        for servo in servos:
+            polling.begin(servo)
+        for number, rates in wished.items():
+            for key, rate in rates.items():
+                polling.wish(servos[number], [key], rate, owner=key)
+        await asyncio.sleep(5.0)
+        reads.done.clear()
+        await asyncio.sleep(seconds)
+        await polling.close()
+        return Counter((int(uid, 16), key) for _, uid, key in reads.done)
+
+    return clock.run(scene())
+
+
+FAST = {"current_angle": 200.0, "current_speed": 200.0, "current_torque": 200.0}
+
+
+def test_fast_channels_starve_neither_their_own_servos_background_nor_anothers() -> None:
+    seen = in_rates({0: FAST, 1: FAST})
+    for number in range(4):
+        for key, period in ALWAYS.items():
+            assert seen[number, key] == pytest.approx(10 / period, abs=1)
+
+
+def test_what_is_left_is_shared_in_proportion_to_the_rates_wished() -> None:
+    seen = in_rates({0: FAST, 1: {"current_speed": 100.0}, 2: {"current_speed": 50.0}, 3: FAST})
+    assert seen[0, "current_speed"] == pytest.approx(seen[3, "current_speed"], rel=0.03)
+    assert seen[0, "current_speed"] == pytest.approx(2 * seen[1, "current_speed"], rel=0.03)
+    assert seen[1, "current_speed"] == pytest.approx(2 * seen[2, "current_speed"], rel=0.03)
+
+
+@pytest.mark.parametrize("budget", [0.05, 0.2, 0.4])
+@pytest.mark.parametrize("count", [2, 125])
+def test_the_budget_holds_whatever_is_wished(budget: float, count: int) -> None:
+    seen = in_rates(dict.fromkeys(range(min(count, 20)), FAST), count, budget, 50.0)
+    assert sum(seen.values()) * READ_S / 50 <= budget * 1.02
+
+
+def test_a_servo_that_is_not_there_takes_nothing_from_others() -> None:
+    async def scene() -> tuple[float, float]:
+        reads = Reads()
+        polling = Polling(cast(Asker, reads), TimeBase(asyncio.get_running_loop().time), 0.2)
+        here, gone = ready(1), ready(2)
+        for servo in (here, gone):
+            polling.begin(servo)
+            polling.wish(servo, list(FAST), 200.0)
+        shared = polling.rates(here)["current_speed"]
+        gone.online = False
+        await asyncio.sleep(1.5)
+        alone = polling.rates(here)["current_speed"]
+        await polling.close()
+        return shared, alone
+
+    shared, alone = clock.run(scene())
+    assert alone == pytest.approx(2 * shared, rel=0.05)
+
+
+def test_a_wish_with_an_end_ends_by_itself_unless_it_is_renewed() -> None:
+    async def scene() -> list[int]:
+        reads = Reads()
+        polling = Polling(cast(Asker, reads), TimeBase(asyncio.get_running_loop().time))
+        servo = ready(1)
+        polling.begin(servo)
+        found: list[int] = []
+        for renew in (True, True, False, False):
+            if renew:
+                polling.wish(servo, ["current_speed"], 20.0, owner="page", ttl_s=5.0)
+            reads.done.clear()
+            await asyncio.sleep(4.0)
+            found.append(sum(key == "current_speed" for _, _, key in reads.done))
+        assert polling.grants(servo) == []
+        await polling.close()
+        return found
+
+    first, second, third, fourth = clock.run(scene())
+    assert first == pytest.approx(80, abs=2)
+    assert second == pytest.approx(80, abs=2)
+    assert third == pytest.approx(20, abs=2)
+    assert fourth == 0

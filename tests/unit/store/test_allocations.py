@@ -1,7 +1,6 @@
 """Which node id belongs to whom, for good."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -22,8 +21,8 @@ def wall() -> Wall:
 
 
 @pytest.fixture
-def store(tmp_path: Path, wall: Wall) -> Iterator[Store]:
-    with Store(tmp_path, wall=wall) as opened:
+def store(place: str, wall: Wall) -> Iterator[Store]:
+    with Store(place, wall=wall) as opened:
         yield opened
 
 

@@ -2,25 +2,31 @@
 
 import gc
 import os
-import signal
 import sqlite3
 import subprocess
 import sys
+import time
 import warnings
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
+from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import create_engine
+from sqlalchemy import Connection, create_engine, text
 
 import hornbill
 from hornbill.errors import StoreFailed
+from hornbill.store import database as databases
 from hornbill.store import migrate
+from hornbill.store.allocations import AllocationEntry
 from hornbill.store.database import FILE_NAME
+from hornbill.store.servos import ServoFacts, StoredServo
 from hornbill.store.store import Store
 from hornbill.store.tables import Table
 from hornbill.units import NodeId, Uid
@@ -47,6 +53,21 @@ def change(folder: Path, statement: str) -> None:
         connection.close()
 
 
+@contextmanager
+def connected(place: str) -> Generator[Connection]:
+    """One transaction past `Store`."""
+    if "://" in place:
+        engine = create_engine(place.replace("postgresql://", "postgresql+psycopg://"))
+    else:
+        Path(place).mkdir(exist_ok=True)
+        engine = create_engine(f"sqlite:///{place}/{FILE_NAME}")
+    try:
+        with engine.begin() as connection:
+            yield connection
+    finally:
+        engine.dispose()
+
+
 def child(program: str, *arguments: str) -> "subprocess.Popen[str]":
     """Another Python process that knows hornbill."""
     return subprocess.Popen(
@@ -65,11 +86,11 @@ def test_a_new_folder_is_made_and_its_tables_too(tmp_path: Path) -> None:
     assert rows(folder, "SELECT version_num FROM alembic_version") == [(migrate.NEWEST,)]
 
 
-def test_what_was_kept_is_there_after_opening_again(tmp_path: Path) -> None:
-    with Store(tmp_path) as store:
+def test_what_was_kept_is_there_after_opening_again(place: str) -> None:
+    with Store(place) as store:
         store.allocations.record(A, NodeId(125))
         store.settings.put("stop", {"latched": True})
-    with Store(str(tmp_path)) as store:
+    with Store(place) as store:
         assert store.allocations.entries() == {A: 125}
         assert store.settings.get("stop") == {"latched": True}
 
@@ -98,16 +119,36 @@ def test_it_writes_ahead_and_takes_no_longer_than_it_must(tmp_path: Path) -> Non
                 pragma: connection.exec_driver_sql(f"PRAGMA {pragma}").scalar()
                 for pragma in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
             }
-    assert found == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 2000}
+    assert found == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 250}
 
 
-def test_the_migrations_lead_to_the_tables_of_the_code(tmp_path: Path) -> None:
-    Store(tmp_path).close()
-    engine = create_engine(f"sqlite:///{tmp_path / FILE_NAME}")
-    with engine.connect() as connection:
-        context = MigrationContext.configure(connection, opts={"compare_server_default": True})
+def test_the_migrations_lead_to_the_tables_of_the_code(place: str) -> None:
+    Store(place).close()
+    with connected(place) as connection:
+        context = MigrationContext.configure(connection, opts={"compare_server_default": True, "compare_type": True})
         assert compare_metadata(context, Table.metadata) == []
-    engine.dispose()
+
+
+def test_what_the_first_tables_held_is_kept(place: str) -> None:
+    with connected(place) as connection:
+        config = Config()
+        config.set_main_option("script_location", str(Path(migrate.__file__).parent / "migrations"))
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0001")
+        connection.execute(text("INSERT INTO allocations VALUES (:uid, 125, TRUE, 1.5, 2.5)"), {"uid": A})
+        connection.execute(
+            text("INSERT INTO servos (uid, label, serial, last_seen, rom) VALUES (:uid, 'Rudder', 7, 2.5, :rom)"),
+            {"uid": A, "rom": '{"origin": -900}'},
+        )
+        connection.execute(text("INSERT INTO settings VALUES ('stop', '{\"latched\": true}')"))
+    with Store(place) as store:
+        assert store.allocations.rows() == [AllocationEntry(A, NodeId(125), True, 1.5, 2.5)]
+        assert store.servos.all() == [
+            StoredServo(A, "Rudder", ServoFacts(serial=7), last_seen=2.5, rom={"origin": -900}, drift={})
+        ]
+        assert store.settings.get("stop") == {"latched": True}
+        store.servos.keep_drift(A, {"origin": -900})
+        store.servos.met(A, ServoFacts(serial=2**40))
 
 
 def test_the_newest_migration_is_the_one_the_code_expects() -> None:
@@ -185,55 +226,86 @@ def test_after_closing_nothing_opens_it_again_and_nothing_is_left_open(tmp_path:
     assert sorted(each.name for each in tmp_path.iterdir()) == [FILE_NAME]  # no journal is left behind
 
 
-def test_what_was_committed_survives_a_kill(tmp_path: Path) -> None:
-    program = """
-import os, sys
-from hornbill.store.store import Store
-store = Store(sys.argv[1])
-for n in range(1, 51):
-    store.allocations.record(f"{n:032x}", n)
-    print(n, flush=True)
-os.kill(os.getpid(), 9)
-"""
-    process = child(program, str(tmp_path))
-    said, _ = process.communicate(timeout=30)
-    assert process.returncode == -signal.SIGKILL
-    assert said.split()[-1] == "50"
-    with Store(tmp_path) as store:
-        assert sorted(store.allocations.entries().values()) == list(range(1, 51))
-
-
-def test_two_processes_may_use_one_folder(tmp_path: Path) -> None:
-    """Both open it while it is new, and write in turn: nothing is lost and no id is given twice."""
+def test_several_processes_may_use_one_database(place: str) -> None:
+    """All open it while it is new, and write in turn: nothing is lost and no id is given twice."""
     program = """
 import sys
-from hornbill.errors import InvalidValue
+from hornbill.errors import InvalidValue, StoreFailed
 from hornbill.store.store import Store
-first = int(sys.argv[2])
+first, turned_away = int(sys.argv[2]), 0
+
+def insist(deed, *arguments):
+    for _ in range(1000):
+        try:
+            return deed(*arguments)
+        except StoreFailed as error:  # the others write all the time, and nobody waits for long
+            last = error
+    raise last
+
 with Store(sys.argv[1]) as store:
     for n in range(20):
-        store.settings.put(f"{first}-{n}", n)
+        insist(store.settings.put, f"{first}-{n}", n)
+        insist(store.settings.put, "all", first)
+        insist(store.servos.label, "5" * 32, str(first))
         try:
-            store.allocations.record(f"{first + n:032x}", n + 1)
+            insist(store.allocations.record, f"{first + n:032x}", n + 1)
         except InvalidValue:
-            pass
-print("done")
+            turned_away += 1
+print(turned_away)
 """
-    processes = [child(program, str(tmp_path), str(first)) for first in (100, 200, 300)]
-    for process in processes:
-        said, _ = process.communicate(timeout=60)
-        assert (said.strip(), process.returncode) == ("done", 0)
-    assert rows(tmp_path, "SELECT count(*) FROM settings") == [(60,)]
-    with Store(tmp_path) as store:
+    processes = [child(program, place, str(first)) for first in (100, 200, 300)]
+    said = [process.communicate(timeout=60)[0] for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, 0]
+    assert sum(map(int, said)) == 40
+    with Store(place) as store:
         assert sorted(store.allocations.entries().values()) == list(range(1, 21))
+        for first in (100, 200, 300):
+            assert [store.settings.get(f"{first}-{n}") for n in range(20)] == list(range(20))
 
 
-def test_two_stores_of_one_process_see_each_others_commits(tmp_path: Path) -> None:
-    with Store(tmp_path) as one, Store(tmp_path) as other:
+def test_two_stores_of_one_process_see_each_others_commits(place: str) -> None:
+    with Store(place) as one, Store(place) as other:
         one.allocations.record(A, NodeId(125))
         assert other.allocations.entries() == {A: 125}
         other.allocations.record(B, NodeId(124))
         assert one.allocations.entries() == {A: 125, B: 124}
+
+
+def test_a_process_that_holds_the_database_delays_writes_once_and_reads_never(place: str) -> None:
+    with Store(place) as holder, Store(place) as store:
+        store.settings.put("a", 1)
+        with holder._database.transaction():  # pyright: ignore[reportPrivateUsage]
+            began = time.monotonic()
+            assert store.settings.get("a") == 1
+            assert time.monotonic() - began < databases.PATIENCE_S / 2
+            with pytest.raises(StoreFailed) as caught:
+                store.settings.put("a", 2)
+            assert databases.PATIENCE_S / 2 < time.monotonic() - began < databases.PATIENCE_S * 4
+            began = time.monotonic()
+            for _ in range(20):
+                with pytest.raises(StoreFailed):
+                    store.settings.put("a", 2)
+            assert time.monotonic() - began < databases.PATIENCE_S
+    assert caught.value.code == "store_failed"
+    assert "secret" not in caught.value.detail
+
+
+def test_a_database_that_was_held_can_be_written_when_it_is_free(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(databases, "IMPATIENT_S", 0.0)
+    with Store(place) as holder, Store(place) as store:
+        with holder._database.transaction(), pytest.raises(StoreFailed):  # pyright: ignore[reportPrivateUsage]
+            store.settings.put("a", 2)
+        store.settings.put("a", 3)
+        assert holder.settings.get("a") == 3
+
+
+def test_a_database_that_breaks_is_told_as_a_problem(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        change(tmp_path, "DROP TABLE settings")
+        with pytest.raises(StoreFailed, match=r"no such table: settings. Check that the data folder"):
+            store.settings.get("a")
+        with pytest.raises(StoreFailed, match="no such table"):
+            store.settings.put("a", 1)
 
 
 ADDRESSES = {
@@ -241,6 +313,8 @@ ADDRESSES = {
     "nosuchkind://someone:secret@host/name": "no database that can be used here",
     "sqlite://someone:secret@host:port/name": "cannot be read",
     "sqlite:////nowhere/at/all.db": "unable to open database file",
+    "postgresql://someone:secret@/name?host=/nowhere/at/all": "Check that the database server runs",
+    "postgres://someone:secret@127.0.0.1:1/name": "Check that the database server runs",
 }
 
 

@@ -1,7 +1,6 @@
 """What is remembered of a servo that is switched off."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -32,19 +31,19 @@ def wall() -> Wall:
 
 
 @pytest.fixture
-def store(tmp_path: Path, wall: Wall) -> Iterator[Store]:
-    with Store(tmp_path, wall=wall) as opened:
+def store(place: str, wall: Wall) -> Iterator[Store]:
+    with Store(place, wall=wall) as opened:
         yield opened
 
 
-def test_everything_about_a_servo_comes_back(tmp_path: Path, store: Store) -> None:
+def test_everything_about_a_servo_comes_back(place: str, store: Store) -> None:
     store.servos.met(A, FACTS)
     store.servos.label(A, "Elevator L")
     store.servos.keep_rom(A, {"torque_mode": 0, "origin": -900})
     expected = StoredServo(A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900})
     assert store.servos.get(A) == expected
     store.close()
-    with Store(tmp_path) as again:
+    with Store(place) as again:
         assert again.servos.all() == [expected]
 
 
@@ -92,3 +91,10 @@ def test_servos_come_by_unique_id_and_can_be_forgotten(store: Store) -> None:
     store.servos.forget(A)
     assert store.servos.get(A) is None
     assert [each.uid for each in store.servos.all()] == [B]
+
+
+def test_those_that_are_not_needed_are_left_out(store: Store) -> None:
+    for uid in (A, B):
+        store.servos.met(uid)
+    assert [one.uid for one in store.servos.all(but=[A])] == [B]
+    assert [one.uid for one in store.servos.all(but=[])] == [A, B]

@@ -9,16 +9,16 @@ from hornbill.store.tables import Json
 
 
 @pytest.mark.parametrize("value", [None, True, 0, 1.5, "text", [], [1, [2]], {"a": {"b": None}}])
-def test_any_json_value_comes_back_as_it_was(tmp_path: Path, value: Json) -> None:
-    with Store(tmp_path) as store:
+def test_any_json_value_comes_back_as_it_was(place: str, value: Json) -> None:
+    with Store(place) as store:
         store.settings.put("key", value)
         assert store.settings.get("key", "default") == value
         store.settings.put("key", [value])
         assert store.settings.get("key") == [value]
 
 
-def test_what_was_never_kept_or_was_dropped_is_the_default(tmp_path: Path) -> None:
-    with Store(tmp_path) as store:
+def test_what_was_never_kept_or_was_dropped_is_the_default(place: str) -> None:
+    with Store(place) as store:
         assert store.settings.get("key") is None
         assert store.settings.get("key", 5) == 5
         store.settings.put("key", 1)

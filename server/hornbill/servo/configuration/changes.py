@@ -1,64 +1,49 @@
-"""Owns Changes: several rows at once, all or nothing: validate, write, read back, and undo on any failure."""
+"""Owns Changes: several rows at once, all or nothing: check everything, keep a snapshot, write, prove, or undo."""
 
+import logging
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
 
 from hornbill.errors import (
     BadRequest,
+    Busy,
     ForbiddenParameter,
     HornbillError,
     InvalidValue,
     NoAnswer,
     NotInThisModel,
     ReadOnly,
+    Refused,
     StaleRevision,
+    StoreFailed,
     TorqueOn,
 )
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
-from hornbill.schema.scale import Value
 from hornbill.servo import permission
-from hornbill.servo.asking import WRITE, Asker
+from hornbill.servo.asking import Asker
+from hornbill.servo.configuration import rules
+from hornbill.servo.configuration.audit import Audit
+from hornbill.servo.configuration.claims import Claims
+from hornbill.servo.configuration.history import History
+from hornbill.servo.configuration.writing import Change, Outcome, Write, Writing, change
 from hornbill.servo.hub import Hub, ServoChanged
 from hornbill.servo.leases import Leases
 from hornbill.servo.motion import Motion
 from hornbill.servo.servo import Servo
+from hornbill.servo.stop import MODES
 from hornbill.servo.timebase import TimeBase
-from hornbill.units import Raw
+from hornbill.servo.unbroken import unbroken
+from hornbill.store.audit import Entry
+from hornbill.units import Raw, Uid
+
+log = logging.getLogger(__name__)
 
 _ADDRESS = re.compile(r"0*x[0-9a-f]+|[0-9]+|[0-9a-f]+h")
 
 MOVES_THE_HORN = frozenset(("reverse", "origin"))
 """Rows whose change turns the zero or the direction under a held position (features B70, B94)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """What became of one key. `verdict`: planned, applied, clamped, refused, no_answer, unchanged, rolled_back."""
-
-    key: str
-    before: Value
-    requested: Value
-    after: Value
-    verdict: str
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """`outcome`: applied, rolled_back or planned."""
-
-    outcome: str
-    changes: list[Change]
-    failure: HornbillError | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Write:
-    row: Parameter
-    before: Raw | None
-    raw: Raw
 
 
 def not_a_key(key: str) -> bool:
@@ -70,12 +55,26 @@ def not_a_key(key: str) -> bool:
 class Changes:
     """Writes configuration rows. Motion rows go through Motion and are refused here."""
 
-    def __init__(self, asker: Asker, hub: Hub, base: TimeBase, leases: Leases, motion: Motion) -> None:
+    def __init__(
+        self,
+        asker: Asker,
+        hub: Hub,
+        base: TimeBase,
+        leases: Leases,
+        motion: Motion,
+        history: History,
+        audit: Audit,
+        claims: Claims,
+    ) -> None:
         self._asker = asker
         self._hub = hub
         self._base = base
         self._leases = leases
         self._motion = motion
+        self._history = history
+        self._audit = audit
+        self._claims = claims
+        self._writing = Writing(asker, hub, base, motion)
 
     def row(self, servo: Servo, key: str) -> Parameter:
         """The row of that key on this servo. Raises Unknown (no such key) or NotInThisModel."""
@@ -107,35 +106,54 @@ class Changes:
             raise InvalidValue(f"{row.label} is a number in {row.unit}. Enter {scale.allowed(row)}.", key=row.key)
         return found
 
-    def plan(self, servo: Servo, values: Mapping[str, object]) -> dict[str, Raw]:
-        """Raw values to write, every one checked. Raises the first problem; nothing is sent.
+    def plan(
+        self,
+        servo: Servo,
+        values: Mapping[str, object],
+        *,
+        confirm: Collection[str] = (),
+        leaving: Collection[Uid] = (),
+    ) -> dict[str, Raw]:
+        """Raw values to write, every one checked against what is known now. Nothing is sent.
 
-        Problems: Unknown, NotInThisModel, ReadOnly, OutOfRange, InvalidValue, TorqueOn.
+        `confirm`: words of NeedsConfirmation (supply, temperature) that were answered with yes. `leaving`: servos whose
+        ids do not count as taken, because the same batch moves them. Raises the first problem: Unknown,
+        NotInThisModel, ForbiddenParameter, ReadOnly, OutOfRange, InvalidValue, TorqueOn, Conflict, NeedsConfirmation.
         """
         rows = {key: self.row(servo, key) for key in values}
-        known: dict[str, Raw | None] = dict(servo.raws())
+        now = servo.raws()
+        known: dict[str, Raw | None] = dict(now)
         wanted: dict[str, Raw] = {}
         for key, row in sorted(rows.items(), key=lambda item: item[1].unit_when is not None):
-            if row.group == "command":
-                raise InvalidValue(
-                    f"{key} moves the horn, so it is no configuration. Use POST /api/v1/servos/{servo.uid}/command.",
-                    key=key,
-                )
-            if not row.writable:
-                raise ReadOnly(f"{row.label} ({row.name}) can only be read.", key=key)
-            try:
-                raw = scale.to_raw(row, values[key], known)
-            except BadRequest as error:
-                error.facts.setdefault("key", key)
-                raise
-            if key in MOVES_THE_HORN and servo.raw("torque_mode") == 0 and raw != servo.raw(key):
-                raise TorqueOn(
-                    f"Changing {row.label.lower()} while torque is on would move the horn of {servo.title}. "
-                    "Turn torque off first.",
-                    key=key,
-                )
-            wanted[key] = known[key] = raw
+            wanted[key] = known[key] = self._raw(servo, row, values[key], known)
+        everywhere = {key: register.parameter for key, register in servo.registers.items()}
+        rules.check_order(everywhere, now, wanted)
+        for key in rules.GIVEN_IDS:
+            if key in wanted and wanted[key] not in (0, now.get(key)):
+                rules.check_id(rows[key], wanted[key], self._claims.of(key, servo, leaving))
+        rules.check_readings(everywhere, now, wanted, confirm)
         return wanted
+
+    def _raw(self, servo: Servo, row: Parameter, value: object, known: Mapping[str, Raw | None]) -> Raw:
+        if row.group == "command":
+            raise InvalidValue(
+                f"{row.key} moves the horn, so it is no configuration. Use POST /api/v1/servos/{servo.uid}/command.",
+                key=row.key,
+            )
+        if not row.writable:
+            raise ReadOnly(f"{row.label} ({row.name}) can only be read.", key=row.key)
+        try:
+            raw = scale.to_raw(row, value, known)
+        except BadRequest as error:
+            error.facts.setdefault("key", row.key)
+            raise
+        if row.key in MOVES_THE_HORN and servo.raw("torque_mode") == 0 and raw != servo.raw(row.key):
+            raise TorqueOn(
+                f"Changing {row.label.lower()} while torque is on would move the horn of {servo.title}. "
+                "Turn torque off first.",
+                key=row.key,
+            )
+        return raw
 
     async def apply(
         self,
@@ -145,38 +163,99 @@ class Changes:
         *,
         dry_run: bool = False,
         revision: str | None = None,
+        confirm: Collection[str] = (),
+        leaving: Collection[Uid] = (),
+        by: str | None = None,
+        job: str | None = None,
+        reason: str | None = None,
     ) -> Outcome:
-        """Validate all, then write all, reading back; on any failure the old values are written back.
+        """Check all, keep a snapshot, write all, read all back; on any failure the old values are put back.
 
-        Raises what `plan` raises, StaleRevision, LeaseHeld, Busy, NoAnswer (before anything was written).
+        `by` (the lease's holder unless given), `job` and `reason` are for the snapshot and the audit; `confirm` and
+        `leaving` as in `plan`. Raises, before anything was written, what `plan` raises, StaleRevision, LeaseHeld, Busy,
+        Refused, NoAnswer, BusDisconnected, StoreFailed, and for torque on LeaseRequired, Stopped, ConfigurationLost.
+        From the first write on the outcome tells.
         """
+        by = by or self._leases.who(lease_id, self._base.now())
+        mode = None if dry_run else self._torque_away(servo, values)
+        if mode is not None:  # taking torque away never waits behind a change, and needs no lease
+            self._check_revision(servo, revision)
+            return await self._take_torque(servo, mode, by)
         async with servo.changing:  # or one's roll-back would undo what the other wrote meanwhile
-            return await self._apply(servo, values, lease_id, dry_run=dry_run, revision=revision)
+            self._check(servo, values, lease_id, revision)
+            boots = servo.boots
+            await self._read_before(servo, values)
+            self._check(servo, values, lease_id, revision)  # another tool may have written, and only now we know
+            wanted = self.plan(servo, values, confirm=confirm, leaving=leaving)
+            writes = self._writes(servo, wanted)
+            if wanted.get("torque_mode") == 0 and servo.raw("torque_mode") != 0:
+                self._motion.may_move(servo, lease_id)
+            changing = [one.row.key for one in writes if one.raw != one.before]
+            if dry_run or not changing:
+                same, other = "unchanged", "planned"
+                listed = [
+                    change(servo, writes, one, one.before, other if one.row.key in changing else same) for one in writes
+                ]
+                return Outcome("planned" if dry_run else "applied", listed)
+            with self._claims.promised(servo, wanted):
+                await self._keep_snapshot(servo, reason or _reason(changing), by)
+                self._check(servo, values, lease_id, None)
+                if servo.boots != boots:
+                    raise Busy(f"{servo.title} restarted before anything was written. Read it again.")
+                return await unbroken(self._write(servo, writes, lease_id, by, job, reason))
 
-    async def _apply(
-        self, servo: Servo, values: Mapping[str, object], lease_id: str | None, *, dry_run: bool, revision: str | None
-    ) -> Outcome:
+    async def torque(self, servo: Servo, mode: str, lease_id: str | None, *, by: str | None = None) -> None:
+        """Torque on (under a lease), off or brake (always), and an audit row. Raises as Motion does."""
+        by = by or self._leases.who(lease_id, self._base.now())
+        if mode == "on":
+            await self._torque(servo, mode, lease_id, by)
+            return
+        outcome = await self._take_torque(servo, mode, by)
+        if outcome.failure is not None:
+            raise outcome.failure
+
+    def _torque_away(self, servo: Servo, values: Mapping[str, object]) -> str | None:
+        """ "off" or "brake" when that is all that is asked for."""
+        if set(values) != {"torque_mode"}:
+            return None
+        raw = self._raw(servo, self.row(servo, "torque_mode"), values["torque_mode"], servo.raws())
+        return next((mode for mode, number in MODES.items() if number == raw), None)
+
+    async def _take_torque(self, servo: Servo, mode: str, by: str) -> Outcome:
+        before = servo.raw("torque_mode")
+        try:
+            after, failure = await self._torque(servo, mode, None, by), None
+        except HornbillError as error:
+            after, failure = None, error
+        row = servo.catalog.by_key["torque_mode"]
+        old, new = (None if raw is None else scale.to_value(row, raw) for raw in (before, after))
+        changed = Change("torque_mode", old, mode, new, _verdict(failure))
+        return Outcome("applied" if failure is None else "rolled_back", [changed], failure)
+
+    async def _torque(self, servo: Servo, mode: str, lease_id: str | None, by: str) -> Raw:
+        row = servo.catalog.by_key["torque_mode"]
+        before = servo.raw("torque_mode")
+        shown = None if before is None else scale.to_value(row, before)
+        try:
+            if mode == "on":
+                raw = await self._motion.torque_on(servo, lease_id)
+            else:
+                raw = await self._motion.torque_away(servo, mode)
+        except BadRequest:  # nothing was sent, or somebody else's stop came in between, which has its own row
+            raise
+        except HornbillError as error:
+            entry = Entry(by, "torque", _verdict(error), servo.uid, row.key, shown, mode, detail=error.detail)
+            self._audit.note(entry)
+            raise
+        self._audit.note(Entry(by, "torque", "applied", servo.uid, row.key, shown, mode, scale.to_value(row, raw)))
+        return raw
+
+    def _check(self, servo: Servo, values: Mapping[str, object], lease_id: str | None, revision: str | None) -> None:
         self._check_revision(servo, revision)
         self._leases.allow_write(lease_id, self._base.now())
         for key in values:
             self.row(servo, key)
         permission.check_writable(servo)
-        for key in values:
-            await self._asker.read(servo, servo.registers[key].parameter)
-        if MOVES_THE_HORN & set(values):
-            await self._asker.read(servo, servo.registers["torque_mode"].parameter)
-        self._check_revision(servo, revision)  # another tool may have written, and only now we know
-        wanted = self.plan(servo, values)
-        order = sorted(wanted, key=lambda key: key == "torque_mode")
-        writes = [_Write(servo.registers[key].parameter, servo.raw(key), wanted[key]) for key in order]
-        if wanted.get("torque_mode") == 0 and servo.raw("torque_mode") != 0:
-            self._motion.may_move(servo, lease_id)
-        if dry_run:
-            return Outcome("planned", [self._change(servo, one, one.before, "planned") for one in writes])
-        try:
-            return await self._write_all(servo, writes, lease_id)
-        finally:
-            self._hub.tell(ServoChanged(servo.uid))
 
     @staticmethod
     def _check_revision(servo: Servo, revision: str | None) -> None:
@@ -186,51 +265,82 @@ class Changes:
                 revision=servo.revision,
             )
 
-    async def _write_all(self, servo: Servo, writes: list[_Write], lease_id: str | None) -> Outcome:
-        done: list[_Write] = []
-        changes: list[Change] = []
-        for one in writes:
-            if one.raw == one.before:
-                changes.append(self._change(servo, one, one.raw, "unchanged"))
+    async def _read_before(self, servo: Servo, values: Mapping[str, object]) -> None:
+        """Read what is to be written, and what that is judged by. Raises NoAnswer, Refused, BusDisconnected."""
+        keys = [*values, *rules.to_read(values)]
+        if MOVES_THE_HORN & set(values):
+            keys.append("torque_mode")
+        for key in values:
+            other = servo.registers[key].parameter.unit_when
+            keys += [] if other is None else [other.parameter]
+        for key in dict.fromkeys(keys):
+            register = servo.registers.get(key)
+            if register is None:
                 continue
-            done.append(one)
+            row = register.parameter
             try:
-                after = await self._write(servo, one, lease_id)
-            except HornbillError as error:
-                verdict = "no_answer" if isinstance(error, NoAnswer) else "refused"
-                failed = self._change(servo, one, servo.raw(one.row.key), verdict)
-                undone = await self._undo(servo, done)
-                kept = [undone.get(change.key, change) for change in changes]
-                return Outcome("rolled_back", [*kept, replace(failed, after=undone[one.row.key].after)], error)
-            changes.append(self._change(servo, one, after, "applied" if after == one.raw else "clamped"))
-        return Outcome("applied", changes)
-
-    async def _write(self, servo: Servo, one: _Write, lease_id: str | None) -> Raw:
-        if one.row.key != "torque_mode":
-            return await self._asker.write(servo, one.row, one.raw, WRITE)
-        if one.raw == 0:
-            return await self._motion.torque_on(servo, lease_id)
-        return await self._motion.torque_away(servo, "off" if one.raw == 1 else "brake")
-
-    async def _undo(self, servo: Servo, done: list[_Write]) -> dict[str, Change]:
-        """Write the old values back, last first. Torque is never turned on again: that would move the horn."""
-        undone: dict[str, Change] = {}
-        for one in reversed(done):
-            after = servo.raw(one.row.key)
-            if one.before is not None and not (one.row.key == "torque_mode" and one.before == 0):
-                try:
-                    after = await self._asker.write(servo, one.row, one.before, WRITE)
-                except HornbillError:
-                    after = None
-            verdict = "rolled_back" if after == one.before else "no_answer"
-            undone[one.row.key] = self._change(servo, one, after, verdict)
-        return undone
+                await self._asker.read(servo, row)
+            except Refused as error:
+                raise Refused(
+                    f"{servo.title} refused to read {key} ({row.name}) before it was written; nothing was written. "
+                    f"Firmware {servo.firmware_text or 'unknown'} may not have it.",
+                    key=key,
+                ) from error
 
     @staticmethod
-    def _change(servo: Servo, one: _Write, after: Raw | None, verdict: str) -> Change:
-        values = servo.raws()
+    def _writes(servo: Servo, wanted: Mapping[str, Raw]) -> list[Write]:
+        """In the order asked for, torque last."""
+        writes: list[Write] = []
+        for key in sorted(wanted, key=lambda key: key == "torque_mode"):
+            before = servo.raw(key)
+            assert before is not None, f"{key} was not read before it is written"
+            writes.append(Write(servo.registers[key].parameter, before, wanted[key]))
+        return writes
 
-        def value(raw: Raw | None) -> Value:
-            return None if raw is None else scale.to_value(one.row, raw, values)
+    async def _keep_snapshot(self, servo: Servo, reason: str, by: str) -> None:
+        try:
+            await self._history.take(self._asker, servo, reason=reason, by=by)
+        except HornbillError:
+            raise
+        except Exception as error:  # a full disk: a change that could not be undone later is not made
+            log.exception("no snapshot of %s", servo.title)
+            raise StoreFailed(
+                f"No snapshot of {servo.title} could be kept, so nothing was written. "
+                "Check the data folder and its disk."
+            ) from error
 
-        return Change(one.row.key, value(one.before), value(one.raw), value(after), verdict)
+    async def _write(
+        self, servo: Servo, writes: list[Write], lease_id: str | None, by: str, job: str | None, reason: str | None
+    ) -> Outcome:
+        try:
+            outcome = await self._writing.all_or_nothing(servo, writes, lease_id)
+        finally:
+            self._hub.tell(ServoChanged(servo.uid))
+        self._note(servo, outcome, by, job, reason)
+        return outcome
+
+    def _note(self, servo: Servo, outcome: Outcome, by: str, job: str | None, reason: str | None) -> None:
+        """One audit row a key that was written. Commands and keep-alives have none: a rig sends 1,000 a second."""
+        failure = "" if outcome.failure is None else outcome.failure.detail
+        detail = " ".join(part for part in (reason, failure) if part)
+        self._audit.note(
+            *(
+                Entry(
+                    by, "torque" if one.key == "torque_mode" else "write", one.verdict, servo.uid, one.key,
+                    one.before, one.requested, one.after, detail, job,
+                )
+                for one in outcome.changes
+                if one.verdict != "unchanged"
+            )
+        )  # fmt: skip
+
+
+def _reason(keys: list[str]) -> str:
+    more = f" and {len(keys) - 1} more" if len(keys) > 1 else ""
+    return f"before a change of {keys[0]}{more}"
+
+
+def _verdict(failure: HornbillError | None) -> str:
+    if failure is None:
+        return "applied"
+    return "no_answer" if isinstance(failure, NoAnswer) else "refused"

@@ -12,7 +12,7 @@ from hornbill.servo.servo import Servo
 from hornbill.units import Instant, NodeId, Uid
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import ActuatorStatus, Allocation, NodeStatus
-from hornbill.wire.port import CanPort, PortState
+from hornbill.wire.port import RECORDINGS, CanPort, PortState
 from hornbill.wire.services import GetNodeInfoRequest, GetSetRequest
 from hornbill.wire.transfer import END, START, Transfer
 
@@ -107,7 +107,7 @@ class Record:
     @property
     def recorded(self) -> bool:
         """Whether what is heard was on another bus at another time: a recording is played back."""
-        return self.port.address.startswith("file:")
+        return self.port.address.startswith(RECORDINGS)
 
     def tick(self, now: Instant) -> None:
         """Look at the counters; call it several times a second."""

@@ -8,10 +8,16 @@ down_revision = "0001"
 branch_labels = None
 depends_on = None
 
+# What a servo answers is a 64 bit integer, whatever its table says.
+RAW = ("model_number", "hardware_version", "firmware", "serial", "servo_id")
+
 
 def upgrade() -> None:
     """From the first tables."""
-    op.add_column("servos", sa.Column("drift", sa.JSON(), nullable=True))
+    with op.batch_alter_table("servos") as servos:
+        servos.add_column(sa.Column("drift", sa.JSON(), nullable=True))
+        for column in RAW:
+            servos.alter_column(column, existing_type=sa.Integer(), type_=sa.BigInteger(), existing_nullable=True)
     op.create_table(
         "snapshots",
         sa.Column("id", sa.Integer(), primary_key=True, autoincrement=True),
@@ -21,10 +27,11 @@ def upgrade() -> None:
         sa.Column("by", sa.String(80), nullable=False),
         sa.Column("automatic", sa.Boolean(), nullable=False),
         sa.Column("model", sa.String(40), nullable=True),
-        sa.Column("firmware", sa.Integer(), nullable=True),
+        sa.Column("firmware", sa.BigInteger(), nullable=True),
         sa.Column("schema_revision", sa.String(20), nullable=False),
         sa.Column("ram", sa.JSON(), nullable=False),
         sa.Column("rom", sa.JSON(), nullable=False),
+        sqlite_autoincrement=True,
     )
     op.create_index("ix_snapshots_uid", "snapshots", ["uid"])
     op.create_table(
@@ -47,8 +54,9 @@ def upgrade() -> None:
         sa.Column("before", sa.JSON(), nullable=True),
         sa.Column("requested", sa.JSON(), nullable=True),
         sa.Column("after", sa.JSON(), nullable=True),
-        sa.Column("detail", sa.Text(), nullable=False),
+        sa.Column("detail", sa.String(), nullable=False),
         sa.Column("job", sa.String(40), nullable=True),
+        sqlite_autoincrement=True,
     )
     op.create_index("ix_audit_uid", "audit", ["uid"])
     op.create_index("ix_audit_at", "audit", ["at"])
@@ -71,4 +79,7 @@ def downgrade() -> None:
     """Back to the first tables."""
     for table in ("jobs", "audit", "profiles", "snapshots"):
         op.drop_table(table)
-    op.drop_column("servos", "drift")
+    with op.batch_alter_table("servos") as servos:
+        servos.drop_column("drift")
+        for column in RAW:
+            servos.alter_column(column, existing_type=sa.BigInteger(), type_=sa.Integer(), existing_nullable=True)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hornbill.bus.bittime import frame_bits
+from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 
 

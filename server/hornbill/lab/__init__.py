@@ -1,0 +1,1 @@
+"""Measured motion: step tests and the numbers made of them."""

@@ -1,0 +1,233 @@
+"""ROM that somebody else changed: flagged with the difference, restored in one step, or accepted."""
+
+import asyncio
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from behaviour.rig import PLAIN, Rig, json, play
+from hornbill.servo.servo import Servo, State
+from hornbill.sim.recipe import Recipe
+from hornbill.store.store import Store
+from hornbill.units import Uid
+
+UID = bytes(range(16))
+HERE = replace(PLAIN, uid=UID, rom={"angle_limit_cw": 600, "speed_limit_cw": 200, "soft_start": 0})
+
+
+async def power(rig: Rig, servo: Servo, *, off_s: float = 4.0) -> None:
+    """Off and on again; it comes back identified and out of soft start."""
+    boots = servo.boots
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(off_s)
+    rig.bench.power(servo.uid, True)
+    async with asyncio.timeout(30):
+        while servo.boots == boots or servo.state is not State.READY:
+            await asyncio.sleep(0.05)
+    await asyncio.sleep(1)
+
+
+async def meddle(rig: Rig, servo: Servo, **rom: int) -> None:
+    """Another tool changes and saves rows while we do not listen."""
+    sim = rig.sim(servo)
+    for key, raw in rom.items():
+        row = servo.registers[key].parameter
+        sim.memory.put(row.address, raw)
+    sim.memory.save(sim.behaviour)
+    await power(rig, servo)
+
+
+async def drift(rig: Rig, servo: Servo) -> dict[str, tuple[Any, Any]]:
+    rows = json(await rig.call("GET", f"/servos/{servo.uid}/drift"))["rows"]
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}"))["drift"]
+    assert shown == [row["key"] for row in rows]
+    return {row["key"]: (row["was"], row["now"]) for row in rows}
+
+
+def test_rom_that_another_tool_saved_is_flagged_with_the_difference_and_told_once() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        assert await drift(rig, servo) == {}
+        await meddle(rig, servo, angle_limit_cw=450, servo_id=9)
+        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
+        told = rig.events("drift")
+        assert len(told) == 1
+        assert told[0].level == "warning"
+        assert "Angle limit CW 60.0° → 45.0°" in told[0].text
+        assert "Servo ID 1 → 9" in told[0].text
+        await power(rig, servo)
+        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
+        assert len(rig.events("drift")) == 1
+
+    play(scene, HERE)
+
+
+def test_a_second_change_keeps_the_oldest_known_value_and_one_that_goes_back_settles_itself() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await meddle(rig, servo, angle_limit_cw=450)
+        await meddle(rig, servo, angle_limit_cw=300)
+        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 30.0)}
+        assert len(rig.events("drift")) == 2
+        await meddle(rig, servo, angle_limit_cw=600)
+        assert await drift(rig, servo) == {}
+
+    play(scene, HERE)
+
+
+def test_rows_that_soft_start_hides_are_compared_when_it_is_over_and_not_with_its_own_values() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await meddle(rig, servo, speed_limit_cw=150)
+        assert await drift(rig, servo) == {"speed_limit_cw": (200, 150)}
+
+    play(scene, replace(HERE, rom={"speed_limit_cw": 200, "soft_start": 1}, angle_deg=60.0))
+
+
+@pytest.mark.parametrize("soft_start", [0, 1])
+def test_what_we_save_ourselves_is_no_drift(soft_start: int) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        values = {"angle_limit_cw": 30, "speed_limit_cw": 120, "torque_limit_cw": 50}
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
+        assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
+        await power(rig, servo)
+        assert await drift(rig, servo) == {}
+        assert rig.events("drift") == []
+
+    play(scene, replace(HERE, rom={**HERE.rom, "soft_start": soft_start}))
+
+
+def test_restore_and_save_puts_back_what_rom_held_and_only_the_proof_takes_the_flag_away() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await meddle(rig, servo, angle_limit_cw=450, servo_id=9, timeout_action=2)
+        restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore"))
+        assert restored["outcome"] == "applied"
+        assert {change["key"] for change in restored["changes"]} == {"angle_limit_cw", "servo_id", "timeout_action"}
+        assert servo.raw("servo_id") == 1
+        assert set(await drift(rig, servo)) == {"angle_limit_cw", "servo_id", "timeout_action"}  # RAM alone
+        restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore", {"save": True}))
+        job = restored["job"]
+        async with asyncio.timeout(60):
+            while json(await rig.call("GET", f"/jobs/{job}"))["state"] in ("queued", "running"):
+                await asyncio.sleep(0.1)
+        assert json(await rig.call("GET", f"/jobs/{job}"))["state"] == "succeeded"
+        assert await drift(rig, servo) == {}
+        assert (rig.sim(servo).memory.stored(0x38), rig.sim(servo).memory.stored(0x45)) == (600, 1)
+
+    play(scene, HERE)
+
+
+def test_a_save_of_something_else_does_not_accept_drift_and_one_of_a_new_value_does() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await meddle(rig, servo, angle_limit_cw=450)
+
+        async def change(key: str, value: int) -> None:
+            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {key: value}}))
+            json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+
+        await change("angle_p_gain", 50)
+        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0)}
+        await change("angle_limit_cw", 20)
+        assert await drift(rig, servo) == {}
+
+    play(scene, HERE)
+
+
+def test_accepting_it_keeps_what_was_found_and_stands_in_the_audit() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await meddle(rig, servo, angle_limit_cw=450)
+        assert (await rig.call("DELETE", f"/servos/{servo.uid}/drift", lease=await rig.lease())).status_code == 204
+        assert await drift(rig, servo) == {}
+        entry = rig.host.store.audit.rows(action="drift")[0].entry
+        assert (entry.by, entry.outcome, entry.key, entry.before, entry.after) == (
+            "test", "accepted", "angle_limit_cw", 60.0, 45.0,
+        )  # fmt: skip
+        await power(rig, servo)
+        assert await drift(rig, servo) == {}
+        assert len(rig.events("drift")) == 1
+
+    play(scene, HERE)
+
+
+def test_lost_rom_is_no_drift() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        rig.sim(servo).memory.rom_sound = False
+        await power(rig, servo)
+        assert servo.rom_lost
+        assert await drift(rig, servo) == {}
+        assert rig.events("drift") == []
+        kept = json(await rig.call("GET", f"/inventory/{servo.uid}"))
+        assert kept["rom"]["angle_limit_cw"] == 60.0  # the last configuration is not lost with it
+
+    play(scene, HERE)
+
+
+async def first(rig: Rig) -> None:
+    await rig.ready()
+
+
+def long_ago(tmp_path: Path) -> None:
+    """Make the store believe that the servo was seen last an hour ago."""
+    with Store(tmp_path / "data", wall=lambda: time.time() - 3600) as store:
+        store.servos.met(Uid(UID.hex()))
+
+
+def later(recipe: Recipe, tmp_path: Path, *, running: bool = False) -> tuple[dict[str, tuple[Any, Any]], int]:
+    """The drift a server finds that was away, and how often it told; `running`: the servo ran already when it came."""
+
+    async def scene(rig: Rig) -> tuple[dict[str, tuple[Any, Any]], int]:
+        if running:
+            await asyncio.sleep(30)
+            await rig.host.connect("memory:host", 1_000_000)
+        servo = (await rig.ready())[0]
+        await asyncio.sleep(2)
+        rows = json(await rig.call("GET", f"/servos/{servo.uid}/drift"))["rows"]
+        assert all(row["proved"] is not running for row in rows)
+        return await drift(rig, servo), len(rig.events("drift"))
+
+    return play(scene, recipe, store=str(tmp_path / "data"), connect=not running)
+
+
+def test_a_change_made_while_the_server_was_away_is_found_and_the_flag_outlives_the_next_server(tmp_path: Path) -> None:
+    play(first, HERE, store=str(tmp_path / "data"))
+    changed = replace(HERE, rom={**HERE.rom, "angle_limit_cw": 450}, node_id=12)
+    expected = {"angle_limit_cw": (60.0, 45.0), "node_id": (11, 12)}
+    assert later(changed, tmp_path) == (expected, 1)
+    assert later(changed, tmp_path) == (expected, 0)
+    assert later(HERE, tmp_path) == ({}, 0)
+
+
+def test_a_servo_that_restarted_and_ran_on_unseen_is_flagged_but_not_as_proved(tmp_path: Path) -> None:
+    play(first, HERE, store=str(tmp_path / "data"))
+    long_ago(tmp_path)
+    changed = replace(HERE, rom={**HERE.rom, "angle_limit_cw": 450})
+    assert later(changed, tmp_path, running=True) == ({"angle_limit_cw": (60.0, 45.0)}, 1)
+    assert later(changed, tmp_path, running=True) == ({"angle_limit_cw": (60.0, 45.0)}, 0)
+    assert later(HERE, tmp_path) == ({}, 0)
+
+
+def test_nothing_is_made_of_a_servo_that_ran_on_unchanged(tmp_path: Path) -> None:
+    play(first, HERE, store=str(tmp_path / "data"))
+    long_ago(tmp_path)
+    assert later(HERE, tmp_path, running=True) == ({}, 0)
+    assert later(HERE, tmp_path) == ({}, 0)
+
+
+def test_another_firmware_is_told(tmp_path: Path) -> None:
+    play(first, replace(HERE, firmware="1.200", serial=7), store=str(tmp_path / "data"))
+
+    async def scene(rig: Rig) -> list[str]:
+        await rig.ready()
+        return [event.text for event in rig.events("drift")]
+
+    told = play(scene, replace(HERE, firmware="1.300", serial=7), store=str(tmp_path / "data"))
+    assert len(told) == 1
+    assert "firmware 1.200 → 1.300" in told[0]

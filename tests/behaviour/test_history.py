@@ -1,0 +1,369 @@
+"""Snapshots: taken before every change and by hand, compared, and brought back, whole or row by row."""
+
+import asyncio
+from typing import Any
+
+from behaviour.rig import PLAIN, Rig, json, play, problem
+from hornbill.servo.configuration.history import held
+from hornbill.servo.hub import Change, ReadingChanged, ServoChanged
+from hornbill.servo.servo import SOFT_START_ROWS, Servo, State
+from hornbill.sim.recipe import Recipe
+from hornbill.store.servos import ServoFacts
+from hornbill.units import Uid
+
+TWO = (
+    Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom={"angle_p_gain": 60}),
+    Recipe("BLA15-12U-A0", "1.200", servo_id=2, node_id=12),
+)
+
+
+async def patch(rig: Rig, servo: Servo, values: dict[str, Any]) -> None:
+    answer = json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
+    assert answer["outcome"] == "applied", answer
+
+
+async def listed(rig: Rig, servo: Servo) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json(await rig.call("GET", f"/servos/{servo.uid}/snapshots"))
+    return found
+
+
+async def take(rig: Rig, servo: Servo, **body: Any) -> dict[str, Any]:
+    found: dict[str, Any] = json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", body or None), 201)
+    return found
+
+
+async def restore(rig: Rig, servo: Servo, snapshot: dict[str, Any], **body: Any) -> dict[str, Any]:
+    path = f"/servos/{servo.uid}/snapshots/{snapshot['id']}/restore"
+    found: dict[str, Any] = json(await rig.call("POST", path, body or None))
+    return found
+
+
+async def compare(rig: Rig, left: str, right: str, **more: str) -> dict[str, Any]:
+    answer = await rig.http.get("/compare", params={"left": left, "right": right, **more})
+    found: dict[str, Any] = json(answer)
+    return found
+
+
+def test_before_each_change_what_was_held_is_kept_once() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        for gain in (45, 50):
+            body = {"values": {"angle_p_gain": gain}}
+            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
+        newest, oldest = await listed(rig, servo)
+        default = servo.registers["angle_p_gain"].parameter.default
+        assert (oldest["values"]["angle_p_gain"], newest["values"]["angle_p_gain"]) == (default, 45)
+        assert newest["rom"]["angle_p_gain"] == default
+        assert (newest["automatic"], newest["by"], newest["model"], newest["firmware"]) == (
+            True, "test", "BLA21-06U-A0", "1.300",
+        )  # fmt: skip
+        assert set(newest["values"]) == {key for key, one in servo.registers.items() if one.parameter.rom}
+        assert newest["id"] > oldest["id"]
+
+    play(scene)
+
+
+def test_a_servo_nothing_changed_in_is_not_kept_twice() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        made = [await rig.host.history.take(rig.host.asker, servo, reason="again", by="me") for _ in range(3)]
+        assert len({one.id for one in made}) == 1
+        await patch(rig, servo, {"angle_p_gain": 45})
+        await patch(rig, servo, {"angle_p_gain": 45})
+        assert [one["id"] for one in await listed(rig, servo)] == [made[0].id]
+
+    play(scene)
+
+
+def test_a_snapshot_by_hand_is_always_kept_and_reads_what_is_not_current() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        first = await take(rig, servo)
+        servo.forget("angle_p_gain")
+        assert "angle_p_gain" not in held(servo)
+        second = await take(rig, servo, reason="before the fair")
+        assert [one["id"] for one in await listed(rig, servo)] == [second["id"], first["id"]]
+        assert (first["reason"], second["reason"], second["automatic"]) == ("by hand", "before the fair", False)
+        assert second["values"] == first["values"]
+        one = json(await rig.call("GET", f"/servos/{servo.uid}/snapshots/{second['id']}"))
+        assert one == second
+        entry = json(await rig.call("GET", "/audit?action=snapshot"))[0]
+        assert (entry["after"], entry["detail"], entry["by"]) == (second["id"], "before the fair", "no lease")
+
+    play(scene)
+
+
+def test_dropping_a_snapshot_leaves_a_row_in_the_audit() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        made = await take(rig, servo)
+        path = f"/servos/{servo.uid}/snapshots/{made['id']}"
+        assert (await rig.call("DELETE", path)).status_code == 204
+        problem(await rig.call("GET", path), "unknown_snapshot", 404)
+        problem(await rig.call("DELETE", path), "unknown_snapshot", 404)
+        entry = json(await rig.call("GET", "/audit"))[0]
+        assert (entry["action"], entry["outcome"], entry["before"]) == ("snapshot", "dropped", made["id"])
+
+    play(scene)
+
+
+def test_a_snapshot_of_another_servo_is_unknown_here_and_so_is_a_number_nobody_gave() -> None:
+    async def scene(rig: Rig) -> None:
+        one, other = await rig.ready(2)
+        made = await take(rig, one)
+        for snapshot in (made["id"], 10**30, -1, 0):
+            path = f"/servos/{other.uid}/snapshots/{snapshot}"
+            problem(await rig.call("GET", path), "unknown_snapshot", 404)
+            problem(await rig.call("DELETE", path), "unknown_snapshot", 404)
+            problem(await rig.call("POST", f"{path}/restore"), "unknown_snapshot", 404)
+        assert len(await listed(rig, one)) == 1
+        problem(await rig.call("GET", f"/servos/{'0' * 32}/snapshots"), "unknown_servo", 404)
+
+    play(scene, *TWO)
+
+
+def test_a_servo_that_is_only_remembered_has_its_history_and_its_rom_too() -> None:
+    async def scene(rig: Rig) -> None:
+        uid = Uid("ab" * 16)
+        rig.host.store.servos.met(uid, ServoFacts(model="BLA21-06U-A0", firmware=1300))
+        rig.host.store.servos.keep_rom(uid, {"angle_p_gain": 33})
+        rig.host.store.snapshots.add(
+            uid, reason="long ago", by="me", automatic=False, model="BLA21-06U-A0", firmware=1300,
+            schema_revision="x", ram={"angle_p_gain": 44}, rom={},
+        )  # fmt: skip
+        found = json(await rig.call("GET", f"/servos/{uid}/snapshots"))
+        assert [one["values"] for one in found] == [{"angle_p_gain": 44}]
+        differences = (await compare(rig, f"rom:{uid}", f"snapshot:{found[0]['id']}"))["differences"]
+        gain = next(one for one in differences if one["key"] == "angle_p_gain")
+        assert (gain["left"], gain["right"]) == (33, 44)
+        problem(await rig.call("GET", f"/compare?left=servo:{uid}&right=rom:{uid}"), "no_answer", 504)
+
+    play(scene, connect=False)
+
+
+def test_a_restore_brings_everything_back_and_leaves_identity_and_torque_alone() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        made = await take(rig, servo)
+        await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9, "torque_mode": "off"})
+        differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
+        assert {one["key"] for one in differences} == {"angle_p_gain", "smoothing", "torque_mode"}
+        planned = await restore(rig, servo, made, dry_run=True)
+        assert planned["outcome"] == "planned"
+        assert servo.raw("angle_p_gain") == 45
+        answer = await restore(rig, servo, made)
+        assert answer["outcome"] == "applied"
+        verdicts = {one["key"]: one["verdict"] for one in answer["changes"]}
+        assert {key for key, verdict in verdicts.items() if verdict == "applied"} == {"angle_p_gain", "smoothing"}
+        assert {one["key"] for one in answer["left_out"]} == {"origin", "servo_id", "node_id", "torque_mode"}
+        memory = rig.sim(servo).memory
+        assert (memory.get(0x45), memory.get(0x20)) == (9, 1)
+        differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
+        assert {one["key"] for one in differences} == {"torque_mode"}
+        undo = (await listed(rig, servo))[0]
+        assert (undo["values"]["angle_p_gain"], undo["reason"]) == (45, f"restore of snapshot {made['id']}")
+
+    play(scene)
+
+
+def test_one_row_is_restored_when_it_is_named_identity_too() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        made = await take(rig, servo)
+        await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9})
+        answer = await restore(rig, servo, made, keys=["servo_id"])
+        assert [one["key"] for one in answer["changes"]] == ["servo_id"]
+        assert (servo.raw("servo_id"), servo.raw("angle_p_gain")) == (1, 45)
+        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+        problem(await rig.call("POST", path, {"keys": ["no_such_row"]}), "unknown_parameter", 404)
+        problem(await rig.call("POST", path, {"keys": ["boot_loader"]}), "forbidden_parameter", 403)
+        problem(await rig.call("POST", path, {"keys": ["current_angle"]}), "invalid_value", 422)
+        stale = await rig.call("POST", path, None, **{"If-Match": '"old"'})
+        problem(stale, "stale_revision", 412)
+        assert servo.raw("angle_p_gain") == 45
+
+    play(scene)
+
+
+def test_a_restore_never_turns_torque_on() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+        made = await take(rig, servo)
+        assert made["values"]["torque_mode"] == "on"
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+        body = {"keys": ["torque_mode", "smoothing"]}
+        answer = json(await rig.call("POST", path, body, lease=lease))
+        assert "never turns torque on" in answer["left_out"][0]["why"]
+        assert rig.sim(servo).memory.get(0x20) == 1
+
+    play(scene)
+
+
+def test_the_direction_is_not_restored_under_torque() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await patch(rig, servo, {"torque_mode": "off"})
+        made = await take(rig, servo)
+        await patch(rig, servo, {"reverse": True, "angle_p_gain": 45})
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+        problem(await rig.call("POST", path, None, lease=lease), "torque_on", 409)
+        assert servo.raw("angle_p_gain") == 45
+
+    play(scene)
+
+
+def test_a_copy_from_another_model_is_all_or_nothing_and_names_every_row_that_does_not_fit() -> None:
+    async def scene(rig: Rig) -> None:
+        servos = {one.servo_id: one for one in await rig.ready(2)}
+        there, here = servos[1], servos[2]
+        await patch(rig, there, {"angle_p_gain": 70})
+        refused = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}"})
+        shown = problem(refused, "out_of_range", 422)
+        assert {one["code"] for one in shown["problems"]} == {"out_of_range"}
+        bad = {one["key"] for one in shown["problems"]}
+        assert len(bad) > 1
+        assert [name for node, name, _ in rig.writes() if node == here.node_id] == []
+        names = [key for key, one in here.registers.items() if one.parameter.rom and key not in bad]
+        fits = [key for key in names if not here.registers[key].parameter.identity and key != "torque_mode"]
+        answer = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}", "keys": fits})
+        assert json(answer)["outcome"] == "applied"
+        differ = (await compare(rig, f"servo:{there.uid}", f"servo:{here.uid}"))["differences"]
+        assert {one["key"] for one in differ if one["left_has"] and one["right_has"]} <= {*bad, "torque_mode"}
+        assert here.servo_id == 2
+
+    play(scene, *TWO)
+
+
+def test_the_defaults_and_a_profile_are_sides_too() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        default = servo.registers["angle_p_gain"].parameter.default
+        await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False})
+        json(await rig.call("PUT", "/profiles/soft", {"values": {"angle_p_gain": 30}}), 201)
+        found = await compare(rig, f"servo:{servo.uid}", "profile:soft")
+        first = next(one for one in found["differences"] if one["key"] == "angle_p_gain")
+        assert (first["left"], first["right"]) == (45, 30)
+        assert all(not one["right_has"] for one in found["differences"] if one["key"] != "angle_p_gain")
+        found = await compare(rig, "default:BLA21-06U-A0@1.300", f"servo:{servo.uid}")
+        assert {one["key"] for one in found["differences"]} == {"angle_p_gain", "smoothing"}
+        answer = await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "profile:soft"})
+        assert [one["after"] for one in json(answer)["changes"]] == [30]
+        json(await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "default:BLA21-06U-A0@1.300"}))
+        assert (servo.raw("angle_p_gain"), servo.raw("smoothing")) == (default, 1)
+
+    play(scene)
+
+
+def test_a_side_that_is_none_says_which_there_are() -> None:
+    async def scene(rig: Rig) -> None:
+        uid = (await rig.ready())[0].uid
+        for left in (
+            "",
+            "servo",
+            "servo:1",
+            "snapshot:x",
+            "profile:",
+            "profile:a/b",
+            "default:",
+            "default:BLA",
+            "ram:1",
+        ):
+            shown = problem(
+                await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), "invalid_value", 422
+            )
+            assert "snapshot-rom:ID" in shown["detail"] or "BLA21-06U-A0" in shown["detail"]
+        for left, code in (("profile:none", "unknown_profile"), ("snapshot:77", "unknown_snapshot")):
+            problem(await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), code, 404)
+
+    play(scene)
+
+
+def test_what_soft_start_puts_into_five_rows_is_never_taken_for_configuration() -> None:
+    stored = {
+        "soft_start": 1,
+        "torque_mode": 0,
+        "torque_limit_cw": 37,
+        "torque_limit_ccw": -37,
+        "speed_torque_control": 1,
+    }
+    recipe = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom=stored, angle_deg=120.0)
+
+    async def scene(rig: Rig) -> None:
+        wrong: list[dict[str, int]] = []
+
+        def look(change: Change) -> None:
+            if isinstance(change, ServoChanged | ReadingChanged):
+                for servo in rig.host.fleet.all():
+                    seen = {key: raw for key, raw in held(servo).items() if key in SOFT_START_ROWS & set(stored)}
+                    if any(stored[key] != raw for key, raw in seen.items()) and servo.identified:
+                        wrong.append(seen)
+
+        rig.host.hub.listen(look)
+        async with asyncio.timeout(20):
+            while not any(one.state is State.SOFT_START for one in rig.host.fleet.all()):
+                await asyncio.sleep(0.01)
+        servo = rig.host.fleet.all()[0]
+        assert servo.raw("torque_limit_cw") != 37
+        shown = problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "busy", 409)
+        assert "soft start" in shown["detail"]
+        await rig.ready()
+        made = await take(rig, servo)
+        assert (made["values"]["torque_limit_cw"], made["values"]["speed_torque_control"]) == (37, True)
+        assert wrong == []
+
+    play(scene, recipe)
+
+
+def test_after_a_lost_rom_the_last_snapshot_brings_the_servo_back() -> None:
+    mine = Recipe(
+        "BLA21-06U-A0", "1.300", servo_id=7, node_id=11, rom={"angle_p_gain": 61, "smoothing": 0, "soft_start": 0}
+    )
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        made = await take(rig, servo)
+        sim, now = rig.sim(servo), asyncio.get_running_loop().time
+        sim.power_off(now())
+        sim.memory.rom_sound = False
+        await asyncio.sleep(5)
+        sim.power_on(now())
+        async with asyncio.timeout(30):
+            while not (servo.rom_lost and servo.state is State.READY):
+                await asyncio.sleep(0.05)
+        assert servo.raw("angle_p_gain") != 61
+        lease = await rig.lease()
+        body = {"type": "angle", "value": 0}
+        problem(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease), "configuration_lost", 409)
+        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+        answer = json(await rig.call("POST", path, {"identity": True, "save": True}, lease=lease))
+        assert answer["outcome"] == "applied", answer
+        async with asyncio.timeout(60):
+            while (job := json(await rig.call("GET", f"/jobs/{answer['job']}")))["state"] in ("queued", "running"):
+                await asyncio.sleep(0.1)
+                await rig.call("PUT", f"/leases/{lease}")
+        assert job["state"] == "succeeded", job
+        assert not servo.rom_lost
+        differ = (await compare(rig, f"snapshot:{made['id']}", f"rom:{servo.uid}", identity="true"))["differences"]
+        assert {one["key"] for one in differ} <= {"torque_mode"}
+        assert (sim.memory.stored(0x2C), sim.memory.stored(0x45), sim.memory.stored(0x46)) == (61, 7, 11)
+
+    play(scene, mine)
+
+
+def test_an_offline_servo_gives_no_snapshot() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        rig.sim(servo).power_off(asyncio.get_running_loop().time())
+        async with asyncio.timeout(10):
+            while servo.online:
+                await asyncio.sleep(0.1)
+        problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_answer", 504)
+        assert await listed(rig, servo) == []
+
+    play(scene, PLAIN)

@@ -1,0 +1,324 @@
+"""A stop that lasts: over a restart of the server, over the servo's own time-out, over servos that say nothing."""
+
+import asyncio
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from behaviour.losing import PAIR, commanded, now
+from behaviour.rig import PLAIN, Rig, json, play
+from hornbill.servo.servo import State
+from hornbill.sim.recipe import Recipe
+from hornbill.sim.servo import SimServo
+from hornbill.store.database import Database
+from hornbill.wire.datatype import Kind
+from hornbill.wire.services import GetSetRequest
+
+
+def at(folder: Path) -> str:
+    return f"sqlite:///{folder / 'kept.sqlite'}"
+
+
+async def press(rig: Rig, mode: str = "off", reason: str = "smoke") -> dict[str, Any]:
+    found: dict[str, Any] = json(await rig.call("POST", "/stop?by=Ann", {"mode": mode, "reason": reason}))
+    return found
+
+
+def asked(rig: Rig, node: int | None) -> int:
+    """How many writes of 0x20 a node was sent."""
+    return sum(where == node and name == "0x20" for where, name, _ in rig.writes())
+
+
+def killed(rig: Rig) -> None:
+    """Nothing of the host runs any more that could keep anything."""
+    rig.host.kept_stop._keep = lambda: None  # pyright: ignore[reportPrivateUsage]
+
+
+def test_a_server_started_anew_is_stopped_says_so_and_stops_what_it_finds(tmp_path: Path) -> None:
+    async def before(rig: Rig) -> float:
+        await rig.ready()
+        state = await press(rig, "brake")
+        await asyncio.sleep(0.3)
+        killed(rig)
+        return float(state["at"])
+
+    pressed_at = play(before, store=at(tmp_path))
+
+    async def after(rig: Rig) -> None:
+        state = json(await rig.call("GET", "/stop"))
+        assert (state["latched"], state["mode"], state["by"]) == (True, "brake", "Ann")
+        assert state["reason"] == "smoke. Pressed before the server was restarted."
+        assert state["at"] == pytest.approx(pressed_at, abs=1)
+        await rig.host.connect("memory:host", 1_000_000)
+        servo = (await rig.ready())[0]
+        assert rig.sim(servo).output == 2, "it came up with torque on"
+        state = json(await rig.call("GET", "/stop"))
+        assert [one["confirmed"] for one in state["servos"]] == [True]
+
+    play(after, store=at(tmp_path), connect=False)
+    play(after, store=at(tmp_path), connect=False)  # a second time, and the reason is not said twice
+
+
+def test_the_latch_is_set_before_any_frame_of_a_bus_is_sent(tmp_path: Path) -> None:
+    async def before(rig: Rig) -> None:
+        await press(rig)
+
+    play(before, store=at(tmp_path))
+
+    async def after(rig: Rig) -> None:
+        assert rig.host.stop.latched
+        assert not rig.transfers("host")
+        await rig.host.connect("memory:host", 1_000_000)
+        servo = (await rig.ready())[0]
+        assert rig.sim(servo).output == 1
+        assert all(raw == 1 for _, name, raw in rig.writes() if name == "0x20")
+
+    play(after, store=at(tmp_path), connect=False)
+
+
+def test_a_stop_is_kept_within_a_quarter_of_a_second_even_when_a_servo_is_silent(tmp_path: Path) -> None:
+    async def before(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        rig.sim(servo).conditions.drop_responses_pct = 100
+        rig.host.stop.now("off", "Ann", "")
+        await asyncio.sleep(0.26)
+        killed(rig)
+
+    play(before, store=at(tmp_path))
+
+    async def after(rig: Rig) -> None:
+        assert json(await rig.call("GET", "/stop"))["reason"] == "Pressed before the server was restarted."
+
+    play(after, store=at(tmp_path), connect=False)
+
+
+def test_a_stop_that_was_cleared_does_not_come_back(tmp_path: Path) -> None:
+    async def before(rig: Rig) -> None:
+        await rig.ready()
+        await press(rig)
+        await asyncio.sleep(1)
+        json(await rig.call("DELETE", "/stop"))
+        await asyncio.sleep(0.3)
+        killed(rig)
+
+    play(before, store=at(tmp_path))
+
+    async def after(rig: Rig) -> None:
+        assert not rig.host.stop.latched
+
+    play(after, store=at(tmp_path), connect=False)
+
+
+def test_nothing_is_written_to_the_disk_before_every_frame_of_the_stop_has_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def scene(rig: Rig) -> None:
+        servos = await rig.ready(2)
+        await commanded(rig, servos[0])
+        outputs: list[set[int]] = []
+        transaction = Database.transaction
+
+        def watched(self: Database) -> Any:
+            outputs.append({rig.sim(servo).output for servo in servos})
+            return transaction(self)
+
+        monkeypatch.setattr(Database, "transaction", watched)
+        rig.host.stop.now("off", "test", "")
+        await asyncio.sleep(0.5)
+        assert outputs
+        assert all(one == {1} for one in outputs)
+
+    play(scene, *PAIR)
+
+
+def test_a_store_that_fails_keeps_nobody_from_stopping_and_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+
+        def fail(*_: object) -> None:
+            raise OSError("no space left on device")
+
+        monkeypatch.setattr(rig.host.store.settings, "put", fail)
+        await press(rig)
+        await asyncio.sleep(0.5)
+        assert rig.sim(servo).output == 1
+        assert "would not know of it" in rig.events("store_failed")[0].text
+
+    play(scene)
+
+
+LETS_GO = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
+
+
+@pytest.mark.parametrize("time_out_ms", [100, 1000, 5000])
+def test_the_brake_of_a_stop_is_not_let_go_by_the_servos_own_time_out(time_out_ms: int) -> None:
+    """On a servo where the time-out (0x26 off, 0x27) takes the brake away, too: 4.19 names no exception."""
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        sim = rig.sim(servo)
+        _any_output(sim)
+        await press(rig, "brake")
+        for _ in range(400):
+            await asyncio.sleep(0.05)
+            assert sim.output == 2
+        before, began = asked(rig, servo.node_id), now()
+        await asyncio.sleep(10)
+        rate = (asked(rig, servo.node_id) - before) / (now() - began)
+        assert rate <= 3.5 * 1000 / time_out_ms, "a third of the time-out, and no oftener"
+        json(await rig.call("DELETE", "/stop"))
+        written = asked(rig, servo.node_id)
+        await asyncio.sleep(10)
+        assert asked(rig, servo.node_id) == written, "only while it is latched"
+        assert sim.output == 1, "as this servo is made"
+
+    play(scene, replace(LETS_GO, rom={"timeout_time": time_out_ms}))
+
+
+def _any_output(sim: SimServo) -> None:
+    sim.behaviour = replace(sim.behaviour, timeout_changes="any_output")
+
+
+def test_a_brake_that_the_servos_time_out_cannot_let_go_is_written_once() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await press(rig, "brake")
+        written = asked(rig, servo.node_id)
+        await asyncio.sleep(5)
+        assert asked(rig, servo.node_id) == written
+
+    play(scene, replace(PLAIN, rom={"timeout_action": 0}))
+
+
+def test_a_brake_that_somebody_takes_off_by_name_is_not_put_on_again() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, other = await rig.ready(2)
+        await press(rig, "brake")
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+        await asyncio.sleep(3)
+        assert (rig.sim(servo).output, rig.sim(other).output) == (1, 2)
+
+    play(scene, *(replace(LETS_GO, servo_id=n, node_id=10 + n) for n in (1, 2)))
+
+
+def test_after_a_stop_without_the_brake_nothing_is_repeated() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        await press(rig)
+        written = asked(rig, servo.node_id)
+        await asyncio.sleep(5)
+        assert asked(rig, servo.node_id) == written
+
+    play(scene)
+
+
+def test_a_servo_that_does_not_answer_is_named_in_an_event_after_a_second_and_again_when_it_does() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, other = await rig.ready(2)
+        rig.sim(servo).conditions.drop_responses_pct = 100
+        state = await press(rig)
+        assert {one["label"]: one["confirmed"] for one in state["servos"]} == {servo.title: False, other.title: True}
+        await asyncio.sleep(0.7)
+        assert not rig.events("no_answer")
+        await asyncio.sleep(2)
+        said = rig.events("no_answer")
+        assert len(said) == 1
+        assert servo.title in said[0].text
+        assert other.title not in said[0].text
+        assert said[0].uid == servo.uid
+        rig.sim(servo).conditions.drop_responses_pct = 0
+        await asyncio.sleep(0.5)
+        assert servo.title in rig.events("stopped_late")[0].text
+
+    play(scene, *PAIR)
+
+
+def test_twenty_servos_behind_a_lost_bus_are_named_in_one_event() -> None:
+    twenty = [replace(PLAIN, servo_id=n, node_id=10 + n) for n in range(1, 21)]
+
+    async def scene(rig: Rig) -> None:
+        servos = await rig.ready(20)
+        rig.bus.loss(100)
+        rig.host.stop.now("off", "test", "")
+        await asyncio.sleep(1.5)
+        said = rig.events("no_answer")
+        assert len(said) == 1
+        assert all(servo.title in said[0].text for servo in servos)
+        rig.bus.loss(0)
+
+    play(scene, *twenty)
+
+
+def test_a_servo_switched_off_after_a_cleared_stop_is_asked_once_a_second_and_at_once_when_it_is_back() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready(2))[0]
+        sim, node = rig.sim(servo), servo.node_id
+        rig.bench.power(servo.uid, False)
+        await press(rig)
+        json(await rig.call("DELETE", "/stop"))
+        await asyncio.sleep(10)
+        assert servo.state is State.OFFLINE
+        before = asked(rig, node)
+        await asyncio.sleep(60)
+        assert 55 <= asked(rig, node) - before <= 61
+        rig.bench.power(servo.uid, True)
+        async with asyncio.timeout(10):
+            while not sim.powered or not servo.online:
+                await asyncio.sleep(0.005)
+        await asyncio.sleep(0.05)
+        assert sim.output == 1
+        settled = asked(rig, node)
+        await asyncio.sleep(5)
+        assert asked(rig, node) == settled
+
+    play(scene, *PAIR)
+
+
+def test_a_servo_that_is_heard_and_does_not_answer_is_asked_four_times_a_second() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        rig.sim(servo).conditions.drop_responses_pct = 100
+        await press(rig)
+        await asyncio.sleep(3)
+        before = asked(rig, servo.node_id)
+        await asyncio.sleep(10)
+        assert 33 <= asked(rig, servo.node_id) - before <= 41
+
+    play(scene)
+
+
+def test_a_node_that_may_be_a_servo_keeps_the_brake_as_well() -> None:
+    """It is not identified while nothing of it is answered but writes."""
+
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        await press(rig, "brake")
+        sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
+        _any_output(sim)
+        await asyncio.sleep(6)
+        assert sim.output == 2
+
+    play(scene)
+
+
+def first_write(rig: Rig) -> float:
+    for transfer in rig.transfers("host"):
+        if transfer.kind is Kind.REQUEST and transfer.type_id == GetSetRequest.TYPE.id:
+            request = GetSetRequest.decode(transfer.payload)
+            assert request is not None
+            if request.name == "0x20":
+                return transfer.at
+    raise AssertionError("0x20 was never written")
+
+
+def test_the_first_frame_of_a_stop_leaves_before_anything_is_kept() -> None:
+    async def scene(rig: Rig) -> None:
+        await rig.ready()
+        pressed = now()
+        rig.host.stop.now("off", "test", "")
+        await asyncio.sleep(0.1)
+        assert first_write(rig) - pressed < 0.001
+
+    play(scene)

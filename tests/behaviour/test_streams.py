@@ -1,0 +1,186 @@
+"""Streams of setpoints: together, at their rate, counted, under a lease, and refused where the bus has no room."""
+
+import asyncio
+from itertools import pairwise
+
+from behaviour.rig import Rig, json, play, problem
+from hornbill.servo.servo import Servo
+from hornbill.sim.recipe import Recipe
+from hornbill.wire.messages import ArrayCommand
+
+TURNED = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n, angle_deg=20.0 + n) for n in range(1, 5)]
+CROWD = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=n, angle_deg=15.0 + n / 4) for n in range(1, 61)]
+
+
+async def held(rig: Rig, count: int) -> tuple[list[Servo], str]:
+    """Servos that hold their place under a lease, each with a position unit that is known."""
+    servos = await rig.ready(count, within_s=120)
+    for servo in servos:
+        json(await rig.call("PUT", f"/servos/{servo.uid}/position-unit", {"unit": "hundred_degrees"}))
+    lease = await rig.lease()
+    for servo in servos:
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    return servos, lease
+
+
+async def begun(rig: Rig, servos: list[Servo], lease: str, rate_hz: float = 50.0) -> str:
+    body = {"uids": [servo.uid for servo in servos], "rate_hz": rate_hz}
+    return str(json(await rig.call("POST", "/streams", body, lease=lease), 201)["id"])
+
+
+def bursts(rig: Rig) -> list[tuple[float, list[tuple[int, float]]]]:
+    """Every ArrayCommand on the bus: when, and what for which servo id."""
+    found: list[tuple[float, list[tuple[int, float]]]] = []
+    for transfer in rig.array_commands():
+        message = ArrayCommand.decode(transfer.payload)
+        assert message is not None
+        found.append((transfer.at, [(one.actuator_id, one.command_value) for one in message.commands]))
+    return found
+
+
+def test_a_stream_holds_still_until_told_and_then_all_follow_together() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        before = {servo.uid: rig.sim(servo).angle_deg for servo in servos}
+        stream = await begun(rig, servos, lease)
+        await asyncio.sleep(1)
+        for servo in servos:
+            assert abs(rig.sim(servo).angle_deg - before[servo.uid]) < 0.6
+        for step in range(1, 51):
+            values = {servo.uid: before[servo.uid] + 0.4 * step for servo in servos}
+            json(await rig.call("PUT", f"/streams/{stream}", {"values": values}, lease=lease))
+            await asyncio.sleep(0.02)
+        await asyncio.sleep(0.5)
+        for servo in servos:
+            assert abs(rig.sim(servo).angle_deg - before[servo.uid] - 20) < 1
+        told = json(await rig.call("GET", f"/streams/{stream}"))
+        assert told["misses"] == 0
+        assert 120 < told["sent"] < 135
+        sent = bursts(rig)
+        assert all(len(commands) == 4 for _, commands in sent)
+        gaps = [later - earlier for (earlier, _), (later, _) in pairwise(sent)]
+        assert max(gaps) < 0.03
+
+    play(scene, *TURNED)
+
+
+def test_sixty_servos_at_fifty_a_second_start_within_five_milliseconds_of_one_another() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 60)
+        stream = await begun(rig, servos, lease)
+        await asyncio.sleep(2)
+        told = json(await rig.call("GET", f"/streams/{stream}"))
+        assert told["misses"] == 0
+        assert told["sent"] >= 99
+        assert 0.15 < told["bus_share"] < 0.40
+        assert 0 < told["worst_skew_ms"] < 5
+        by_burst = bursts(rig)[-4:]
+        assert [len(commands) for _, commands in by_burst] == [15, 15, 15, 15]
+        assert {ident for _, commands in by_burst for ident, _ in commands} == set(range(1, 61))
+
+    play(scene, *CROWD)
+
+
+def test_a_rate_the_bus_has_no_room_for_is_refused_with_the_one_that_fits() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 60)
+        body = {"uids": [servo.uid for servo in servos], "rate_hz": 150}
+        refused = problem(await rig.call("POST", "/streams", body, lease=lease), "bus_budget", 409)
+        assert rig.array_commands() == []
+        assert refused["bus_share"] > refused["left"]
+        possible = refused["possible_hz"]
+        assert f"{possible} Hz" in refused["detail"]
+        await begun(rig, servos, lease, possible)
+
+    play(scene, *CROWD)
+
+
+def test_a_stream_needs_a_lease_ids_of_their_own_and_servos_of_no_other_stream() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        uids = [servo.uid for servo in servos]
+        problem(await rig.call("POST", "/streams", {"uids": uids}), "lease_held", 409)
+        stream = await begun(rig, servos[:2], lease)
+        problem(await rig.call("POST", "/streams", {"uids": uids[1:]}, lease=lease), "busy", 409)
+        other = {"values": {uids[3]: 25.0}}
+        problem(await rig.call("PUT", f"/streams/{stream}", other, lease=lease), "invalid_value", 422)
+        far = {"values": {uids[0]: 5.0, uids[1]: 9000.0}}
+        problem(await rig.call("PUT", f"/streams/{stream}", far, lease=lease), "out_of_range", 422)
+        await asyncio.sleep(0.5)
+        assert abs(rig.sim(servos[0]).angle_deg) < 1.5  # all or nothing
+        path = f"/servos/{uids[0]}/command"
+        refused = problem(await rig.call("POST", path, {"type": "angle", "value": 0}, lease=lease), "busy", 409)
+        assert "stream" in refused["detail"]
+        problem(await rig.call("GET", "/streams/nothing"), "unknown_stream", 404)
+
+    play(scene, *TURNED)
+
+
+def test_a_lease_that_lapses_ends_the_stream_and_torque_goes_off_on_all() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        stream = await begun(rig, servos, lease)
+        await asyncio.sleep(0.5)
+        json(await rig.call("DELETE", f"/leases/{lease}"))
+        await asyncio.sleep(0.2)
+        assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
+        sent = len(rig.array_commands())
+        await asyncio.sleep(1)
+        assert len(rig.array_commands()) == sent
+        told = json(await rig.call("GET", f"/streams/{stream}"))
+        assert told["ended"]
+        refused = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: 1.0}}, lease=await rig.lease())
+        problem(refused, "busy", 409)
+
+    play(scene, *TURNED)
+
+
+def test_stop_ends_a_stream_before_its_next_burst() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        await begun(rig, servos, lease)
+        await asyncio.sleep(0.51)
+        rig.host.stop.now("off", "test", "")
+        at = asyncio.get_running_loop().time()
+        await asyncio.sleep(1)
+        assert [one for one, _ in bursts(rig) if one > at + 0.002] == []
+        assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
+
+    play(scene, *TURNED)
+
+
+def test_slots_that_pass_while_the_process_is_held_up_are_counted_and_not_caught_up() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        stream = await begun(rig, servos, lease)
+        await asyncio.sleep(1)
+        before = json(await rig.call("GET", f"/streams/{stream}"))
+        one = rig.host.streams.get(stream)
+        now, held_up = rig.host.base.now, 0.2
+        # the clock goes on, and nobody gets his turn
+        rig.host.base.now = lambda: now() + held_up
+        await asyncio.sleep(0.1)
+        told = json(await rig.call("GET", f"/streams/{stream}"))
+        assert told["misses"] - before["misses"] == 10
+        assert told["worst_late_ms"] >= 180
+        assert told["sent"] - before["sent"] <= 7
+        assert one.ended is None
+
+    play(scene, *TURNED)
+
+
+def test_a_restarted_servo_ends_the_stream_with_its_name() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        stream = await begun(rig, servos, lease)
+        await asyncio.sleep(4)
+        uid = servos[2].uid
+        json(await rig.call("PATCH", f"/sim/servos/{uid}", {"power": "off"}))
+        await asyncio.sleep(0.5)
+        json(await rig.call("PATCH", f"/sim/servos/{uid}", {"power": "on"}))
+        await asyncio.sleep(4)
+        told = json(await rig.call("GET", f"/streams/{stream}"))
+        assert servos[2].title in told["ended"]
+        assert rig.events("stream_ended")
+
+    play(scene, *TURNED)

@@ -1,0 +1,55 @@
+"""A server that is killed while a horn turns: the servo's own time-out is the last defence (0x26, 0x27, B74)."""
+
+import re
+import signal
+import time
+from pathlib import Path
+
+import httpx
+
+from socketcan.peer import Peer, uavcan
+from socketcan.processes import PATIENCE_S, hornbill, line, until
+
+TIME_OUT_S = 1.0
+"""Default of 0x27; that of 0x26 is: output off."""
+
+SLOWING_S = 1.0
+"""What a horn without output may take to stand still, and a busy machine to notice."""
+
+
+def test_the_horn_stops_within_its_time_out_when_the_server_is_killed(vcan0: str, tmp_path: Path) -> None:
+    data = str(tmp_path / "data")
+    sim = hornbill("sim", "--bus", vcan0, "--servos", "1", "--node-id", "20")
+    serve = hornbill("serve", "--bus", vcan0, "--port", "0", "--data-dir", data)
+    with sim as servo, serve as server, Peer(101) as peer:
+        uid = line(servo).split()[0]
+        found = re.search(r"http://\S+/", line(server))
+        assert found is not None
+        limits = httpx.Limits(max_keepalive_connections=0)
+        with httpx.Client(base_url=found[0] + "api/v1", timeout=PATIENCE_S, limits=limits) as api:
+            until(lambda: [one for one in api.get("/servos").json() if one["state"] == "ready"], "the servo is ready")
+            path = f"/servos/{uid}"
+            patched = api.patch(path + "/parameters", json={"values": {"speed_torque_control": True}}).json()
+            assert patched["outcome"] == "applied"
+            lease = api.post("/leases", json={"holder": "test", "ttl_s": 60}).json()["id"]
+            turn = {"type": "speed", "value": 60}
+            api.post(path + "/command", json=turn, headers={"Lease": lease}).raise_for_status()
+        time.sleep(3 * TIME_OUT_S)
+        assert _speed(peer) > 40, "kept alive for longer than the time-out"
+        server.send_signal(signal.SIGKILL)
+        server.wait(timeout=PATIENCE_S)
+        killed = time.monotonic()
+        while _speed(peer) != 0:
+            assert time.monotonic() - killed < TIME_OUT_S + SLOWING_S, "it turns on"
+        assert _register(peer, "0x20") == 0, "nobody wrote torque off: the servo did it by itself"
+
+
+def _speed(peer: Peer) -> float:
+    return _register(peer, "0x09")
+
+
+def _register(peer: Peer, name: str) -> float:
+    question = uavcan.protocol.param.GetSet.Request(name=name)
+    (answer,) = peer.registers((20, question))
+    assert isinstance(answer.value, int)
+    return answer.value

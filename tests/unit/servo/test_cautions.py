@@ -1,0 +1,85 @@
+"""Which moves need a word, and what float16 makes of angles (features B25, B34, B71, B88)."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.errors import InvalidValue, NeedsConfirmation
+from hornbill.schema.catalog import Catalog
+from hornbill.servo import bursts, permission
+from hornbill.servo.cautions import Caution, cautions, require
+from hornbill.servo.position_estimate import DEGREES, PositionUnit
+from hornbill.servo.servo import Servo
+from hornbill.units import Uid
+
+CATALOG = Catalog.load()
+
+
+def servo(model: str = "BLA21-06U-A0") -> Servo:
+    made = Servo(Uid("0" * 32), CATALOG)
+    made.identify_as(CATALOG.models[model], 1300)
+    made.note("servo_id", 5, 0.0)
+    return made
+
+
+def words(found: list[Caution]) -> list[str]:
+    return [one.confirm for one in found if one.confirm is not None]
+
+
+@given(raw=st.integers(-36000, 36000), here=st.lists(st.integers(-36000, 36000), max_size=3))
+def test_turns_are_asked_for_exactly_beyond_one_turn_from_where_the_horn_may_be(raw: int, here: list[int]) -> None:
+    far = max((abs(raw - angle) for angle in here), default=0)
+    assert ("turns" in words(cautions(servo(), "angle", raw, here))) == (far > 3600)
+
+
+@given(raw=st.integers(-300, 300), kind=st.sampled_from(["speed", "torque"]))
+def test_only_what_turns_is_called_endless_and_no_word_is_asked_for_it(raw: int, kind: str) -> None:
+    said = cautions(servo(), kind, raw, [])
+    assert any("turns without end" in one.text for one in said) == (raw != 0)
+    assert words(said) == []
+
+
+def test_with_lost_turns_only_a_short_move_from_a_known_place_needs_no_word() -> None:
+    lost = servo()
+    lost.turns_lost_deg = 270.0
+    assert words(cautions(lost, "angle", 450, [0])) == []
+    assert words(cautions(lost, "angle", 451, [0])) == ["turn_count"]
+    assert words(cautions(lost, "angle", 0, [])) == ["turn_count"], "nobody knows where it is"
+    assert words(cautions(lost, "speed", 0, [])) == []
+
+
+def test_all_missing_words_are_named_at_once() -> None:
+    said = [Caution("warning", "One.", "turns"), Caution("failure", "Two."), Caution("warning", "Three.", "turn_count")]
+    with pytest.raises(NeedsConfirmation) as caught:
+        require(said, ())
+    assert caught.value.facts == {"confirm": "turns", "words": ["turns", "turn_count"]}
+    with pytest.raises(NeedsConfirmation) as caught:
+        require(said, ["turns"])
+    assert caught.value.facts["words"] == ["turn_count"]
+    require(said, ["turn_count", "turns"])
+
+
+@given(raw=st.integers(-36000, 36000), unit=st.sampled_from(list(DEGREES)))
+def test_no_angle_leaves_that_float16_moves_by_more_than_a_step(raw: int, unit: PositionUnit) -> None:
+    one = servo()
+    one.position_unit.forced = unit
+    target = permission.Target(one.registers["command_angle"].parameter, raw, clamped=False)
+    exact = raw / 10
+    try:
+        part = bursts._part(one, "angle", target)  # pyright: ignore[reportPrivateUsage]
+    except InvalidValue as error:
+        nearest = error.facts["nearest"]
+        assert isinstance(nearest, float)
+        assert abs(nearest - exact) > 0.1 - 1e-3
+        assert abs(exact) > 200, "below it, float16 is fine enough in every unit"
+    else:
+        assert abs(part.value - exact) <= 0.1 + 1e-6
+        assert abs(part.command.command_value * DEGREES[unit] - part.value) < 1e-9
+
+
+@given(raw=st.integers(-2048, 2048), kind=st.sampled_from(["speed", "torque"]))
+def test_whole_rpm_and_percent_are_exact(raw: int, kind: str) -> None:
+    one = servo()
+    target = permission.Target(one.registers[f"command_{kind}"].parameter, raw, clamped=False)
+    part = bursts._part(one, kind, target)  # pyright: ignore[reportPrivateUsage]
+    assert part.value == part.command.command_value == raw / target.parameter.per_unit

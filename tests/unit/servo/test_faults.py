@@ -1,0 +1,328 @@
+"""Fault words as they are read, one after the other: what counts as coming up, as going, and as the same as before."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import pytest
+
+from hornbill.errors import StoreFailed
+from hornbill.schema.catalog import Catalog
+from hornbill.servo.configuration.audit import Audit
+from hornbill.servo.faults import Fault, Faults
+from hornbill.servo.hub import Change, Happened, Hub, ReadingChanged, ServoChanged
+from hornbill.servo.servo import Servo
+from hornbill.servo.timebase import TimeBase
+from hornbill.store.faults import FaultEntry, Sight
+from hornbill.store.store import Store
+from hornbill.units import Uid
+from hornbill.wire.messages import Health, Mode, NodeStatus
+
+CATALOG = Catalog.load()
+UID = Uid("a0" * 16)
+EPOCH = 1_700_000_000.0
+NOTIFICATION, WARNING, FAILURE = "fault_notification", "fault_warning", "fault_failure"
+HOT, COLD, ROM, DRIVER, WATCHDOG = 1 << 8, 1 << 9, 1 << 15, 1 << 0, 1 << 9
+
+
+@dataclass
+class Desk:
+    """One servo, a store, and a clock that is set; `commits` are the times something was kept."""
+
+    store: Store
+    model: str = "BLA21-06U-A0"
+    now: float = 1000.0
+    commits: list[Sight] = field(default_factory=list[Sight])
+    happened: list[Happened] = field(default_factory=list[Happened])
+    started: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.start_server()
+
+    def start_server(self) -> None:
+        self.hub = Hub()
+        base = TimeBase(lambda: self.now, lambda: EPOCH + self.now)
+        self.servo = Servo(UID, CATALOG, label="Rudder")
+        self.servo.identify_as(CATALOG.models[self.model], 1300)
+        self.servo.online = True
+        self.faults = Faults(
+            CATALOG, self.store.faults, self.hub, base, {UID: self.servo}.get, Audit(self.store.audit, self.hub)
+        )
+        self.hub.listen(self._note)
+        self._hear()
+
+    def read(self, word: str, raw: int, after: float = 1.0) -> None:
+        """The servo is asked for a word, and tells it whether or not it changed."""
+        self.now += after
+        self._hear()
+        self.servo.note(word, raw, self.now)
+        self.hub.tell(ReadingChanged(UID, word))
+
+    def silence(self, seconds: float) -> None:
+        self.servo.online = False
+        self.hub.tell(ServoChanged(UID))
+        self.now += seconds
+        self.servo.online = True
+
+    def power_cycle(self) -> None:
+        self.started = self.now = self.now + 2.0
+
+    def notice_restart(self) -> None:
+        self.servo.restarted()
+        self._hear()
+        self.hub.tell(ServoChanged(UID))
+
+    def one(self, key: str) -> Fault:
+        return next(fault for fault in self.faults.of(UID) if fault.key == key)
+
+    def told(self) -> list[tuple[str, str]]:
+        found = [(one.level, one.code) for one in self.happened]
+        self.happened.clear()
+        return found
+
+    def _hear(self) -> None:
+        self.servo.status = NodeStatus(int(self.now - self.started), Health.OK, Mode.OPERATIONAL)
+        self.servo.status_at = self.now
+
+    def _note(self, change: Change) -> None:
+        if isinstance(change, Happened):
+            self.happened.append(change)
+
+
+@pytest.fixture
+def store() -> Iterator[Store]:
+    with Store("sqlite://") as opened:
+        yield opened
+
+
+@pytest.fixture
+def desk(store: Store, monkeypatch: pytest.MonkeyPatch) -> Desk:
+    desk, keep = Desk(store), store.faults.keep
+
+    def counted(sight: Sight) -> dict[str, FaultEntry]:
+        desk.commits.append(sight)
+        return keep(sight)
+
+    monkeypatch.setattr(store.faults, "keep", counted)
+    return desk
+
+
+def test_a_bit_is_told_and_kept_when_it_comes_up_and_when_it_goes_and_never_between(desk: Desk) -> None:
+    desk.read(WARNING, 0)
+    assert (desk.commits, desk.told()) == ([], [])
+    for _ in range(20):
+        desk.read(WARNING, HOT)
+    assert desk.told() == [("warning", "fault")]
+    assert len(desk.commits) == 1
+    for _ in range(20):
+        desk.read(WARNING, 0)
+    assert desk.told() == [("info", "fault_cleared")]
+    assert len(desk.commits) == 2
+    fault = desk.one("temperature_high")
+    assert (fault.active, fault.stale, fault.count) == (False, False, 1)
+    assert (fault.first_seen, fault.last_seen) == (EPOCH + 1002.0, EPOCH + 1022.0)
+
+
+@pytest.mark.parametrize(
+    ("word", "bit", "level"), [(NOTIFICATION, 8, "notice"), (WARNING, 8, "warning"), (FAILURE, 0, "failure")]
+)
+def test_a_bit_is_told_as_loud_as_its_level_with_what_to_do(desk: Desk, word: str, bit: int, level: str) -> None:
+    desk.read(word, 1 << bit)
+    (said,) = desk.happened
+    row = next(one for one in CATALOG.faults if (one.parameter, one.bit) == (word, bit))
+    assert (said.level, said.uid) == (level, UID)
+    assert said.text == f"Rudder: {row.label}. {row.advice}"
+
+
+def test_the_servo_is_told_to_have_changed_with_each_bit_and_with_each_acknowledgement(desk: Desk) -> None:
+    told: list[int] = []
+    desk.hub.listen(lambda _change: told.append(desk.faults.unacknowledged(UID)), ServoChanged)
+    desk.read(WARNING, HOT)
+    desk.read(WARNING, HOT)
+    desk.faults.acknowledge(UID, "Ada")
+    desk.read(WARNING, 0)
+    assert told == [1, 0, 0]
+
+
+def test_two_bits_that_change_together_are_one_commit_and_each_its_own_event(desk: Desk) -> None:
+    desk.read(WARNING, HOT | ROM)
+    desk.told()
+    desk.read(WARNING, COLD | ROM)
+    assert desk.told() == [("warning", "fault"), ("info", "fault_cleared")]
+    assert len(desk.commits) == 2
+    assert [(one.key, one.active) for one in desk.faults.of(UID)] == [
+        ("temperature_low", True), ("rom_lost", True), ("temperature_high", False)
+    ]  # fmt: skip
+
+
+def test_bits_the_document_does_not_know_are_told_by_number(desk: Desk) -> None:
+    desk.read(FAILURE, 1 << 31 | 1 << 3)
+    found = [(one.key, one.label, one.group, one.level) for one in desk.faults.of(UID)]
+    assert found == [
+        ("failure_bit_3", "Bit 3 (undocumented)", "hardware", "failure"),
+        ("failure_bit_31", "Bit 31 (undocumented)", "other", "failure"),
+    ]
+    assert desk.told() == [("failure", "fault")] * 2
+
+
+def test_a_bit_that_is_set_again_after_a_start_counts_anew(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    desk.faults.acknowledge(UID, "Ada")
+    desk.power_cycle()
+    desk.notice_restart()
+    desk.told()
+    desk.hub.tell(ReadingChanged(UID, WARNING))  # told again by somebody, but not read since
+    assert (desk.one("temperature_high").count, desk.told()) == (1, [])
+    desk.read(WARNING, HOT)
+    assert desk.told() == [("warning", "fault")]
+    fault = desk.one("temperature_high")
+    assert (fault.count, fault.active, fault.acknowledged_by) == (2, True, None)
+
+
+def test_a_bit_read_after_a_start_that_is_noticed_later_counts_once(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    desk.read(FAILURE, 0)
+    desk.power_cycle()
+    desk.read(FAILURE, WATCHDOG, after=1.2)
+    desk.notice_restart()
+    desk.read(FAILURE, WATCHDOG)
+    desk.read(WARNING, 0)
+    assert desk.one("watchdog_restart").count == 1
+    assert desk.told() == [("warning", "fault"), ("failure", "fault"), ("info", "fault_cleared")]
+
+
+def test_what_a_start_took_away_while_nobody_looked_was_last_seen_before(desk: Desk) -> None:
+    desk.read(FAILURE, WATCHDOG)
+    desk.silence(3600.0)
+    desk.power_cycle()
+    desk.notice_restart()
+    desk.read(FAILURE, 0)
+    fault = desk.one("watchdog_restart")
+    assert (fault.active, fault.last_seen) == (False, EPOCH + 1001.0)
+
+
+def test_silence_makes_it_stale_and_the_same_bit_afterwards_is_the_same_appearance(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    desk.read(WARNING, HOT)
+    desk.told()
+    desk.servo.online = False
+    desk.hub.tell(ServoChanged(UID))
+    fault = desk.one("temperature_high")
+    assert (fault.active, fault.stale, fault.last_seen) == (False, True, EPOCH + 1002.0)
+    desk.silence(60.0)
+    desk.read(WARNING, HOT)
+    fault = desk.one("temperature_high")
+    assert (fault.active, fault.stale, fault.count) == (True, False, 1)
+    assert desk.told() == []
+
+
+def test_a_word_that_is_not_read_any_more_is_stale(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    assert desk.one("temperature_high").active
+    desk.now += 10
+    fault = desk.one("temperature_high")
+    assert (fault.active, fault.stale, fault.last_seen) == (False, True, EPOCH + 1001.0)
+
+
+@pytest.mark.parametrize("key", ["rom_lost", "watchdog_restart"])
+def test_only_bits_known_to_stay_are_latched_and_only_while_set(desk: Desk, key: str) -> None:
+    word, bit = (WARNING, ROM) if key == "rom_lost" else (FAILURE, WATCHDOG)
+    desk.read(word, bit)
+    fault = desk.one(key)
+    assert (fault.latched, fault.past_event) == (True, True)
+    desk.power_cycle()
+    desk.notice_restart()
+    desk.read(word, 0)
+    fault = desk.one(key)
+    assert (fault.active, fault.latched, fault.past_event) == (False, False, True)
+    desk.read(FAILURE, DRIVER)
+    assert (desk.one("motor_driver").latched, desk.one("motor_driver").past_event) == (False, False)
+
+
+@pytest.mark.parametrize(("model", "keys"), [("BLA21-06U-A0", []), ("BLA21-06U-AB", ["pwm_missing"])])
+def test_pwm_bits_mean_nothing_on_a_model_without_it(store: Store, model: str, keys: list[str]) -> None:
+    desk = Desk(store, model)
+    desk.read(NOTIFICATION, 1 << 20)
+    assert [one.key for one in desk.faults.of(UID)] == keys
+    assert len(desk.told()) == len(keys)
+
+
+def test_warnings_and_failures_want_to_be_acknowledged_and_notifications_do_not(desk: Desk) -> None:
+    desk.read(NOTIFICATION, 1 << 8)
+    assert desk.faults.unacknowledged(UID) == 0
+    desk.read(WARNING, HOT)
+    desk.read(FAILURE, DRIVER | 1 << 3)
+    assert desk.faults.unacknowledged(UID) == 3
+    desk.faults.acknowledge(UID, "Ada", "motor_driver")
+    assert desk.faults.unacknowledged(UID) == 2
+    desk.faults.acknowledge(UID, "Ada")
+    assert desk.faults.unacknowledged(UID) == 0
+
+
+def test_another_server_goes_on_with_the_appearance_it_finds(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    desk.told()
+    desk.now += 60.0
+    desk.start_server()
+    fault = desk.one("temperature_high")
+    assert (fault.active, fault.stale) == (False, True)
+    desk.read(WARNING, HOT)
+    assert (desk.one("temperature_high").count, desk.told()) == (1, [])
+    desk.read(WARNING, 0)
+    assert desk.told() == [("info", "fault_cleared")]
+
+
+def test_another_server_counts_anew_what_came_with_another_start(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    desk.read(FAILURE, WATCHDOG)
+    desk.told()
+    desk.now += 60.0
+    desk.power_cycle()
+    desk.start_server()
+    desk.read(WARNING, HOT)
+    desk.read(FAILURE, 0)
+    assert desk.told() == [("warning", "fault"), ("info", "fault_cleared")]
+    assert (desk.one("temperature_high").count, desk.one("watchdog_restart").active) == (2, False)
+
+
+def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
+    desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> dict[str, FaultEntry]:
+        raise StoreFailed("full")
+
+    for name in ("of", "keep", "acknowledge"):
+        monkeypatch.setattr(store.faults, name, fail)
+    desk.read(WARNING, HOT)
+    desk.read(WARNING, 0)
+    desk.read(WARNING, HOT)
+    assert sorted(desk.told()) == sorted(
+        [("warning", "store_failed"), ("warning", "fault"), ("info", "fault_cleared"), ("warning", "fault")]
+    )
+    assert (desk.one("temperature_high").count, desk.faults.unacknowledged(UID)) == (2, 1)
+    with pytest.raises(StoreFailed):
+        desk.faults.acknowledge(UID, "Ada")
+    assert desk.faults.unacknowledged(UID) == 1
+
+
+def test_what_was_kept_before_the_store_failed_is_there_when_it_works_again(
+    desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.faults.keep(Sight(UID, 5.0, appeared=frozenset(["voltage_low"])))
+
+    def fail(_uid: Uid) -> dict[str, FaultEntry]:
+        raise StoreFailed("locked")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(store.faults, "of", fail)
+        assert desk.faults.of(UID) == []
+    desk.read(FAILURE, DRIVER)
+    assert {one.key for one in desk.faults.of(UID)} == {"motor_driver", "voltage_low"}
+
+
+def test_a_servo_that_is_forgotten_starts_with_nothing(desk: Desk) -> None:
+    desk.read(WARNING, HOT)
+    desk.silence(10.0)
+    desk.faults.forget(UID)
+    assert desk.faults.of(UID) == []
+    desk.read(WARNING, HOT)
+    assert desk.one("temperature_high").count == 1

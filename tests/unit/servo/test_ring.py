@@ -1,0 +1,244 @@
+"""The ring of one channel beside a plain list, and telemetry's marks, gaps and memory."""
+
+import math
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hornbill.schema.catalog import Catalog
+from hornbill.servo.hub import Happened, Hub, Sampled, ServoChanged
+from hornbill.servo.ring import FIRST_CHUNK, LARGEST_CHUNK, Ring
+from hornbill.servo.servo import Servo
+from hornbill.servo.telemetry import MOST_BYTES, Telemetry
+from hornbill.servo.timebase import TimeBase
+from hornbill.units import Uid
+
+CATALOG = Catalog.load()
+UID = Uid("01" * 16)
+
+
+def in_order(steps: list[float]) -> list[tuple[float, float]]:
+    """Samples whose times go on by these steps."""
+    t, found = 1000.0, list[tuple[float, float]]()
+    for place, step in enumerate(steps):
+        t += step
+        found.append((t, float(place)))
+    return found
+
+
+def filled(samples: list[tuple[float, float]]) -> Ring:
+    ring = Ring()
+    for t, v in samples:
+        ring.append(t, v)
+    return ring
+
+
+def told(ring: Ring, since: float, until: float | None = None) -> list[tuple[float, float]]:
+    times, values = ring.window(since, until).joined()
+    return list(zip(times.tolist(), values.tolist(), strict=True))
+
+
+STEPS = st.lists(st.sampled_from([0.0, 0.001, 0.02, 0.1, 3.0]), max_size=400)
+
+
+@given(STEPS, st.floats(0, 60), st.floats(0, 60) | st.none())
+@settings(deadline=None)
+def test_a_window_is_what_a_list_would_give(steps: list[float], after: float, length: float | None) -> None:
+    samples = in_order(steps)
+    since = 1000.0 + after
+    until = None if length is None else since + length
+    expected = [(t, v) for t, v in samples if t >= since and (until is None or t <= until)]
+    assert told(filled(samples), since, until) == expected
+
+
+@given(STEPS, st.lists(st.floats(-0.5, 0.0), min_size=400, max_size=400))
+@settings(deadline=None)
+def test_late_samples_are_kept_and_times_stay_in_order(steps: list[float], late: list[float]) -> None:
+    samples = [(t + back, v) for (t, v), back in zip(in_order(steps), late, strict=False)]
+    found = told(filled(samples), 0.0)
+    assert sorted(v for _, v in found) == [v for _, v in samples]
+    assert [t for t, _ in found] == sorted(t for t, _ in found)
+
+
+@given(STEPS, st.integers(0, 5))
+@settings(deadline=None)
+def test_what_is_dropped_is_the_oldest_and_is_counted(steps: list[float], times: int) -> None:
+    samples = in_order(steps)
+    ring = Ring()
+    size = sum(ring.append(t, v) for t, v in samples)
+    for _ in range(times):
+        size -= ring.drop_oldest()
+    found = told(ring, 0.0)
+    assert found == samples[len(samples) - len(found) :]
+    assert size >= 16 * len(found)
+
+
+def test_a_window_does_not_change_when_the_ring_does() -> None:
+    ring = filled(in_order([0.01] * 3000))
+    window = ring.window(0.0)
+    before = window.joined()[0].tolist()
+    for t, v in [(t + 30, v) for t, v in in_order([0.01] * 3000)]:
+        ring.append(t, v)
+    ring.append(1030.5, 1.0)
+    ring.drop_oldest()
+    assert window.joined()[0].tolist() == before
+
+
+def test_a_long_channel_takes_seventeen_bytes_a_sample_and_a_short_one_a_kilobyte() -> None:
+    ring = Ring()
+    assert sum(ring.append(t, v) for t, v in in_order([0.02] * 30_000)) < 17 * 30_000 + 16 * LARGEST_CHUNK
+    assert Ring().append(1.0, 1.0) == 16 * FIRST_CHUNK == 1024
+
+
+class Desk:
+    """A hub, a servo and its telemetry, on a clock that tests set."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.now = 1000.0
+        self.hub = Hub()
+        self.servo = Servo(UID, CATALOG)
+        self.servo.identify_as(CATALOG.models["BLA21-06U-A0"], 1300)
+        self.servo.online = True
+        self.told: list[Sampled] = []
+        base = TimeBase(lambda: self.now)
+        self.telemetry = Telemetry(self.hub, base, lambda uid: self.servo if uid == UID else None, **settings)
+        self.hub.listen(self.told.append, Sampled)
+        self.hub.tell(ServoChanged(UID))
+
+    def sample(self, value: float | None, key: str = "current_angle", after: float = 0.1) -> None:
+        self.now += after
+        self.hub.tell(Sampled(UID, key, self.now, value))
+
+    def values(self, key: str = "current_angle") -> list[float | None]:
+        return self.telemetry.window(UID, key, 0.0)[1]
+
+    def marks(self, key: str = "current_angle") -> list[str]:
+        return [kind for _, kind in self.telemetry.marks(UID, key, 0.0)]
+
+
+def test_values_are_exact_to_the_end_of_the_range() -> None:
+    desk = Desk()
+    for value in (179.9, -36_000_000.0, 35_999_999.9):
+        desk.sample(value)
+    assert desk.values() == [179.9, -36_000_000.0, 35_999_999.9]
+
+
+def test_a_servo_that_goes_silent_leaves_a_gap_in_every_channel_and_everybody_hears_of_it() -> None:
+    desk = Desk()
+    desk.sample(1.0)
+    desk.sample(7.4, "current_voltage")
+    desk.now += 3
+    desk.servo.online = False
+    desk.hub.tell(ServoChanged(UID))
+    desk.hub.tell(ServoChanged(UID))
+    assert desk.values() == [1.0, None]
+    assert desk.values("current_voltage") == [7.4, None]
+    assert desk.marks() == desk.marks("current_voltage") == ["gap"]
+    assert [one.value for one in desk.told] == [1.0, 7.4, None, None]
+
+
+def test_a_lost_bus_leaves_a_gap_at_once() -> None:
+    desk = Desk()
+    desk.sample(1.0)
+    desk.hub.tell(Happened("failure", "bus_lost", "gone"))
+    desk.sample(2.0, after=0.5)
+    assert desk.values() == [1.0, None, 2.0]
+
+
+def test_a_restart_is_marked() -> None:
+    desk = Desk()
+    desk.sample(1.0)
+    desk.servo.restarted()
+    desk.hub.tell(ServoChanged(UID))
+    assert desk.marks() == ["restart"]
+    assert desk.values() == [1.0, None]
+
+
+def test_a_channel_nobody_polled_for_a_while_has_a_gap_between_the_samples() -> None:
+    desk = Desk()
+    for after in (0.05, 0.05, 60.0):
+        desk.sample(1.0, "current_speed", after)
+    times, values = desk.telemetry.window(UID, "current_speed", 0.0)
+    assert values == [1.0, 1.0, None, 1.0]
+    assert times == sorted(times)
+
+
+def test_a_slow_channel_is_no_row_of_gaps() -> None:
+    desk = Desk()
+    for _ in range(10):
+        desk.sample(1.0, "current_speed", 10.0)
+    assert desk.values("current_speed").count(None) == 1  # the first interval may have been a gap
+
+
+def test_a_wrap_is_marked_and_nothing_is_unwrapped() -> None:
+    desk = Desk()
+    desk.servo.note("extended_angle", 0, 0.0)
+    for value in (170.0, 179.0, -172.0, -160.0):
+        desk.sample(value)
+    assert desk.marks() == ["wrap"]
+    assert desk.values() == [170.0, 179.0, -172.0, -160.0]
+
+
+def test_turns_that_are_counted_do_not_wrap() -> None:
+    desk = Desk()
+    desk.servo.note("extended_angle", 1, 0.0)
+    for value in (170.0, -172.0):
+        desk.sample(value)
+    assert desk.marks() == []
+
+
+def test_a_command_that_is_inactive_is_marked_once_and_is_no_number() -> None:
+    desk = Desk()
+    for value in (10.0, None, None, 20.0, None):
+        desk.sample(value, "command_angle", 1.0)
+    assert desk.values("command_angle") == [10.0, None, None, 20.0, None]
+    assert desk.marks("command_angle") == ["inactive", "inactive"]
+
+
+def test_what_is_measured_is_what_came_and_not_a_gap() -> None:
+    desk = Desk()
+    for _ in range(100):
+        desk.sample(1.0, "current_speed", 0.05)
+    desk.now += 2
+    desk.servo.online = False
+    desk.hub.tell(ServoChanged(UID))
+    hz, age_s = desk.telemetry.measured(UID, "current_speed")
+    assert 11 < hz < 13
+    assert age_s is not None
+    assert math.isclose(age_s, 2.0)
+    assert desk.telemetry.measured(UID, "current_torque") == (0.0, None)
+
+
+def test_only_the_last_minutes_are_kept() -> None:
+    desk = Desk(minutes=1)
+    for _ in range(20_000):
+        desk.sample(1.0, after=0.01)
+    times, _ = desk.telemetry.window(UID, "current_angle", 0.0)
+    assert 60 <= times[-1] - times[0] <= 60 + 0.01 * LARGEST_CHUNK
+    assert desk.telemetry.bytes < 20 * len(times) + 16 * LARGEST_CHUNK
+
+
+def test_a_crowd_at_full_rate_stays_within_the_memory_and_the_oldest_goes_first() -> None:
+    most = 1_000_000
+    desk = Desk(most_bytes=most)
+    uids = [Uid(f"{number:032x}") for number in range(125)]
+    for turn in range(1000):
+        for uid in uids:
+            desk.hub.tell(Sampled(uid, "current_angle", 1000 + turn / 10, 1.0))
+    assert desk.telemetry.bytes <= most
+    first = [desk.telemetry.window(uid, "current_angle", 0.0)[0][0] for uid in uids]
+    last = [desk.telemetry.window(uid, "current_angle", 0.0)[0][-1] for uid in uids]
+    assert set(last) == {1000 + 999 / 10}
+    assert max(first) - min(first) < 0.1 * LARGEST_CHUNK
+
+
+def test_ten_minutes_of_a_full_bus_take_a_fifth_of_what_is_allowed() -> None:
+    desk, servos = Desk(), 5
+    for turn in range(6000):  # Status at 10 Hz, and six rows a second of each of 125 servos
+        for number in range(servos):
+            desk.hub.tell(Sampled(Uid(f"{number:032x}"), "current_angle", 1000 + turn / 10, 1.0))
+            if turn % 10 == 0:
+                for key in ("command_angle", "command_speed", "command_torque", "current_voltage", "current_speed"):
+                    desk.hub.tell(Sampled(Uid(f"{number:032x}"), key, 1000 + turn / 10, 1.0))
+    assert desk.telemetry.bytes * 125 / servos < MOST_BYTES / 5

@@ -1,0 +1,88 @@
+"""Owns Cluster: a PostgreSQL server of a test run's own, gone with it."""
+
+import os
+import pwd
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+
+class Missing(Exception):
+    """There is no PostgreSQL on this machine that can be started."""
+
+
+class Cluster:
+    """Made and started on entering, stopped and removed on leaving. It listens on a socket in its own folder only."""
+
+    def __init__(self) -> None:
+        """Raises Missing."""
+        self._programs = _programs()
+        self._user = _user()
+
+    def __enter__(self) -> Self:
+        self._folder = Path(tempfile.mkdtemp(prefix="hornbill-pg-"))  # short: a socket's path has 107 characters
+        if self._user is not None:
+            shutil.chown(self._folder, self._user, pwd.getpwnam(self._user).pw_gid)
+        data = self._folder / "data"
+        try:
+            self._run("initdb", "-D", data, "-U", "hornbill", "-A", "trust", "-E", "UTF8", "--locale=C", "--no-sync")
+            words = f"-k '{self._folder}' -c listen_addresses='' -c fsync=off -c full_page_writes=off"
+            self._run("pg_ctl", "-D", data, "-w", "-t", "30", "-l", self._folder / "log", "-o", words, "start")
+        except BaseException:
+            self._remove()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self._run("pg_ctl", "-D", self._folder / "data", "-w", "-m", "immediate", "stop")
+        finally:
+            self._remove()
+
+    @property
+    def url(self) -> str:
+        """Where its database is."""
+        return f"postgresql://hornbill@/postgres?host={self._folder}"
+
+    def _remove(self) -> None:
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _run(self, program: str, *words: str | Path) -> None:
+        # It refuses to run as root. Nothing of its output is piped: the server inherits it, and lives on.
+        told = self._folder / "told"
+        with told.open("a") as out:
+            done = subprocess.run(
+                [self._programs / program, *words], cwd=self._folder, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
+                env={"PATH": os.defpath, "LC_ALL": "C"}, timeout=60, check=False, user=self._user,
+                group=None if self._user is None else pwd.getpwnam(self._user).pw_gid,
+                extra_groups=None if self._user is None else [],
+            )  # fmt: skip
+        if done.returncode != 0:
+            raise Missing(f"{program} failed: {told.read_text()[-500:]}")
+
+
+def _programs() -> Path:
+    """The folder with initdb, pg_ctl and postgres; Debian keeps them off PATH."""
+    newest = sorted(Path("/usr/lib/postgresql").glob("*/bin"), key=lambda path: path.parent.name.zfill(4))
+    on_path = shutil.which("initdb")
+    for folder in ([Path(on_path).resolve().parent] if on_path else []) + newest[::-1]:
+        if all((folder / program).exists() for program in ("initdb", "pg_ctl", "postgres")):
+            return folder
+    raise Missing("there is no initdb on PATH or in /usr/lib/postgresql")
+
+
+def _user() -> str | None:
+    """Who it runs as when we are root, None for ourselves."""
+    if os.geteuid() != 0:
+        return None
+    for name in ("postgres", "nobody"):
+        try:
+            return pwd.getpwnam(name).pw_name
+        except KeyError:
+            continue
+    raise Missing("PostgreSQL does not run as root, and there is neither a user postgres nor nobody")

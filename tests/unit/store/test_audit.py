@@ -1,0 +1,86 @@
+"""Who did what, for good."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from hornbill.store.audit import AuditEntry, Entry
+from hornbill.store.store import Store
+from hornbill.store.tables import Json
+from hornbill.units import Uid
+from unit.store.clock import Wall
+
+A = Uid("a0" * 16)
+B = Uid("b0" * 16)
+
+
+@pytest.fixture
+def wall() -> Wall:
+    return Wall(1000.0)
+
+
+@pytest.fixture
+def store(place: str, wall: Wall) -> Iterator[Store]:
+    with Store(place, wall=wall) as opened:
+        yield opened
+
+
+def test_everything_about_an_entry_comes_back(place: str, store: Store) -> None:
+    entry = Entry("Ada", "write", "clamped", A, "origin", -90.0, 200, 180, "clamped by the servo", "0011")
+    store.audit.add([entry])
+    store.close()
+    with Store(place) as again:
+        (row,) = again.audit.rows()
+        assert row == AuditEntry(row.id, 1000.0, entry)
+
+
+@pytest.mark.parametrize("value", [None, False, True, 0, 0.5, "", "off", [], {"a": None}])
+def test_any_value_comes_back_as_it_was(store: Store, value: Json) -> None:
+    store.audit.add([Entry("Ada", "write", "applied", before=value, requested=value, after=value)])
+    (row,) = store.audit.rows()
+    found = row.entry.before, row.entry.requested, row.entry.after
+    assert found == (value, value, value)
+    assert [type(one) for one in found] == [type(value)] * 3
+
+
+def test_rows_come_newest_first_page_by_page(store: Store) -> None:
+    store.audit.add(Entry("Ada", "write", "applied", detail=str(n)) for n in range(5))
+    page = store.audit.rows(limit=2)
+    assert [row.entry.detail for row in page] == ["4", "3"]
+    page = store.audit.rows(limit=2, before_id=page[-1].id)
+    assert [row.entry.detail for row in page] == ["2", "1"]
+    assert [row.entry.detail for row in store.audit.rows(before_id=page[-1].id)] == ["0"]
+    assert len(store.audit.rows(before_id=2**70)) == 5
+    assert store.audit.rows(before_id=-5) == []
+
+
+def test_rows_are_found_by_servo_key_action_and_time(store: Store, wall: Wall) -> None:
+    store.audit.add([Entry("Ada", "write", "applied", A, "origin")])
+    wall.now = 2000.0
+    store.audit.add([Entry("Ada", "save", "succeeded", A), Entry("Ada", "write", "applied", B, "origin")])
+
+    def found(**filters: object) -> list[tuple[str, Uid | None]]:
+        return [(row.entry.action, row.entry.uid) for row in store.audit.rows(**filters)]  # pyright: ignore[reportArgumentType]
+
+    assert found(uid=A) == [("save", A), ("write", A)]
+    assert found(key="origin") == [("write", B), ("write", A)]
+    assert found(action="save") == [("save", A)]
+    assert found(since=2000.0) == [("write", B), ("save", A)]
+    assert found(uid=A, since=2000.0, action="write") == []
+
+
+def test_entries_of_one_deed_are_kept_together_or_not_at_all(store: Store) -> None:
+    def entries() -> Iterator[Entry]:
+        yield Entry("Ada", "write", "applied")
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        store.audit.add(entries())
+    assert store.audit.rows() == []
+
+
+def test_whatever_people_call_themselves_is_kept(store: Store) -> None:
+    store.audit.add([Entry("a\0b\ud800 🐦" + "x" * 200, "label", "applied", A, key="k" * 200, detail="\0" * 3)])
+    (row,) = store.audit.rows()
+    assert row.entry.by == "a\ufffdb\ufffd 🐦" + "x" * 74
+    assert (row.entry.key, row.entry.detail) == ("k" * 100, "\ufffd" * 3)
