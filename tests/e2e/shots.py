@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
@@ -58,11 +59,126 @@ def bus(page: Page, url: str, _uid: str) -> None:
             api.put(f"/servos/{each}/telemetry", json={"channels": [], "rate_hz": 1})
 
 
+def commission(page: Page, url: str, _uid: str) -> None:
+    """Telling new servos apart: one has its name, the next wiggles."""
+    with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
+        for _ in range(4 - len(api.get("/commissioning/candidates").json()["servos"])):
+            api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"})
+        page.wait_for_timeout(9000)
+    page.goto(url + "commission")
+    page.get_by_test_id("find-go").click()
+    page.get_by_test_id("label").fill("Elevator L")
+    page.get_by_test_id("give").click()
+    page.get_by_test_id("label").fill("Aileron L")
+    page.get_by_test_id("wiggle").click()
+    page.wait_for_timeout(1800)
+
+
+def records(page: Page, url: str, uid: str) -> None:
+    """A snapshot beside what the servo holds now."""
+    page.wait_for_timeout(6000)  # a wiggle of another scene holds motion control until then
+    with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
+        number = api.post(f"/servos/{uid}/snapshots", json={"reason": "before the first flight"}).json()["id"]
+        for key, value in (("angle_limit_cw", 42.0), ("angle_p_gain", 55), ("temperature_limit_upper", 70)):
+            answer = api.put(f"/servos/{uid}/parameters/{key}", json={"value": value})
+            answer.raise_for_status()
+    page.goto(f"{url}records#snapshots/{uid}")
+    page.get_by_test_id(f"snapshot-{number}").click()
+    page.get_by_test_id("differs-angle_limit_cw").get_by_role("checkbox").check()
+    page.wait_for_timeout(1000)
+    with httpx.Client(base_url=url + "api/v1", timeout=60) as api:
+        api.post(f"/servos/{uid}/snapshots/{number}/restore", json={})
+
+
+def faults(page: Page, url: str, uid: str) -> Callable[[], None]:
+    """A failure and warnings now, one fault that is over, and one that was acknowledged. The answer ends them."""
+    api = httpx.Client(base_url=url + "api/v1", timeout=60)
+    first, second = [one["uid"] for one in api.get("/servos").json() if one["uid"] != uid][:2]
+    wrong = {first: ["motor_signal"], second: ["sensor_strong", "temperature_high"], uid: ["torque_limit_cw_reached"]}
+
+    def put(on: bool) -> None:
+        for each, keys in wrong.items():
+            api.patch(f"/sim/servos/{each}", json={"faults": dict.fromkeys(keys, on)})
+
+    put(True)
+    page.wait_for_timeout(5000)
+    api.patch(f"/sim/servos/{second}", json={"faults": {"sensor_strong": False}})
+    api.post(f"/servos/{second}/faults/temperature_high/acknowledge", params={"by": "Page 12"})
+    page.wait_for_timeout(4000)
+    page.goto(url + "faults")
+    page.get_by_test_id("faults-past").wait_for()
+    page.wait_for_timeout(1000)
+
+    def end() -> None:
+        put(False)
+        api.post(f"/servos/{first}/faults/acknowledge", params={"by": "Page 12"})
+        api.close()
+
+    return end
+
+
+def tune(page: Page, url: str, uid: str) -> Callable[[], None]:
+    """Two step tests with another P gain, over one another. The answer takes the gain and the runs back."""
+    api = httpx.Client(base_url=url + "api/v1", timeout=60)
+    page.wait_for_timeout(5000)
+    for key, value in (("smoothing", False), ("angle_p_gain", 25)):
+        api.put(f"/servos/{uid}/parameters/{key}", json={"value": value}).raise_for_status()
+    page.goto(f"{url}servos/{uid}/tune")
+    page.get_by_test_id("enable-motion").click()
+    page.get_by_test_id("step-deg").fill("10")
+    page.get_by_test_id("step-note").fill("arm of 60 mm, no load")
+    page.get_by_test_id("step-go").click()
+    page.get_by_test_id("legend-A").wait_for()
+    page.get_by_test_id("input-angle_p_gain").fill("55")
+    page.get_by_test_id("input-angle_p_gain").press("Enter")
+    page.get_by_test_id("gains-apply").click()
+    page.get_by_test_id("back-to-A").wait_for()
+    page.get_by_test_id("step-go").click()
+    page.get_by_test_id("legend-B").wait_for()
+    page.wait_for_timeout(1500)
+
+    def end() -> None:
+        time.sleep(4)  # the page is closed: its motion control lapses
+        for key, value in (("smoothing", True), ("angle_p_gain", 40)):
+            api.put(f"/servos/{uid}/parameters/{key}", json={"value": value})
+        for run in api.get("/runs", params={"uid": uid}).json():
+            api.delete(f"/runs/{run['id']}")
+        api.close()
+
+    return end
+
+
+def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
+    """A bundle that a failure wrote, open. The answer ends the failure and removes the bundle."""
+    api = httpx.Client(base_url=url + "api/v1", timeout=60)
+    other = next(one["uid"] for one in api.get("/servos").json() if one["uid"] != uid)
+    before = {one["name"] for one in api.get("/recorder/bundles").json()}
+    page.goto(url + "servos")
+    api.patch(f"/sim/servos/{other}", json={"faults": {"motor_signal": True}})
+    made: list[str] = []
+    while not made:
+        page.wait_for_timeout(1000)
+        made = [one["name"] for one in api.get("/recorder/bundles").json() if one["name"] not in before]
+    page.goto(f"{url}records#recorder/{made[0]}")
+    page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()
+    page.wait_for_timeout(1500)
+
+    def end() -> None:
+        api.patch(f"/sim/servos/{other}", json={"faults": {"motor_signal": False}})
+        api.post(f"/servos/{other}/faults/acknowledge", params={"by": "Page 12"})
+        api.delete(f"/recorder/bundles/{made[0]}")
+        api.close()
+
+    return end
+
+
 def main() -> None:
     """Every page, or those named, in both themes, wide; and as a tablet shows it, in one."""
     PICTURES.mkdir(parents=True, exist_ok=True)
     scenes = [
-        scene for scene in (servos, parameters, motion, bus) if scene.__name__ in sys.argv[1:] or not sys.argv[1:]
+        scene
+        for scene in (servos, parameters, motion, bus, commission, records, faults, tune, recorder)
+        if scene.__name__ in sys.argv[1:] or not sys.argv[1:]
     ]
     with running_demo("--seed", "1") as (_, url), sync_playwright() as playwright:
         api = httpx.Client(base_url=url + "api/v1")
@@ -80,11 +196,13 @@ def main() -> None:
                     has_touch=size is TABLET,
                 )
                 page = context.new_page()
-                scene(page, url, uid)
+                end = scene(page, url, uid)
                 name = f"{scene.__name__}-{theme}{suffix}.png"
                 page.screenshot(path=PICTURES / name, timeout=60_000)
                 sys.stdout.write(f"docs/pictures/{name}\n")
                 context.close()
+                if end is not None:
+                    end()
         browser.close()
         api.close()
 

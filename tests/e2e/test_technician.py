@@ -158,7 +158,7 @@ def changed(before: np.ndarray, after: np.ndarray) -> int:
 
 
 def test_a_page_that_is_closed_takes_torque_with_it(page: Page, demo: Demo) -> None:
-    uid = servo_of(demo, "BLA15-12U-A0")
+    uid = servo_of(demo, "BLA21-12U-A0")
     page.goto(f"{demo.url}servos/{uid}/motion")
     page.get_by_test_id("enable-motion").click()
     expect(page.get_by_test_id("motion-band")).to_be_visible()

@@ -20,6 +20,8 @@ export class Problem extends Error {
 
 export interface Options {
   body?: unknown;
+  /** A file as the body, instead of JSON. */
+  file?: { text: string | Blob; type: string };
   headers?: Record<string, string>;
   /** Lets the request outlive the page: for what must go out while leaving. */
   keepalive?: boolean;
@@ -39,6 +41,10 @@ export async function ask<Answer>(verb: Verb, path: string, options: Options = {
   if (options.body !== undefined) {
     init.body = JSON.stringify(options.body);
     init.headers = { ...init.headers, "Content-Type": "application/json" };
+  }
+  if (options.file) {
+    init.body = options.file.text;
+    init.headers = { ...init.headers, "Content-Type": options.file.type };
   }
   let answer: Response;
   try {

@@ -24,6 +24,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/allocations/recycle": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Recycle Allocations
+         * @description Free the ids of nodes not seen for so long. Pinned ones, and those of nodes online or restarting, stay.
+         */
+        post: operations["recycle_allocations"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/allocations/{uid}": {
         parameters: {
             query?: never;
@@ -43,6 +63,46 @@ export interface paths {
          * @description Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew.
          */
         delete: operations["forget_allocation"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Audit
+         * @description Who did what to which servo, with what came of it, newest first. Rows are added, never changed.
+         */
+        get: operations["list_audit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/audit.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Audit
+         * @description The same as a file, with every row there is of what is asked for. Times are ISO 8601 in UTC.
+         */
+        get: operations["download_audit"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -213,6 +273,93 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/commands": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Command Servos
+         * @description Command many servos at one instant, up to 15 in a message: all of them, or none and why.
+         *
+         *     Nobody answers such a message, and it is never repeated; a servo that missed it is told by its keep-alive.
+         */
+        post: operations["command_servos"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/commissioning": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Commission
+         * @description Give servos their labels, ids and values, one by one, each all or nothing, saved and proved.
+         *
+         *     Everything is checked before the first write. With `identify` each horn wiggles a little first; with `save` each
+         *     servo restarts, and with soft start and torque on in ROM its horn goes slowly to 0 degrees. Asking again for one
+         *     servo does its part again; what it holds already is not written. The job can be resumed, also by another server.
+         */
+        post: operations["commission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/commissioning/candidates": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Candidates
+         * @description Servos on the bus that look new (servo id 0, no label), each with the servo id to give it; and those that still
+         *     wait for a node id.
+         */
+        get: operations["list_candidates"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/compare": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Compare Sides
+         * @description Where two sides differ, row by row. What is not known on a side (null) equals nothing.
+         */
+        get: operations["compare"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/health": {
         parameters: {
             query?: never;
@@ -233,6 +380,74 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/inventory": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Inventory
+         * @description Every servo ever met, the one seen last first.
+         */
+        get: operations["list_inventory"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/inventory.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Inventory
+         * @description The same as a table: one servo a line, ROM in a column a row, named with its unit.
+         */
+        get: operations["download_inventory"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/inventory/{uid}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Known Servo
+         * @description One servo, whether it is on the bus or not.
+         */
+        get: operations["get_known_servo"];
+        put?: never;
+        post?: never;
+        /**
+         * Forget Servo
+         * @description Forget a servo that is not on the bus: its facts, nickname and last configuration. The audit keeps what was.
+         */
+        delete: operations["forget_servo"];
+        options?: never;
+        head?: never;
+        /**
+         * Label Known Servo
+         * @description Give a servo a nickname, also one that is switched off.
+         */
+        patch: operations["label_known_servo"];
+        trace?: never;
+    };
     "/api/v1/jobs": {
         parameters: {
             query?: never;
@@ -242,7 +457,7 @@ export interface paths {
         };
         /**
          * List Jobs
-         * @description Jobs under way and the last ones that ended, oldest first.
+         * @description Jobs under way and the last ones that ended, also before the server was started; oldest first.
          */
         get: operations["list_jobs"];
         put?: never;
@@ -277,6 +492,48 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/jobs/{job_id}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Report
+         * @description The report of any job, under way or ended, also before the server was started or of servos that are gone.
+         */
+        get: operations["get_report"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/jobs/{job_id}/resume": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Resume Job
+         * @description Go on with a job that failed, was cancelled, or was cut off by the end of the server. Its done steps stay done.
+         *
+         *     Only a job that says `resumable`. Nothing is resumed by itself.
+         */
+        post: operations["resume_job"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/leases": {
         parameters: {
             query?: never;
@@ -293,8 +550,77 @@ export interface paths {
         /**
          * Take Lease
          * @description Become the one writer. Renew well before `ttl_s` is over: when it lapses, torque goes off on what you command.
+         *
+         *     `force` takes it from whoever has it: their commands end and torque goes off first, and `reason` is kept.
          */
         post: operations["take_lease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/leases/requests": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Ask For Lease
+         * @description Ask the holder for motion control. Everybody sees who asks, and a countdown.
+         *
+         *     When the holder gives it back, or has not refused in `patience_s`, it is yours, after torque is off on what they
+         *     commanded. Look at least every few seconds, or you are believed gone. Keep the `id`: it is your way to the lease.
+         */
+        post: operations["ask_for_lease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/leases/requests/{request_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Lease Request
+         * @description How it went, for whoever asked. Once granted, renew the lease within 5 s.
+         */
+        get: operations["get_lease_request"];
+        put?: never;
+        post?: never;
+        /**
+         * Withdraw Lease Request
+         * @description Ask no more. A lease that was granted already stays granted.
+         */
+        delete: operations["withdraw_lease_request"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/leases/requests/{request_id}/refuse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Refuse Lease Request
+         * @description Keep motion control: the holder alone may. The id is the one that is shown with the lease.
+         */
+        post: operations["refuse_lease_request"];
         delete?: never;
         options?: never;
         head?: never;
@@ -311,13 +637,13 @@ export interface paths {
         get?: never;
         /**
          * Renew Lease
-         * @description A sign of life: another `ttl_s` from now.
+         * @description A sign of life: another `ttl_s` from now. The answer also says who asks for motion control.
          */
         put: operations["renew_lease"];
         post?: never;
         /**
          * Release Lease
-         * @description Give motion control back. Torque goes off on what was commanded under it.
+         * @description Give motion control back. Torque goes off on what was commanded under it; whoever asked for it gets it then.
          */
         delete: operations["release_lease"];
         options?: never;
@@ -337,6 +663,304 @@ export interface paths {
          * @description Every node heard since the bus was connected, by node id. Empty without a bus.
          */
         get: operations["list_nodes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/parameters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Matrix
+         * @description Rows of many servos, as last read or read now. A row a model lacks is absent; a servo with a problem has it.
+         */
+        get: operations["read_matrix"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Matrix
+         * @description Rows of many servos. Each servo is planned first and then changed all or nothing; ids may be swapped.
+         *
+         *     Servos that pass ids to one another stand and fall together. With `save` each servo that was changed is saved,
+         *     all at once: every one of them restarts, and with soft start and torque on in ROM its horn goes slowly to 0 degrees.
+         */
+        patch: operations["change_matrix"];
+        trace?: never;
+    };
+    "/api/v1/profiles": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Profiles
+         * @description Every profile, by name.
+         */
+        get: operations["list_profiles"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/profiles/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Profile
+         * @description One profile.
+         */
+        get: operations["get_profile"];
+        /**
+         * Put Profile
+         * @description Keep a profile: the values given, or those a servo or a snapshot holds. One of the same name is replaced.
+         */
+        put: operations["put_profile"];
+        post?: never;
+        /**
+         * Delete Profile
+         * @description Forget a profile. Servos it was applied to stay as they are.
+         */
+        delete: operations["delete_profile"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/profiles/{name}/apply": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Apply Profile
+         * @description Bring servos to a profile, unit by unit, each all or nothing; rows a servo lacks are left out and told.
+         */
+        post: operations["apply_profile"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/profiles/{name}/file": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export Profile
+         * @description The profile as a file for people: TOML with label and unit on every line, or JSON.
+         */
+        get: operations["export_profile"];
+        /**
+         * Import Profile
+         * @description Keep a profile from a file, when every line of it is ok; else the problem has a verdict on each in `lines`.
+         */
+        put: operations["import_profile"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recorder": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Recorder
+         * @description How far the recorder reaches back, and the bundle it is about to write.
+         */
+        get: operations["get_recorder"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recorder/bundles": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Bundles
+         * @description The bundles in the data folder, the newest first. One is played with `PUT /bus`, address `bundle:NAME`.
+         */
+        get: operations["list_bundles"];
+        put?: never;
+        /**
+         * Write Bundle
+         * @description Write a bundle of what happened lately, and of the ten seconds from now on.
+         *
+         *     One that is pending already takes this in as a mark. Without `wait` the answer (202) is the recorder's state, and
+         *     the bundle is in the list once it is written; with it (201) the bundle.
+         */
+        post: operations["write_bundle"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recorder/bundles/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Bundle
+         * @description The file: a .zip that any machine opens, with frames in the form of `candump -l`.
+         */
+        get: operations["download_bundle"];
+        /**
+         * Add Bundle
+         * @description Bring a bundle of somebody else, at most 100 MB; a file that is none is refused, and nothing is kept of it.
+         */
+        put: operations["add_bundle"];
+        post?: never;
+        /**
+         * Delete Bundle
+         * @description Remove a bundle from the data folder.
+         */
+        delete: operations["delete_bundle"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recorder/bundles/{name}/content": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Bundle
+         * @description What a page shows of it: what it is of, telemetry in columns, events and writes.
+         */
+        get: operations["get_bundle"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Runs
+         * @description Runs of a servo, or of all, newest first, without their samples.
+         */
+        get: operations["list_runs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/overlay": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Overlay Runs
+         * @description Runs to lay over one another, and the parameters in which they differ.
+         */
+        get: operations["overlay_runs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run
+         * @description One run with its samples.
+         */
+        get: operations["get_run"];
+        put?: never;
+        post?: never;
+        /**
+         * Drop Run
+         * @description Forget a run.
+         */
+        delete: operations["drop_run"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Csv
+         * @description The samples of a run: step, direction, time after the command in s, angle and target in degrees.
+         */
+        get: operations["get_run_csv"];
         put?: never;
         post?: never;
         delete?: never;
@@ -409,6 +1033,26 @@ export interface paths {
         patch: operations["label_servo"];
         trace?: never;
     };
+    "/api/v1/servos/{uid}/cautions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Cautions
+         * @description What there would be to say before a command, and which words it would need. Reads, and moves nothing.
+         */
+        get: operations["get_cautions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/servos/{uid}/command": {
         parameters: {
             query?: never;
@@ -423,6 +1067,178 @@ export interface paths {
          * @description Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives.
          */
         post: operations["command_servo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/copy": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Copy Configuration
+         * @description Write what another servo, a snapshot of it, a profile or the defaults hold, all or nothing.
+         */
+        post: operations["copy_configuration"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/drift": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Drift
+         * @description Rows that somebody else changed in ROM since the servo was last known. Empty when nothing differs.
+         */
+        get: operations["get_drift"];
+        put?: never;
+        post?: never;
+        /**
+         * Accept Drift
+         * @description Take what was found for what is wanted.
+         */
+        delete: operations["accept_drift"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/drift/restore": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Drift
+         * @description Write back what ROM held, all or nothing, identity rows too. The flag goes when ROM is proved to hold it.
+         */
+        post: operations["restore_drift"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/factory-reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Preview Factory Reset
+         * @description Every row a factory reset would change, what stays, and what its restart does to the horn. Changes nothing.
+         */
+        get: operations["preview_factory_reset"];
+        put?: never;
+        /**
+         * Factory Reset
+         * @description Back to the defaults of the model, in RAM and in ROM. Torque goes off, the servo restarts and its horn goes
+         *     slowly to 0 degrees; GET says beforehand what changes.
+         */
+        post: operations["factory_reset"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/faults": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Faults
+         * @description Every bit that is set or ever was, of a servo on the bus or remembered: failures before warnings before
+         *     notifications, active before past. A bit goes by itself, or when the servo starts again: nothing clears it here.
+         */
+        get: operations["list_faults"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/faults/acknowledge": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Acknowledge Faults
+         * @description Somebody has seen all of them. The servo is not told.
+         */
+        post: operations["acknowledge_faults"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/faults/{key}/acknowledge": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Acknowledge Fault
+         * @description Somebody has seen this one; who was first stays until the bit comes up again. The servo is not told.
+         */
+        post: operations["acknowledge_fault"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/identify": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Identify Servo
+         * @description Turn the horn slowly by 3 degrees to either side, twice, and back. Torque is afterwards what it was before.
+         *
+         *     Under the lease of the header, or, while nobody holds one, under one of its own for the time it takes.
+         */
+        post: operations["identify_servo"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1701,6 +2517,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/servos/{uid}/position-unit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Position Unit
+         * @description What position 1.0 of Status and ArrayCommand means on this servo, and how that is known.
+         */
+        get: operations["get_position_unit"];
+        /**
+         * Set Position Unit
+         * @description Take its positions for this unit; null measures it, anew if it was before. Nothing is written to the servo.
+         */
+        put: operations["set_position_unit"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/servos/{uid}/restart": {
         parameters: {
             query?: never;
@@ -1711,10 +2551,30 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Restart Servo
+         * Restart servo
          * @description Restart. What is only in RAM is lost; with soft start and torque on in ROM the horn goes slowly to 0 degrees.
          */
         post: operations["restart_servo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/restart-forecast": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Forecast Restart
+         * @description What a restart, or with `save` a save, does to the horn, and what speaks against it. Reads, moves nothing.
+         */
+        get: operations["forecast_restart"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1731,10 +2591,98 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Save Servo
-         * @description Write RAM to ROM. The servo restarts; with soft start and torque on in ROM its horn goes slowly to 0 degrees.
+         * Save servo
+         * @description Write RAM to ROM. The servo restarts; with soft start and torque on in ROM its horn goes slowly to 0 degrees. A second save joins the one under way.
          */
         post: operations["save_servo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/snapshots": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Snapshots
+         * @description Every snapshot of a servo, on the bus or only remembered, newest first.
+         */
+        get: operations["list_snapshots"];
+        put?: never;
+        /**
+         * Take Snapshot
+         * @description Keep what the servo holds now, until somebody drops it. What is not known is read from the bus first.
+         */
+        post: operations["take_snapshot"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/snapshots/{snapshot_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Snapshot
+         * @description One snapshot.
+         */
+        get: operations["get_snapshot"];
+        put?: never;
+        post?: never;
+        /**
+         * Drop Snapshot
+         * @description Forget a snapshot; the audit keeps that there was one.
+         */
+        delete: operations["drop_snapshot"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/snapshots/{snapshot_id}/restore": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Snapshot
+         * @description Write what a snapshot holds, all or nothing: whole, or the rows named.
+         */
+        post: operations["restore_snapshot"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/step-test": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Step Test
+         * @description A small step there and back where the horn stands, measured. Needs a lease and torque on; writes no parameter.
+         */
+        post: operations["step_test"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1748,12 +2696,62 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
+        /**
+         * Get Telemetry
+         * @description Who wishes what, what is granted, and what really comes: rate over the last five seconds and age a channel.
+         */
+        get: operations["get_telemetry"];
         /**
          * Set Telemetry
          * @description What to poll of this servo, and how often; the answer says what the bus budget allows. [] ends it.
+         *
+         *     Every `owner` has one wish a servo; together they get every row at the highest rate wished. With `ttl_s` the
+         *     wish ends by itself unless it is said again. Of a servo of an unknown model nothing can be polled: the grant is
+         *     empty then, and its `note` says why.
          */
         put: operations["set_telemetry"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/telemetry.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export Csv
+         * @description The last samples, a line a sample time and a column a channel. A cell is empty where a channel has no sample
+         *     at that time, was silent, or was inactive; nothing is interpolated.
+         */
+        get: operations["export_telemetry_csv"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/servos/{uid}/telemetry.parquet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export Parquet
+         * @description The same as rows of `channel`, `t` and `value` (null is a gap, or inactive), channel by channel; `utc_offset`
+         *     in the file's metadata.
+         */
+        get: operations["export_telemetry_parquet"];
+        put?: never;
         post?: never;
         delete?: never;
         options?: never;
@@ -1861,10 +2859,102 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/streams": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Streams
+         * @description Streams that run and the last that ended, oldest first.
+         */
+        get: operations["list_streams"];
+        put?: never;
+        /**
+         * Begin Stream
+         * @description Hold the servos where they are, and go on at `rate_hz` from there: one ArrayCommand for up to 15 servos.
+         */
+        post: operations["begin_stream"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/streams/{stream_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Stream
+         * @description One stream, and how well it keeps time.
+         */
+        get: operations["get_stream"];
+        /**
+         * Put Stream Values
+         * @description New values by uid, all or nothing; they leave with the next burst. So does a `stream` message of the socket.
+         */
+        put: operations["put_stream_values"];
+        post?: never;
+        /**
+         * End Stream
+         * @description End it. The servos stay under their last value while the lease lives; POST /stop is what takes torque.
+         */
+        delete: operations["end_stream"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /**
+         * About
+         * @description What a bundle is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them.
+         */
+        About: {
+            bus: components["schemas"]["BundleBus"] | null;
+            /** Ended At */
+            ended_at: number;
+            /**
+             * Format
+             * @constant
+             */
+            format: 1;
+            /** Frames */
+            frames: number;
+            /**
+             * Incomplete
+             * @default []
+             */
+            incomplete: string[];
+            /** Marks */
+            marks: components["schemas"]["hornbill__servo__bundle__Mark"][];
+            /**
+             * Reason
+             * @enum {string}
+             */
+            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** Schema Revision */
+            schema_revision: string;
+            /** Servos */
+            servos: components["schemas"]["BundleServo"][];
+            /** Started At */
+            started_at: number;
+            /** Text */
+            text: string;
+            /** Utc Offset */
+            utc_offset: number;
+            /** Version */
+            version: string;
+        };
         /**
          * Adapter
          * @description Something a bus can be opened on. `address` is what `PUT /bus` takes.
@@ -1953,6 +3043,11 @@ export interface components {
         Allocations: {
             /** Allocations */
             allocations: components["schemas"]["Allocation"][];
+            /**
+             * Free
+             * @description ids that could be given to new nodes now
+             */
+            free: number;
             /** Pending */
             pending: components["schemas"]["PendingAllocation"][];
         };
@@ -2001,6 +3096,12 @@ export interface components {
         /** AngleBoostValue */
         AngleBoostValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Angle boost
              * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
              */
@@ -2008,6 +3109,12 @@ export interface components {
         };
         /** AngleDGainValue */
         AngleDGainValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Angle D gain
              * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
@@ -2017,6 +3124,12 @@ export interface components {
         /** AngleDeadBandValue */
         AngleDeadBandValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Angle dead band
              * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
              */
@@ -2024,6 +3137,12 @@ export interface components {
         };
         /** AngleLimitCcwValue */
         AngleLimitCcwValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Angle limit CCW
              * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
@@ -2033,6 +3152,12 @@ export interface components {
         /** AngleLimitCwValue */
         AngleLimitCwValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Angle limit CW
              * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
              */
@@ -2041,10 +3166,350 @@ export interface components {
         /** AnglePGainValue */
         AnglePGainValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Angle P gain
              * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
              */
             value: number;
+        };
+        /**
+         * AskedFor
+         * @description Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused.
+         */
+        AskedFor: {
+            /** By */
+            by: string;
+            /** Expires In S */
+            expires_in_s: number;
+            /**
+             * Id
+             * @description what to refuse it by
+             */
+            id: string;
+            /** Reason */
+            reason: string;
+        };
+        /**
+         * AuditRow
+         * @description Who did what, with what came of it; values in engineering units.
+         */
+        AuditRow: {
+            /** Action */
+            action: string;
+            /** After */
+            after?: unknown;
+            /** At */
+            at: number;
+            /** Before */
+            before?: unknown;
+            /** By */
+            by: string;
+            /** Detail */
+            detail: string;
+            /** Id */
+            id: number;
+            /** Job */
+            job: string | null;
+            /** Key */
+            key: string | null;
+            /** Outcome */
+            outcome: string;
+            /** Requested */
+            requested?: unknown;
+            /** Uid */
+            uid: string | null;
+        };
+        /**
+         * BatchOutcome
+         * @description What became of one servo of a batch; `problem` says why it was rejected or rolled back.
+         */
+        BatchOutcome: {
+            /** Changes */
+            changes: components["schemas"]["Change"][];
+            /**
+             * Job
+             * @description id of the save job, with save: true
+             */
+            job?: string | null;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "applied" | "rolled_back" | "planned" | "rejected" | "not_tried";
+            problem?: components["schemas"]["Problem"] | null;
+            /** Revision */
+            revision: string | null;
+            /** Uid */
+            uid: string;
+        };
+        /**
+         * BatchPatch
+         * @description Values by servo by key. All or nothing for each servo; identity rows may be swapped within the batch.
+         */
+        BatchPatch: {
+            /**
+             * All Or None
+             * @description when one servo rejects its plan, none is written
+             * @default false
+             */
+            all_or_none: boolean;
+            /** Confirm */
+            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
+            /**
+             * Dry Run
+             * @default false
+             */
+            dry_run: boolean;
+            /**
+             * Revisions
+             * @description as If-Match, by uid
+             */
+            revisions?: {
+                [key: string]: string;
+            };
+            /**
+             * Save
+             * @default false
+             */
+            save: boolean;
+            /** Servos */
+            servos: {
+                [key: string]: {
+                    [key: string]: boolean | number | string;
+                };
+            };
+        };
+        /**
+         * BatchPatched
+         * @description Outcomes in the order of the request.
+         */
+        BatchPatched: {
+            /** Servos */
+            servos: components["schemas"]["BatchOutcome"][];
+        };
+        /**
+         * BatchRead
+         * @description Parameters × servos.
+         */
+        BatchRead: {
+            /** Servos */
+            servos: {
+                [key: string]: components["schemas"]["BatchServo"];
+            };
+        };
+        /**
+         * BatchServo
+         * @description One servo's column of the matrix; `problem` instead of readings where there are none.
+         */
+        BatchServo: {
+            /** Parameters */
+            parameters: {
+                [key: string]: components["schemas"]["Reading"];
+            };
+            problem?: components["schemas"]["Problem"] | null;
+            /** Revision */
+            revision: string | null;
+        };
+        /**
+         * Bundle
+         * @description A bundle in the data folder. `problem` says why one cannot be read; then little else is known of it.
+         */
+        Bundle: {
+            /**
+             * At
+             * @description its first mark, seconds since 1970 UTC
+             */
+            at: number;
+            /** Bytes */
+            bytes: number;
+            /** Marks */
+            marks: components["schemas"]["hornbill__api__recorder_models__Mark"][];
+            /** Name */
+            name: string;
+            /** Problem */
+            problem?: string | null;
+            /** Reason */
+            reason: ("failure" | "stop" | "lost" | "bus_lost" | "by_hand") | null;
+            /** Seconds */
+            seconds: number | null;
+            /** Text */
+            text: string;
+        };
+        /**
+         * BundleBus
+         * @description The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id.
+         */
+        BundleBus: {
+            /** Address */
+            address: string;
+            /** Bitrate */
+            bitrate: number;
+            /** Node Id */
+            node_id: number;
+        };
+        /**
+         * BundleContent
+         * @description What a page shows of a bundle. Its frames are played: `PUT /bus` with address `bundle:NAME`.
+         */
+        BundleContent: {
+            about: components["schemas"]["About"];
+            /**
+             * Complete
+             * @description false when there was more telemetry than that
+             */
+            complete: boolean;
+            /** Events */
+            events: {
+                [key: string]: unknown;
+            }[];
+            /**
+             * Telemetry
+             * @description at most 500,000 samples
+             */
+            telemetry: components["schemas"]["Columns"][];
+            /** Writes */
+            writes: {
+                [key: string]: string;
+            }[];
+        };
+        /**
+         * BundleReading
+         * @description One register as last read before the first mark; `at` in seconds since 1970 UTC.
+         */
+        BundleReading: {
+            /** At */
+            at: number | null;
+            /** Raw */
+            raw: number;
+            /** Unit */
+            unit: string;
+            /** Value */
+            value: boolean | number | string | null;
+        };
+        /**
+         * BundleRequest
+         * @description What to write a bundle for.
+         */
+        BundleRequest: {
+            /**
+             * Before S
+             * @description seconds before now; as configured unless told
+             */
+            before_s?: number | null;
+            /**
+             * Reason
+             * @description for people; goes in its name
+             * @default By hand.
+             */
+            reason: string;
+        };
+        /**
+         * BundleServo
+         * @description One servo as it was known at the first mark.
+         */
+        BundleServo: {
+            /** Firmware */
+            firmware: number | null;
+            /** Hardware Version */
+            hardware_version: number | null;
+            /** Label */
+            label: string;
+            /** Model Number */
+            model_number: number | null;
+            /** Name */
+            name: string;
+            /** Node Id */
+            node_id: number | null;
+            /** Production Date */
+            production_date: string | null;
+            /** Readings */
+            readings: {
+                [key: string]: components["schemas"]["BundleReading"];
+            };
+            /**
+             * Rom
+             * @default {}
+             */
+            rom: {
+                [key: string]: number;
+            };
+            /** Serial Number */
+            serial_number: number | null;
+            /** State */
+            state: string;
+            /** Title */
+            title: string;
+            /** Uid */
+            uid: string;
+        };
+        /**
+         * Burst
+         * @description Commands that leave together, in one ArrayCommand for up to 15 servos. Needs a lease.
+         */
+        Burst: {
+            /**
+             * Clamp
+             * @default false
+             */
+            clamp: boolean;
+            /** Commands */
+            commands: components["schemas"]["BurstCommand"][];
+            /** Confirm */
+            confirm?: ("turns" | "turn_count")[];
+        };
+        /**
+         * BurstCommand
+         * @description One servo's part of a burst.
+         */
+        BurstCommand: {
+            /**
+             * Type
+             * @enum {string}
+             */
+            type: "angle" | "speed" | "torque";
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+            /** Value */
+            value: number;
+        };
+        /**
+         * BurstPart
+         * @description What one servo was told: the value it really gets, as a 16-bit float holds it.
+         */
+        BurstPart: {
+            /** Clamped */
+            clamped: boolean;
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+            /** Value */
+            value: number;
+        };
+        /**
+         * BurstSent
+         * @description A burst that has left. `start_skew_s`: between the first and the last message of it.
+         */
+        BurstSent: {
+            /** Commands */
+            commands: components["schemas"]["BurstPart"][];
+            /** Messages */
+            messages: number;
+            /** Sent At */
+            sent_at: number;
+            /** Start Skew S */
+            start_skew_s: number;
+            /** Warnings */
+            warnings: string[];
         };
         /**
          * Bus
@@ -2131,6 +3596,7 @@ export interface components {
              * @example socketcan:can0
              * @example slcan:/dev/ttyACM0
              * @example file:recording.log
+             * @example bundle:NAME.zip
              */
             address: string;
             /**
@@ -2153,6 +3619,44 @@ export interface components {
              * @enum {string}
              */
             type: "bus";
+        };
+        /**
+         * Candidate
+         * @description A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free.
+         */
+        Candidate: {
+            servo: components["schemas"]["Servo"];
+            /** Servo Id */
+            servo_id: number | null;
+        };
+        /**
+         * Candidates
+         * @description Servos to commission, in the order of their serials, and nodes that still wait for a node id.
+         */
+        Candidates: {
+            /** Pending */
+            pending: components["schemas"]["PendingAllocation"][];
+            /** Servos */
+            servos: components["schemas"]["Candidate"][];
+        };
+        /**
+         * Caution
+         * @description Something to know before a command is sent.
+         */
+        Caution: {
+            /**
+             * Confirm
+             * @description the word without which it is not sent; null: only said
+             */
+            confirm: ("turns" | "turn_count") | null;
+            /**
+             * Level
+             * @description failure: it may go on for ever
+             * @enum {string}
+             */
+            level: "warning" | "failure";
+            /** Text */
+            text: string;
         };
         /**
          * Change
@@ -2185,7 +3689,7 @@ export interface components {
             /** Raw */
             raw: number;
         };
-        ClientMessage: components["schemas"]["Subscribe"] | components["schemas"]["Unsubscribe"] | components["schemas"]["Heartbeat"] | components["schemas"]["CommandMessage"] | components["schemas"]["StopMessage"];
+        ClientMessage: components["schemas"]["Subscribe"] | components["schemas"]["Unsubscribe"] | components["schemas"]["Heartbeat"] | components["schemas"]["CommandMessage"] | components["schemas"]["StreamMessage"] | components["schemas"]["StopMessage"];
         /**
          * Column
          * @description Samples of one channel: times on the server's monotonic clock, values (null is a gap).
@@ -2193,6 +3697,20 @@ export interface components {
         Column: {
             /** T */
             t: number[];
+            /** V */
+            v: (number | null)[];
+        };
+        /**
+         * Columns
+         * @description The samples of one channel: `t` in seconds since 1970 UTC, `v` in its unit, null for a gap.
+         */
+        Columns: {
+            /** Channel */
+            channel: string;
+            /** T */
+            t: number[];
+            /** Uid */
+            uid: string;
             /** V */
             v: (number | null)[];
         };
@@ -2213,10 +3731,17 @@ export interface components {
              */
             clamp: boolean;
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it anyway
+             */
+            confirm?: ("turns" | "turn_count")[];
+            /**
              * Dwell S
              * @default 0.2
              */
             dwell_s: number;
+            /** @description go there at a limited speed; angles only */
+            profile?: components["schemas"]["MotionProfile"] | null;
             /**
              * Timeout S
              * @default 5
@@ -2242,6 +3767,12 @@ export interface components {
         /** CommandAngleValue */
         CommandAngleValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Command angle
              * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1.
              */
@@ -2265,6 +3796,12 @@ export interface components {
         /** CommandSpeedValue */
         CommandSpeedValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Command speed
              * @description Speed the horn turns at without end; 0 brakes. About 10 to 150 rpm is usable at 7.4 V without load. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2.
              */
@@ -2272,6 +3809,12 @@ export interface components {
         };
         /** CommandTorqueValue */
         CommandTorqueValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Command torque
              * @description About how hard the horn pushes, in percent of the most it can at nominal supply; 0 brakes. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3.
@@ -2287,6 +3830,16 @@ export interface components {
             angle_deg: number | null;
             /** Clamped */
             clamped: boolean;
+            /**
+             * Max Deviation Deg
+             * @description the farthest of them from the target
+             */
+            max_deviation_deg?: number | null;
+            /**
+             * Samples
+             * @description samples within the band in a row, up to the last one
+             */
+            samples?: number | null;
             /** Sent At */
             sent_at: number;
             /** Settle Time S */
@@ -2295,6 +3848,77 @@ export interface components {
             settled: boolean | null;
             /** Value */
             value: number;
+            /** Warnings */
+            warnings?: string[];
+        };
+        /**
+         * CommissionServo
+         * @description What one servo is to become; null and "" leave as it is.
+         */
+        CommissionServo: {
+            /**
+             * Label
+             * @default
+             */
+            label: string;
+            /**
+             * Node Id
+             * @description static node id; 0: dynamic
+             */
+            node_id?: number | null;
+            /** Servo Id */
+            servo_id?: number | null;
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+        };
+        /**
+         * Commissioning
+         * @description Servos to commission by one job, in this order.
+         */
+        Commissioning: {
+            /** Confirm */
+            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
+            /**
+             * Identify
+             * @description wiggle each horn before its servo is given its identity
+             * @default false
+             */
+            identify: boolean;
+            /**
+             * On Anomaly
+             * @default stop
+             * @enum {string}
+             */
+            on_anomaly: "stop" | "continue";
+            /** Profile */
+            profile?: string | null;
+            /**
+             * Save
+             * @default true
+             */
+            save: boolean;
+            /** Servos */
+            servos: components["schemas"]["CommissionServo"][];
+        };
+        /**
+         * Comparison
+         * @description Two sides, row by row: `servo:UID`, `rom:UID`, `snapshot:ID`, `profile:NAME`, `default:MODEL[@FIRMWARE]`, …
+         */
+        Comparison: {
+            /** Differences */
+            differences: components["schemas"]["Difference"][];
+            /** Left */
+            left: string;
+            /** Right */
+            right: string;
+            /**
+             * Same
+             * @description rows that both sides are known to hold alike
+             */
+            same: number;
         };
         /**
          * Condition
@@ -2320,6 +3944,39 @@ export interface components {
              * @default []
              */
             reads: number[];
+        };
+        /**
+         * Copy
+         * @description Write what a side of a comparison holds.
+         */
+        Copy: {
+            /** Confirm */
+            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
+            /**
+             * Dry Run
+             * @default false
+             */
+            dry_run: boolean;
+            /**
+             * From
+             * @description servo:UID, rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME or default:MODEL[@FIRMWARE]
+             */
+            from: string;
+            /**
+             * Identity
+             * @default false
+             */
+            identity: boolean;
+            /**
+             * Keys
+             * @description null: every row the servo has
+             */
+            keys?: string[] | null;
+            /**
+             * Save
+             * @default false
+             */
+            save: boolean;
         };
         /**
          * DecodedTransfer
@@ -2368,6 +4025,80 @@ export interface components {
              * @description full DSDL name; null for a type that is not known
              */
             type: string | null;
+        };
+        /**
+         * Difference
+         * @description One row that differs: null is what a side does not have (`*_has` false), or what is not known of it.
+         */
+        Difference: {
+            /** Identity */
+            identity: boolean;
+            /** Key */
+            key: string;
+            /** Left */
+            left: boolean | number | string | null;
+            /** Left Has */
+            left_has: boolean;
+            /**
+             * Left Unit
+             * @description 0x36 follows 0x37, so that the units may differ (section 4.30)
+             */
+            left_unit: string;
+            /** Right */
+            right: boolean | number | string | null;
+            /** Right Has */
+            right_has: boolean;
+            /** Right Unit */
+            right_unit: string;
+        };
+        /**
+         * Drift
+         * @description What ROM holds otherwise than we last knew. Empty when nothing does.
+         */
+        Drift: {
+            /** Rows */
+            rows: components["schemas"]["DriftRow"][];
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+        };
+        /**
+         * DriftRestore
+         * @description Write back what ROM held; with `save`, into ROM.
+         */
+        DriftRestore: {
+            /** Confirm */
+            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
+            /**
+             * Save
+             * @default false
+             */
+            save: boolean;
+        };
+        /**
+         * DriftRow
+         * @description A row of ROM that changed under us.
+         */
+        DriftRow: {
+            /** Key */
+            key: string;
+            /**
+             * Now
+             * @description what it was found to hold
+             */
+            now: boolean | number | string | null;
+            /**
+             * Proved
+             * @description false: found in RAM of a servo that restarted while nobody watched, so most likely in ROM
+             */
+            proved: boolean;
+            /**
+             * Was
+             * @description what ROM was known to hold
+             */
+            was: boolean | number | string | null;
         };
         /**
          * EffectRule
@@ -2450,10 +4181,87 @@ export interface components {
         /** ExtendedAngleValue */
         ExtendedAngleValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Extended angle
              * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
              */
             value: boolean;
+        };
+        /**
+         * FactoryReset
+         * @description `keep_identity`: 0x44 to 0x46 stay. The result is saved, which restarts the servo.
+         */
+        FactoryReset: {
+            /**
+             * Keep Identity
+             * @default true
+             */
+            keep_identity: boolean;
+        };
+        /**
+         * Fault
+         * @description One fault bit of one servo, now or in the past (section 4.12).
+         */
+        Fault: {
+            /** Acknowledged At */
+            acknowledged_at?: number | null;
+            /** Acknowledged By */
+            acknowledged_by?: string | null;
+            /**
+             * Active
+             * @description set, as the servo has just said
+             */
+            active: boolean;
+            /** Advice */
+            advice: string;
+            /** Bit */
+            bit: number;
+            /**
+             * Count
+             * @description how often it came up
+             */
+            count: number;
+            /**
+             * First Seen
+             * @description seconds since 1970 UTC
+             */
+            first_seen: number;
+            /** Group */
+            group: string;
+            /** Key */
+            key: string;
+            /** Label */
+            label: string;
+            /**
+             * Last Seen
+             * @description seconds since 1970 UTC; when it went, to within a poll
+             */
+            last_seen: number;
+            /**
+             * Latched
+             * @description active, and known to stay until the servo starts again, whatever its cause does
+             */
+            latched: boolean;
+            /**
+             * Level
+             * @enum {string}
+             */
+            level: "notification" | "warning" | "failure";
+            /**
+             * Past Event
+             * @description tells of something before the servo's present start, not of a present state
+             */
+            past_event: boolean;
+            /**
+             * Stale
+             * @description set when the servo said so last; whether it still is, is not known now
+             */
+            stale: boolean;
         };
         /**
          * FaultBit
@@ -2541,6 +4349,29 @@ export interface components {
             uids?: string[];
         };
         /**
+         * Forecast
+         * @description What a restart would do to the horn, and what speaks against it.
+         */
+        Forecast: {
+            /** From Deg */
+            from_deg: number | null;
+            /** Moves */
+            moves: boolean;
+            /**
+             * Takes S
+             * @description about; at the 30 rpm of soft start (section 4.14)
+             */
+            takes_s: number | null;
+            /** Text */
+            text: string;
+            /** To Deg */
+            to_deg: number | null;
+            /** Turn Count Lost */
+            turn_count_lost: boolean;
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
          * FrameFilter
          * @description Which frames and transfers topic `frames` carries; what is not told is not filtered.
          *
@@ -2620,11 +4451,6 @@ export interface components {
             /** Label */
             label: string;
         };
-        /** HTTPValidationError */
-        HTTPValidationError: {
-            /** Detail */
-            detail?: components["schemas"]["ValidationError"][];
-        };
         /**
          * Health
          * @description The server serves.
@@ -2664,6 +4490,11 @@ export interface components {
         Hello: {
             /** Demo */
             demo: boolean;
+            /**
+             * Now
+             * @description the clock of telemetry times when this was sent
+             */
+            now: number;
             /** Schema Revision */
             schema_revision: string;
             /** Seq */
@@ -2682,6 +4513,15 @@ export interface components {
             version: string;
         };
         /**
+         * Imported
+         * @description The verdict on every line of a file; `profile` is null unless all were ok.
+         */
+        Imported: {
+            /** Lines */
+            lines: components["schemas"]["LineVerdict"][];
+            profile: components["schemas"]["Profile"] | null;
+        };
+        /**
          * Job
          * @description Something that takes time.
          */
@@ -2697,7 +4537,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning";
+            kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test";
             /** Progress */
             progress: number;
             /** Result */
@@ -2763,6 +4603,56 @@ export interface components {
             uid?: string | null;
         };
         /**
+         * KnownServo
+         * @description A servo ever seen, on the bus or not; instants in seconds since 1970 UTC.
+         */
+        KnownServo: {
+            /** Drift */
+            drift: string[];
+            /** Firmware */
+            firmware: string | null;
+            /** First Seen */
+            first_seen: number | null;
+            /** Hardware Version */
+            hardware_version: number | null;
+            /** Label */
+            label: string;
+            /** Last Seen */
+            last_seen: number | null;
+            /** Model */
+            model: string | null;
+            /**
+             * Node Id
+             * @description last known
+             */
+            node_id: number | null;
+            /** Online */
+            online: boolean;
+            /** Production Date */
+            production_date: string | null;
+            /**
+             * Rom
+             * @description configuration last known to be in ROM
+             */
+            rom: {
+                [key: string]: boolean | number | string | null;
+            };
+            /** Serial */
+            serial: string | null;
+            /**
+             * Servo Id
+             * @description last known
+             */
+            servo_id: number | null;
+            /** Snapshots */
+            snapshots: number;
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+        };
+        /**
          * Lease
          * @description The one writer's lease; renew before it ends, or torque goes off on what it commanded.
          */
@@ -2778,6 +4668,7 @@ export interface components {
             holder: string;
             /** Id */
             id: string;
+            request: components["schemas"]["AskedFor"] | null;
             /** Ttl S */
             ttl_s: number;
         };
@@ -2800,8 +4691,19 @@ export interface components {
          * @description Ask to be the one writer.
          */
         LeaseRequest: {
+            /**
+             * Force
+             * @description take it from whoever has it, with a reason
+             * @default false
+             */
+            force: boolean;
             /** Holder */
             holder: string;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
             /**
              * Ttl S
              * @default 3
@@ -2819,8 +4721,44 @@ export interface components {
             expires_in_s: number;
             /** Holder */
             holder: string;
+            request: components["schemas"]["AskedFor"] | null;
             /** Ttl S */
             ttl_s: number;
+        };
+        /**
+         * LeftOut
+         * @description A row that was not written, and why.
+         */
+        LeftOut: {
+            /** Key */
+            key: string;
+            /** Why */
+            why: string;
+        };
+        /**
+         * LineVerdict
+         * @description What became of one line of an imported file. `ok`: kept; everything else keeps the whole file out.
+         */
+        LineVerdict: {
+            /** Key */
+            key: string;
+            /**
+             * Line
+             * @description from 1; 0 when the line is not known
+             */
+            line: number;
+            /**
+             * Text
+             * @description what is wrong and what to do; when ok, what is worth knowing
+             */
+            text: string;
+            /** Value */
+            value: boolean | number | string | null;
+            /**
+             * Verdict
+             * @enum {string}
+             */
+            verdict: "ok" | "unknown" | "forbidden" | "read_only" | "identity" | "out_of_range" | "invalid" | "not_in_this_model";
         };
         /**
          * LogFile
@@ -2890,6 +4828,22 @@ export interface components {
             state: "idle" | "running" | "stopped" | "full" | "failed";
         };
         /**
+         * MotionProfile
+         * @description How a rate-limited move goes: a trapezoid of speed, sent as 50 angles a second.
+         */
+        MotionProfile: {
+            /**
+             * Accel Deg S2
+             * @default 240
+             */
+            accel_deg_s2: number;
+            /**
+             * Speed Deg S
+             * @default 60
+             */
+            speed_deg_s: number;
+        };
+        /**
          * NewSimServo
          * @description A servo to put on the bench; what is not told is a new servo's.
          */
@@ -2931,6 +4885,36 @@ export interface components {
             servo_id: number;
             /** Uid */
             uid?: string | null;
+        };
+        /**
+         * NewSnapshot
+         * @description A snapshot to take by hand.
+         */
+        NewSnapshot: {
+            /**
+             * Reason
+             * @default by hand
+             */
+            reason: string;
+        };
+        /**
+         * NewStream
+         * @description A stream of angles (degrees), speeds (rpm) or torques (%) to servos that are commanded together.
+         */
+        NewStream: {
+            /**
+             * Rate Hz
+             * @default 50
+             */
+            rate_hz: number;
+            /**
+             * Type
+             * @default angle
+             * @enum {string}
+             */
+            type: "angle" | "speed" | "torque";
+            /** Uids */
+            uids: string[];
         };
         /**
          * Node
@@ -2983,6 +4967,12 @@ export interface components {
         /** NodeIdValue */
         NodeIdValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Node ID
              * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
              */
@@ -2991,6 +4981,12 @@ export interface components {
         /** OriginValue */
         OriginValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Origin
              * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36.
              */
@@ -2998,6 +4994,12 @@ export interface components {
         };
         /** OvercurrentLimitValue */
         OvercurrentLimitValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Motor current limit
              * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
@@ -3143,8 +5145,9 @@ export interface components {
             /**
              * Confirm
              * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
              */
-            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Dry Run
              * @default false
@@ -3354,6 +5357,8 @@ export interface components {
              * @enum {string}
              */
             outcome: "applied" | "rolled_back" | "planned";
+            /** @description the same for programs: with its code and its facts */
+            problem?: components["schemas"]["Problem"] | null;
             /** Revision */
             revision: string;
         };
@@ -3382,12 +5387,59 @@ export interface components {
             waiting_s: number;
         };
         /**
+         * PendingBundle
+         * @description A bundle that still takes in what happens.
+         */
+        PendingBundle: {
+            /** Marks */
+            marks: components["schemas"]["hornbill__api__recorder_models__Mark"][];
+            /** Ready In S */
+            ready_in_s: number;
+            /**
+             * Reason
+             * @enum {string}
+             */
+            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** Text */
+            text: string;
+        };
+        /**
          * Pin
          * @description The node id a node shall have.
          */
         Pin: {
             /** Node Id */
             node_id: number;
+        };
+        /**
+         * PositionUnitPut
+         * @description Force a unit, or (null) measure it.
+         */
+        PositionUnitPut: {
+            /** Unit */
+            unit: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
+        };
+        /**
+         * PositionUnitState
+         * @description What position 1.0 means on a servo, and how that is known.
+         */
+        PositionUnitState: {
+            /**
+             * Evidence
+             * @description how that is known, for people
+             */
+            evidence: string;
+            /**
+             * State
+             * @description assumed: not measured yet; conflict: Status and 0x08 agree in no unit, or in two
+             * @enum {string}
+             */
+            state: "assumed" | "confirmed" | "forced" | "conflict";
+            /**
+             * Unit
+             * @enum {string}
+             */
+            unit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
         };
         /**
          * Problem
@@ -3407,8 +5459,125 @@ export interface components {
         } & {
             [key: string]: unknown;
         };
+        /**
+         * Profile
+         * @description A named set of values, in engineering units.
+         */
+        Profile: {
+            /** Created At */
+            created_at: number;
+            /**
+             * Description
+             * @default
+             */
+            description: string;
+            /**
+             * Firmware
+             * @description firmware it was made for, e.g. "1.300"
+             */
+            firmware?: string | null;
+            /**
+             * Model
+             * @description model it was made for; null: any
+             */
+            model?: string | null;
+            /** Name */
+            name: string;
+            /**
+             * Schema Revision
+             * @description tables it was written with
+             */
+            schema_revision: string;
+            /**
+             * Units
+             * @description unit of each number
+             */
+            units: {
+                [key: string]: string;
+            };
+            /** Updated At */
+            updated_at: number;
+            /** Values */
+            values: {
+                [key: string]: boolean | number | string | null;
+            };
+        };
+        /**
+         * ProfileApply
+         * @description Servos to bring to a profile, one by one in this order.
+         */
+        ProfileApply: {
+            /** Confirm */
+            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
+            /**
+             * Dry Run
+             * @default false
+             */
+            dry_run: boolean;
+            /**
+             * On Anomaly
+             * @description what to do after the first servo that did not do as told
+             * @default stop
+             * @enum {string}
+             */
+            on_anomaly: "stop" | "continue";
+            /**
+             * Save
+             * @default false
+             */
+            save: boolean;
+            /** Uids */
+            uids: string[];
+        };
+        /**
+         * ProfilePut
+         * @description A profile to keep: its values, or the servo (or snapshot) to take them from.
+         */
+        ProfilePut: {
+            /**
+             * Description
+             * @default
+             */
+            description: string;
+            /** Firmware */
+            firmware?: string | null;
+            /** From Snapshot */
+            from_snapshot?: number | null;
+            /** From Uid */
+            from_uid?: string | null;
+            /**
+             * Identity
+             * @description take the identity rows 0x44 to 0x46 as well
+             * @default false
+             */
+            identity: boolean;
+            /**
+             * Keys
+             * @description rows to take; null: all but identity
+             */
+            keys?: string[] | null;
+            /** Model */
+            model?: string | null;
+            /**
+             * Units
+             * @description of values; null: those of the schema
+             */
+            units?: {
+                [key: string]: string;
+            } | null;
+            /** Values */
+            values?: {
+                [key: string]: boolean | number | string;
+            } | null;
+        };
         /** PwmModeValue */
         PwmModeValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * PWM mode
              * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
@@ -3419,6 +5588,12 @@ export interface components {
         /** PwmNeutralValue */
         PwmNeutralValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Neutral pulse
              * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
              */
@@ -3427,6 +5602,12 @@ export interface components {
         /** PwmOutputRangeValue */
         PwmOutputRangeValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Output at full pulse
              * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
              */
@@ -3434,6 +5615,12 @@ export interface components {
         };
         /** PwmRangeValue */
         PwmRangeValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Pulse range
              * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
@@ -3473,6 +5660,11 @@ export interface components {
             /** Default */
             default: boolean | number | string | null;
             /**
+             * Differs From Default
+             * @description RAM beside the model's default; null where that is not known, or there is none
+             */
+            differs_from_default?: boolean | null;
+            /**
              * In Effect
              * @description false: has no effect now; null: not known
              */
@@ -3498,6 +5690,11 @@ export interface components {
             /** Unit */
             unit: string;
             /**
+             * Unsaved
+             * @description RAM differs from ROM; null where one is not known, or ROM does not keep the row
+             */
+            unsaved?: boolean | null;
+            /**
              * Value
              * @description engineering value or choice key; null for the dummy and while unknown
              */
@@ -3505,8 +5702,140 @@ export interface components {
             /** Why Not */
             why_not: string | null;
         };
+        /**
+         * RecorderState
+         * @description The recorder of the last ten minutes; it needs no starting.
+         */
+        RecorderState: {
+            /**
+             * Before S
+             * @description seconds a bundle holds before its first mark
+             */
+            before_s: number;
+            /** Bytes */
+            bytes: number;
+            /** Frames */
+            frames: number;
+            pending: components["schemas"]["PendingBundle"] | null;
+            /**
+             * Reach S
+             * @description how far it reaches back; less than 600 when memory was full or it began lately
+             */
+            reach_s: number;
+            /**
+             * Recording
+             * @description false while a recording is played: that is not recorded again
+             */
+            recording: boolean;
+        };
+        /**
+         * Recycle
+         * @description Which ids to free: those of nodes not seen for longer than this. When a node was seen is kept once a minute.
+         */
+        Recycle: {
+            /** Idle Longer Than S */
+            idle_longer_than_s: number;
+        };
+        /**
+         * Recycled
+         * @description Rows that were freed, as they were.
+         */
+        Recycled: {
+            /**
+             * Free
+             * @description ids that could be given to new nodes now
+             */
+            free: number;
+            /** Freed */
+            freed: components["schemas"]["Allocation"][];
+        };
+        /**
+         * ResetPreview
+         * @description What a factory reset would change.
+         */
+        ResetPreview: {
+            /** Changes */
+            changes: components["schemas"]["Change"][];
+            /**
+             * Kept
+             * @description identity rows that stay
+             */
+            kept: {
+                [key: string]: boolean | number | string | null;
+            };
+            restart: components["schemas"]["Forecast"];
+        };
+        /**
+         * Restore
+         * @description Write back what a snapshot holds of RAM, or what was known of ROM then.
+         */
+        Restore: {
+            /** Confirm */
+            confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
+            /**
+             * Dry Run
+             * @default false
+             */
+            dry_run: boolean;
+            /**
+             * Identity
+             * @default false
+             */
+            identity: boolean;
+            /**
+             * Keys
+             * @description null: every row the servo has
+             */
+            keys?: string[] | null;
+            /**
+             * Save
+             * @default false
+             */
+            save: boolean;
+            /**
+             * Source
+             * @default ram
+             * @enum {string}
+             */
+            source: "ram" | "rom";
+        };
+        /**
+         * Restored
+         * @description The outcome of a restore, as of a PATCH, and the rows that were left out of it.
+         */
+        Restored: {
+            /** Changes */
+            changes: components["schemas"]["Change"][];
+            /**
+             * Failure
+             * @description why it was rolled back
+             */
+            failure?: string | null;
+            /**
+             * Job
+             * @description id of the save job, with save: true
+             */
+            job?: string | null;
+            /** Left Out */
+            left_out: components["schemas"]["LeftOut"][];
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "applied" | "rolled_back" | "planned";
+            /** @description the same for programs: with its code and its facts */
+            problem?: components["schemas"]["Problem"] | null;
+            /** Revision */
+            revision: string;
+        };
         /** ReverseValue */
         ReverseValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Reverse
              * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16.
@@ -3524,6 +5853,18 @@ export interface components {
             maximum: number | null;
             /** Minimum */
             minimum: number | null;
+        };
+        /**
+         * RunOverlay
+         * @description Runs side by side; `differences`: the parameters that are not the same in all of them, in their order.
+         */
+        RunOverlay: {
+            /** Differences */
+            differences: {
+                [key: string]: (boolean | number | string | null)[];
+            };
+            /** Runs */
+            runs: components["schemas"]["StepRun"][];
         };
         /**
          * SchemaDocument
@@ -3591,6 +5932,11 @@ export interface components {
              * @description angle command as last known; null while inactive
              */
             command_deg: number | null;
+            /**
+             * Drift
+             * @description keys whose ROM somebody else changed; GET …/drift shows from what
+             */
+            drift?: string[];
             faults: components["schemas"]["FaultWords"];
             /**
              * Firmware
@@ -3624,6 +5970,7 @@ export interface components {
             node_id: number | null;
             /** Online */
             online: boolean;
+            position_unit: components["schemas"]["PositionUnitState"];
             /**
              * Production Date
              * @description YYYY-MM-DDTHH:MM, time zone not stated by the servo
@@ -3654,6 +6001,12 @@ export interface components {
              */
             uid: string;
             /**
+             * Unacknowledged
+             * @description warnings and failures that nobody has acknowledged since they came up last
+             * @default 0
+             */
+            unacknowledged: number;
+            /**
              * Unsaved
              * @description keys whose RAM differs from what is known to be in ROM
              */
@@ -3663,6 +6016,12 @@ export interface components {
         };
         /** ServoIdValue */
         ServoIdValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Servo ID
              * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
@@ -3872,16 +6231,68 @@ export interface components {
         /** SmoothingValue */
         SmoothingValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Smoothing
              * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15.
              */
             value: boolean;
         };
         /**
+         * Snapshot
+         * @description What a servo held at one instant, in engineering values.
+         */
+        Snapshot: {
+            /**
+             * At
+             * @description seconds since 1970 UTC
+             */
+            at: number;
+            /** Automatic */
+            automatic: boolean;
+            /** By */
+            by: string;
+            /** Firmware */
+            firmware: string | null;
+            /** Id */
+            id: number;
+            /** Model */
+            model: string | null;
+            /** Reason */
+            reason: string;
+            /**
+             * Rom
+             * @description what was known of ROM, by key
+             */
+            rom: {
+                [key: string]: boolean | number | string | null;
+            };
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+            /**
+             * Values
+             * @description RAM, by key
+             */
+            values: {
+                [key: string]: boolean | number | string | null;
+            };
+        };
+        /**
          * SocketCommand
          * @description One motion command of a `command` message.
          */
         SocketCommand: {
+            /** Confirm */
+            confirm?: ("turns" | "turn_count")[];
+            /** @default null */
+            profile: components["schemas"]["MotionProfile"] | null;
             /**
              * Type
              * @enum {string}
@@ -3895,6 +6306,12 @@ export interface components {
         /** SoftStartValue */
         SoftStartValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Soft start
              * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
              */
@@ -3902,6 +6319,12 @@ export interface components {
         };
         /** SpeedDeadBandValue */
         SpeedDeadBandValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Speed dead band
              * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
@@ -3911,6 +6334,12 @@ export interface components {
         /** SpeedIGainValue */
         SpeedIGainValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Speed I gain
              * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
              */
@@ -3918,6 +6347,12 @@ export interface components {
         };
         /** SpeedILimitValue */
         SpeedILimitValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Speed I limit
              * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
@@ -3927,6 +6362,12 @@ export interface components {
         /** SpeedLimitCcwValue */
         SpeedLimitCcwValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Speed limit CCW
              * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load. Unit: rpm. Register 0x3B, section 4.32.
              */
@@ -3934,6 +6375,12 @@ export interface components {
         };
         /** SpeedLimitCwValue */
         SpeedLimitCwValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Speed limit CW
              * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
@@ -3943,6 +6390,12 @@ export interface components {
         /** SpeedPGainValue */
         SpeedPGainValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Speed P gain
              * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
              */
@@ -3951,10 +6404,158 @@ export interface components {
         /** SpeedTorqueControlValue */
         SpeedTorqueControlValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Speed and torque control
              * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
              */
             value: boolean;
+        };
+        /**
+         * StepMetrics
+         * @description Numbers of one step; times in seconds, each ± `sample_s`; null where the step never got there.
+         *
+         *     `hunting_hz`: full swings a second after settling, `hunting_rms_deg` their size.
+         */
+        StepMetrics: {
+            /**
+             * Crossing S
+             * @description until the target is first reached
+             */
+            crossing_s: number | null;
+            /** Delay S */
+            delay_s: number | null;
+            /**
+             * Hunting
+             * @enum {string}
+             */
+            hunting: "none" | "slight" | "hunting";
+            /** Hunting Hz */
+            hunting_hz: number | null;
+            /** Hunting Rms Deg */
+            hunting_rms_deg: number | null;
+            /**
+             * Overshoot Pct
+             * @description beyond the target, in % of the step
+             */
+            overshoot_pct: number | null;
+            /** Peak Deg */
+            peak_deg: number | null;
+            /** Peak Speed Rpm */
+            peak_speed_rpm: number | null;
+            /**
+             * Rise S
+             * @description from 10 % to 90 % of the step
+             */
+            rise_s: number | null;
+            /** Sample S */
+            sample_s: number;
+            /**
+             * Settling S
+             * @description until the angle stays within the band
+             */
+            settling_s: number | null;
+            /** Steady State Error Deg */
+            steady_state_error_deg: number | null;
+        };
+        /**
+         * StepRun
+         * @description A finished step test, with what it was measured under.
+         */
+        StepRun: {
+            /** Achieved Hz */
+            achieved_hz: number;
+            /**
+             * At
+             * @description seconds since 1970 UTC
+             */
+            at: number;
+            /** Band Deg */
+            band_deg: number;
+            /** Firmware */
+            firmware: string | null;
+            /** Id */
+            id: number;
+            /** Model */
+            model: string | null;
+            /** Note */
+            note: string;
+            /** Parameters */
+            parameters: {
+                [key: string]: boolean | number | string | null;
+            };
+            /** Step Deg */
+            step_deg: number;
+            /** Steps */
+            steps: components["schemas"]["StepTrace"][];
+            /** Temperature C */
+            temperature_c: number | null;
+            /**
+             * Uid
+             * @description unique id, 32 lower-case hex digits
+             */
+            uid: string;
+            /** Voltage V */
+            voltage_v: number | null;
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
+         * StepTest
+         * @description A small safe step there and back, repeated. Needs a lease and torque on.
+         */
+        StepTest: {
+            /**
+             * Band Deg
+             * @description null: 0.5° or the dead band, the larger
+             */
+            band_deg?: number | null;
+            /**
+             * Dwell S
+             * @description how long each side is watched
+             * @default 1
+             */
+            dwell_s: number;
+            /**
+             * Note
+             * @description load, mounting, whatever will matter later
+             * @default
+             */
+            note: string;
+            /**
+             * Runs
+             * @default 1
+             */
+            runs: number;
+            /**
+             * Step Deg
+             * @default 5
+             */
+            step_deg: number;
+        };
+        /**
+         * StepTrace
+         * @description One step: samples from the command on.
+         */
+        StepTrace: {
+            /** Angle Deg */
+            angle_deg: number[];
+            /**
+             * Direction
+             * @enum {string}
+             */
+            direction: "there" | "back";
+            /** From Deg */
+            from_deg: number;
+            metrics: components["schemas"]["StepMetrics"];
+            /** T */
+            t: number[];
+            /** To Deg */
+            to_deg: number;
         };
         /**
          * Stop
@@ -4073,6 +6674,81 @@ export interface components {
             type: "stop";
         };
         /**
+         * Stream
+         * @description A stream and how well it keeps time.
+         */
+        Stream: {
+            /**
+             * Bus Share
+             * @description share of the bus it takes, 0..1
+             */
+            bus_share: number;
+            /**
+             * Ended
+             * @description why it ended; null while it runs
+             */
+            ended?: string | null;
+            /** Holder */
+            holder: string;
+            /** Id */
+            id: string;
+            /**
+             * Misses
+             * @description slots that passed without a burst in time
+             */
+            misses: number;
+            /** Rate Hz */
+            rate_hz: number;
+            /**
+             * Sent
+             * @description bursts sent
+             */
+            sent: number;
+            /**
+             * Type
+             * @enum {string}
+             */
+            type: "angle" | "speed" | "torque";
+            /** Uids */
+            uids: string[];
+            /** Worst Late Ms */
+            worst_late_ms: number;
+            /**
+             * Worst Skew Ms
+             * @description worst time between first and last message of one burst
+             */
+            worst_skew_ms: number;
+        };
+        /**
+         * StreamMessage
+         * @description New values of a stream by uid, all or nothing; they leave with the next burst.
+         */
+        StreamMessage: {
+            /** Id */
+            id: string;
+            /** Lease */
+            lease: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "stream";
+            /** Values */
+            values: {
+                [key: string]: number;
+            };
+        };
+        /**
+         * StreamValues
+         * @description The newest values by uid; servos that are not named keep theirs.
+         */
+        StreamValues: {
+            /** Values */
+            values: {
+                [key: string]: number;
+            };
+        };
+        /**
          * Subscribe
          * @description Start receiving topics, of all servos or of some. `frames` replaces the filter of topic `frames`.
          */
@@ -4093,6 +6769,101 @@ export interface components {
             uids: string[] | null;
         };
         /**
+         * TakeOver
+         * @description Asking the holder for motion control.
+         */
+        TakeOver: {
+            /** Holder */
+            holder: string;
+            /**
+             * Patience S
+             * @description without a refusal the lease passes after this
+             * @default 10
+             */
+            patience_s: number;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Ttl S
+             * @default 2
+             */
+            ttl_s: number;
+        };
+        /**
+         * TakeOverState
+         * @description How the asking went. `lease_id` is there once, for whoever asked, when it was granted.
+         */
+        TakeOverState: {
+            /** By */
+            by: string;
+            /** Expires In S */
+            expires_in_s: number;
+            /** @description who is being asked */
+            holder?: components["schemas"]["LeaseView"] | null;
+            /** Id */
+            id: string;
+            /** Lease Id */
+            lease_id?: string | null;
+            /** Reason */
+            reason: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "granted" | "refused" | "withdrawn";
+        };
+        /**
+         * Telemetry
+         * @description What is polled of a servo, and for whom.
+         */
+        Telemetry: {
+            /**
+             * Budget
+             * @description share of the bus all polling may take, 0..1
+             */
+            budget: number;
+            /** Channels */
+            channels: {
+                [key: string]: components["schemas"]["TelemetryChannel"];
+            };
+            /** Wishes */
+            wishes: components["schemas"]["TelemetryGrant"][];
+        };
+        /**
+         * TelemetryChannel
+         * @description One channel: how often it is to be polled, and how often it really is.
+         */
+        TelemetryChannel: {
+            /**
+             * Age S
+             * @description age of the last sample; null when there never was one
+             */
+            age_s: number | null;
+            /**
+             * Background Hz
+             * @description polled so often whether wished or not; null when it is not
+             */
+            background_hz: number | null;
+            /**
+             * Granted Hz
+             * @description of what is wished; null when nobody wishes it
+             */
+            granted_hz: number | null;
+            /**
+             * Marks
+             * @description of what is kept, the newest thousand
+             */
+            marks: components["schemas"]["TelemetryMark"][];
+            /**
+             * Measured Hz
+             * @description samples a second over the last five, broadcast ones included
+             */
+            measured_hz: number;
+        };
+        /**
          * TelemetryGrant
          * @description What the bus budget allows of it.
          */
@@ -4104,10 +6875,38 @@ export interface components {
             bus_share: number;
             /** Channels */
             channels: string[];
+            /**
+             * Expires In S
+             * @description null: stays until it is replaced
+             */
+            expires_in_s?: number | null;
             /** Granted Hz */
             granted_hz: number;
+            /**
+             * Note
+             * @description why nothing is polled now, if nothing is
+             */
+            note?: string | null;
+            /**
+             * Owner
+             * @default rest
+             */
+            owner: string;
             /** Requested Hz */
             requested_hz: number;
+        };
+        /**
+         * TelemetryMark
+         * @description Something to know of a channel at an instant: `t` in seconds on the server's clock.
+         */
+        TelemetryMark: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "wrap" | "inactive" | "gap" | "restart";
+            /** T */
+            t: number;
         };
         /**
          * TelemetryMessage
@@ -4140,11 +6939,28 @@ export interface components {
         TelemetryWish: {
             /** Channels */
             channels: string[];
+            /**
+             * Owner
+             * @description whose wish it is; every owner has one a servo
+             * @default rest
+             */
+            owner: string;
             /** Rate Hz */
             rate_hz: number;
+            /**
+             * Ttl S
+             * @description ends by itself after so long; null: stays until it is replaced
+             */
+            ttl_s?: number | null;
         };
         /** TemperatureLimitLowerValue */
         TemperatureLimitLowerValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Temperature limit, lower
              * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
@@ -4154,6 +6970,12 @@ export interface components {
         /** TemperatureLimitUpperValue */
         TemperatureLimitUpperValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Temperature limit, upper
              * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
              */
@@ -4161,6 +6983,12 @@ export interface components {
         };
         /** TimeoutActionValue */
         TimeoutActionValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Time-out action
              * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
@@ -4171,6 +6999,12 @@ export interface components {
         /** TimeoutTimeValue */
         TimeoutTimeValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Time-out time
              * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
              */
@@ -4179,6 +7013,12 @@ export interface components {
         /** TorqueLimitCcwValue */
         TorqueLimitCcwValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Torque limit CCW
              * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
              */
@@ -4186,6 +7026,12 @@ export interface components {
         };
         /** TorqueLimitCwValue */
         TorqueLimitCwValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Torque limit CW
              * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
@@ -4205,6 +7051,12 @@ export interface components {
         };
         /** TorqueModeValue */
         TorqueModeValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Torque
              * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
@@ -4239,21 +7091,14 @@ export interface components {
              */
             type: "unsubscribe";
         };
-        /** ValidationError */
-        ValidationError: {
-            /** Context */
-            ctx?: Record<string, never>;
-            /** Input */
-            input?: unknown;
-            /** Location */
-            loc: (string | number)[];
-            /** Message */
-            msg: string;
-            /** Error Type */
-            type: string;
-        };
         /** VoltageLimitLowerValue */
         VoltageLimitLowerValue: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Voltage limit, lower
              * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
@@ -4263,10 +7108,53 @@ export interface components {
         /** VoltageLimitUpperValue */
         VoltageLimitUpperValue: {
             /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
              * Voltage limit, upper
              * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
              */
             value: number;
+        };
+        /**
+         * Mark
+         * @description A moment for which a bundle was, or will be, written.
+         */
+        hornbill__api__recorder_models__Mark: {
+            /**
+             * At
+             * @description seconds since 1970 UTC
+             */
+            at: number;
+            /**
+             * Reason
+             * @enum {string}
+             */
+            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** Text */
+            text: string;
+            /** Uid */
+            uid?: string | null;
+        };
+        /**
+         * Mark
+         * @description A moment for which the bundle was written; `at` in seconds since 1970 UTC.
+         */
+        hornbill__servo__bundle__Mark: {
+            /** At */
+            at: number;
+            /**
+             * Reason
+             * @enum {string}
+             */
+            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** Text */
+            text: string;
+            /** Uid */
+            uid?: string | null;
         };
     };
     responses: never;
@@ -4297,10 +7185,50 @@ export interface operations {
             };
         };
     };
+    recycle_allocations: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Recycle"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Recycled"];
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
     pin_allocation: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
             path: {
                 /** @description unique id, 32 lower-case hex digits */
                 uid: string;
@@ -4337,7 +7265,10 @@ export interface operations {
     forget_allocation: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
             path: {
                 /** @description unique id, 32 lower-case hex digits */
                 uid: string;
@@ -4373,6 +7304,85 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Problem"];
                     "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_audit: {
+        parameters: {
+            query?: {
+                limit?: number;
+                /** @description only what was done to this servo */
+                uid?: string | null;
+                key?: string | null;
+                action?: string | null;
+                /** @description seconds since 1970 UTC */
+                since?: number | null;
+                /** @description only rows before this one: the last of an earlier answer */
+                before_id?: number | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AuditRow"][];
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    download_audit: {
+        parameters: {
+            query?: {
+                /** @description only what was done to this servo */
+                uid?: string | null;
+                key?: string | null;
+                action?: string | null;
+                /** @description seconds since 1970 UTC */
+                since?: number | null;
+                /** @description only rows before this one: the last of an earlier answer */
+                before_id?: number | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description every row, newest first */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": unknown;
                 };
             };
             /** @description `invalid_value` */
@@ -4494,7 +7504,10 @@ export interface operations {
     set_allocator: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
             path?: never;
             cookie?: never;
         };
@@ -4545,13 +7558,13 @@ export interface operations {
                     "application/json": components["schemas"]["Finding"][];
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -4701,13 +7714,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -4751,17 +7764,300 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `log_failed` */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    command_servos: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Burst"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BurstSent"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    commission: {
+        parameters: {
+            query?: {
+                /** @description answer only when the job has ended: 200 and the finished job */
+                wait?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Commissioning"];
+            };
+        };
+        responses: {
+            /** @description the finished job */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description the job, under way */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `unknown_servo`, `unknown_profile` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model`, `conflict`, `needs_confirmation`, `configuration_lost`, `torque_on`, `busy`, `lease_held` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_candidates: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Candidates"];
+                };
+            };
+        };
+    };
+    compare: {
+        parameters: {
+            query: {
+                /** @description one of servo:UID (RAM), rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME, default:MODEL or default:MODEL@FIRMWARE */
+                left: string;
+                /** @description one of servo:UID (RAM), rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME, default:MODEL or default:MODEL@FIRMWARE */
+                right: string;
+                /** @description compare the identity rows 0x44 to 0x46 as well */
+                identity?: boolean;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Comparison"];
+                };
+            };
+            /** @description `unknown_servo`, `unknown_snapshot`, `unknown_profile` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4792,9 +8088,238 @@ export interface operations {
             };
         };
     };
-    list_jobs: {
+    list_inventory: {
+        parameters: {
+            query?: {
+                /** @description this model alone, e.g. BLA21-06U-A0 */
+                model?: string | null;
+                /** @description this nickname alone */
+                label?: string | null;
+                /** @description part of the serial */
+                q?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KnownServo"][];
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    download_inventory: {
+        parameters: {
+            query?: {
+                /** @description this model alone, e.g. BLA21-06U-A0 */
+                model?: string | null;
+                /** @description this nickname alone */
+                label?: string | null;
+                /** @description part of the serial */
+                q?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_known_servo: {
         parameters: {
             query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KnownServo"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    forget_servo: {
+        parameters: {
+            query?: {
+                /** @description drop its snapshots and faults, too; else they are there when it is back */
+                history?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    label_known_servo: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ServoPatch"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KnownServo"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_jobs: {
+        parameters: {
+            query?: {
+                kind?: string | null;
+                state?: ("queued" | "running" | "succeeded" | "failed" | "cancelled") | null;
+                /** @description jobs of this servo, and those with a step about it */
+                uid?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -4808,6 +8333,16 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Job"][];
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
                 };
             };
         };
@@ -4842,13 +8377,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -4883,13 +8418,147 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_report: {
+        parameters: {
+            query?: {
+                /** @description csv: one row a servo; junit: one test case a servo and step; html: a page to print */
+                format?: "csv" | "json" | "junit" | "html";
+            };
+            header?: never;
+            path: {
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the report */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                    "application/xml": unknown;
+                    "text/csv": unknown;
+                    "text/html": unknown;
+                };
+            };
+            /** @description `unknown_job` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    resume_job: {
+        parameters: {
+            query?: {
+                /** @description answer only when the job has ended: 200 and the finished job */
+                wait?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the finished job */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description the job, under way */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `unknown_job` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy`, `lease_held` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
                 };
             };
         };
@@ -4936,6 +8605,185 @@ export interface operations {
                     "application/json": components["schemas"]["Lease"];
                 };
             };
+            /** @description `lease_held`, `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    ask_for_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TakeOver"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TakeOverState"];
+                };
+            };
+            /** @description `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_lease_request: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                request_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TakeOverState"];
+                };
+            };
+            /** @description `unknown_lease` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    withdraw_lease_request: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                request_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TakeOverState"];
+                };
+            };
+            /** @description `unknown_lease` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    refuse_lease_request: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                request_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_lease` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
             /** @description `lease_held` */
             409: {
                 headers: {
@@ -4948,6 +8796,15 @@ export interface operations {
             };
             /** @description `invalid_value` */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `lease_required` */
+            428: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4988,13 +8845,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -5029,13 +8886,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -5056,6 +8913,1013 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Node"][];
+                };
+            };
+        };
+    };
+    read_matrix: {
+        parameters: {
+            query?: {
+                /** @description unique ids, separated by commas; every servo online unless given */
+                uids?: string | null;
+                /** @description parameter keys, separated by commas; every row unless given */
+                keys?: string | null;
+                /** @description read the rows from the bus first */
+                refresh?: boolean;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BatchRead"];
+                };
+            };
+            /** @description `unknown_parameter` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    change_matrix: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BatchPatch"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BatchPatched"];
+                };
+            };
+            /** @description `lease_held` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_profiles: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Profile"][];
+                };
+            };
+        };
+    };
+    get_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description 1 to 80 characters, no slash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Profile"];
+                };
+            };
+            /** @description `unknown_profile` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    put_profile: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description 1 to 80 characters, no slash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProfilePut"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Profile"];
+                };
+            };
+            /** @description a new profile */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Profile"];
+                };
+            };
+            /** @description `forbidden_parameter` */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `unknown_parameter`, `unknown_servo`, `unknown_snapshot` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model`, `read_only`, `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `out_of_range`, `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    delete_profile: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description 1 to 80 characters, no slash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_profile` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    apply_profile: {
+        parameters: {
+            query?: {
+                /** @description answer only when the job has ended: 200 and the finished job */
+                wait?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description 1 to 80 characters, no slash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProfileApply"];
+            };
+        };
+        responses: {
+            /** @description the finished job */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description the job, under way */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `unknown_profile`, `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_held`, `conflict`, `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    export_profile: {
+        parameters: {
+            query?: {
+                format?: "toml" | "json";
+            };
+            header?: never;
+            path: {
+                /** @description 1 to 80 characters, no slash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": string;
+                    "application/toml": string;
+                };
+            };
+            /** @description `unknown_profile` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    import_profile: {
+        parameters: {
+            query?: {
+                /** @description take identity rows (0x44 to 0x46) as well */
+                identity?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description 1 to 80 characters, no slash */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": string;
+                "application/toml": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Imported"];
+                };
+            };
+            /** @description a new profile */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Imported"];
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_recorder: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecorderState"];
+                };
+            };
+        };
+    };
+    list_bundles: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Bundle"][];
+                };
+            };
+        };
+    };
+    write_bundle: {
+        parameters: {
+            query?: {
+                /** @description answer once it is written */
+                wait?: boolean;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["BundleRequest"] | null;
+            };
+        };
+        responses: {
+            /** @description wait */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Bundle"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecorderState"] | components["schemas"]["Bundle"];
+                };
+            };
+            /** @description `busy` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `log_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    download_bundle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description file name, as in GET /recorder/bundles */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/zip": unknown;
+                };
+            };
+            /** @description `unknown_bundle` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    add_bundle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description file name, as in GET /recorder/bundles */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/zip": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Bundle"];
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `log_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    delete_bundle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description file name, as in GET /recorder/bundles */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_bundle` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `log_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_bundle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description file name, as in GET /recorder/bundles */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BundleContent"];
+                };
+            };
+            /** @description `unknown_bundle` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `log_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_runs: {
+        parameters: {
+            query?: {
+                uid?: string | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StepRun"][];
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    overlay_runs: {
+        parameters: {
+            query: {
+                /** @description numbers of up to eight runs, with commas */
+                ids: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunOverlay"];
+                };
+            };
+            /** @description `unknown_run` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description number of the run */
+                run_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StepRun"];
+                };
+            };
+            /** @description `unknown_run` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    drop_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description number of the run */
+                run_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_run` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_csv: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description number of the run */
+                run_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description `unknown_run` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -5146,13 +10010,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -5160,7 +10024,10 @@ export interface operations {
     label_servo: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
             path: {
                 /** @description unique id, 32 lower-case hex digits */
                 uid: string;
@@ -5194,6 +10061,93 @@ export interface operations {
             };
             /** @description `invalid_value` */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_cautions: {
+        parameters: {
+            query: {
+                type: "angle" | "speed" | "torque";
+                /** @description degrees, rpm or % */
+                value: number;
+            };
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Caution"][];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -5242,7 +10196,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -5284,6 +10238,829 @@ export interface operations {
             };
             /** @description `refused_by_servo` */
             502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    copy_configuration: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+                "If-Match"?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Copy"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restored"];
+                };
+            };
+            /** @description `forbidden_parameter` */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `unknown_servo`, `unknown_parameter`, `unknown_snapshot`, `unknown_profile` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stale_revision` */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `out_of_range`, `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_drift: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Drift"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    accept_drift: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy`, `lease_held` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restore_drift: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["DriftRestore"] | null;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ParametersPatched"];
+                };
+            };
+            /** @description `forbidden_parameter` */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `unknown_servo`, `unknown_parameter` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stale_revision` */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `out_of_range`, `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    preview_factory_reset: {
+        parameters: {
+            query?: {
+                /** @description origin, servo id and node id (0x44 to 0x46) stay */
+                keep_identity?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResetPreview"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    factory_reset: {
+        parameters: {
+            query?: {
+                /** @description answer only when the job has ended: 200 and the finished job */
+                wait?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["FactoryReset"] | null;
+            };
+        };
+        responses: {
+            /** @description the finished job */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description the job, under way */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model`, `busy`, `lease_held` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_faults: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"][];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    acknowledge_faults: {
+        parameters: {
+            query?: {
+                /** @description who has seen it; null: the holder of the lease */
+                by?: string | null;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"][];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    acknowledge_fault: {
+        parameters: {
+            query?: {
+                /** @description who has seen it; null: the holder of the lease */
+                by?: string | null;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+                /** @description key of the bit, as in the list */
+                key: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+            /** @description `unknown_servo`, `unknown_fault` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    identify_servo: {
+        parameters: {
+            query?: {
+                /** @description answer only when the job has ended: 200 and the finished job */
+                wait?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the finished job */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description the job, under way */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -5358,13 +11135,14 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
                 };
             };
             /** @description `refused_by_servo` */
@@ -5448,7 +11226,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -5498,7 +11276,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -5571,13 +11359,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -5660,7 +11448,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -5700,7 +11488,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -5773,13 +11571,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -5862,7 +11660,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -5902,7 +11700,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -5975,13 +11783,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -6064,7 +11872,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -6104,7 +11912,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -6177,13 +11995,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -6266,7 +12084,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -6306,7 +12124,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -6379,13 +12207,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -6468,7 +12296,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -6508,7 +12336,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -6581,13 +12419,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -6670,7 +12508,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -6710,7 +12548,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -6783,13 +12631,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -6872,7 +12720,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -6912,7 +12760,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -6985,13 +12843,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7074,7 +12932,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -7114,7 +12972,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -7187,13 +13055,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7276,7 +13144,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -7316,7 +13184,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -7389,13 +13267,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7471,13 +13349,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7553,13 +13431,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7635,13 +13513,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7717,13 +13595,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7799,13 +13677,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -7888,7 +13766,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -7928,7 +13806,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -8001,13 +13889,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8083,13 +13971,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8165,13 +14053,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8247,13 +14135,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8329,13 +14217,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8411,13 +14299,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8493,13 +14381,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8575,13 +14463,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8664,7 +14552,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8704,7 +14592,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -8777,13 +14675,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -8866,7 +14764,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8906,7 +14804,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -8979,13 +14887,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9068,7 +14976,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9108,7 +15016,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -9181,13 +15099,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9263,13 +15181,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9345,13 +15263,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9427,13 +15345,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9509,13 +15427,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9591,13 +15509,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9673,13 +15591,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9762,7 +15680,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9802,7 +15720,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -9875,13 +15803,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -9964,7 +15892,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10004,7 +15932,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -10077,13 +16015,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -10166,7 +16104,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10206,7 +16144,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -10279,13 +16227,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -10368,7 +16316,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10408,7 +16356,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -10481,13 +16439,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -10570,7 +16528,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10610,7 +16568,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -10683,13 +16651,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -10772,7 +16740,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10812,7 +16780,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -10885,13 +16863,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -10974,7 +16952,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11014,7 +16992,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -11087,13 +17075,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -11176,7 +17164,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11216,7 +17204,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -11289,13 +17287,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -11378,7 +17376,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11418,7 +17416,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -11491,13 +17499,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -11580,7 +17588,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11620,7 +17628,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -11693,13 +17711,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -11782,7 +17800,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11822,7 +17840,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -11895,13 +17923,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -11984,7 +18012,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12024,7 +18052,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12097,13 +18135,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -12186,7 +18224,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12226,7 +18264,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12299,13 +18347,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -12388,7 +18436,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12428,7 +18476,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12501,13 +18559,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -12590,7 +18648,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12630,7 +18688,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12703,13 +18771,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -12792,7 +18860,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12832,7 +18900,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12905,13 +18983,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -12994,7 +19072,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13034,7 +19112,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13107,13 +19195,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -13196,7 +19284,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13236,7 +19324,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13309,13 +19407,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -13398,7 +19496,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13438,7 +19536,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13511,13 +19619,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -13600,7 +19708,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13640,7 +19748,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13713,13 +19831,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -13802,7 +19920,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13842,7 +19960,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13915,13 +20043,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -14004,7 +20132,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14044,7 +20172,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -14117,13 +20255,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -14206,7 +20344,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14246,7 +20384,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -14319,13 +20467,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `refused_by_servo` */
@@ -14408,7 +20556,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off` */
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14448,7 +20596,17 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `refused_by_servo` */
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -14470,6 +20628,108 @@ export interface operations {
             };
             /** @description `no_answer` */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_position_unit: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PositionUnitState"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_position_unit: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionUnitPut"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PositionUnitState"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy`, `lease_held` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14536,17 +20796,93 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `stopped` */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    forecast_restart: {
+        parameters: {
+            query?: {
+                /** @description RAM is saved first; false: ROM as it is */
+                save?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Forecast"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14623,17 +20959,27 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description `stopped` */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14650,6 +20996,537 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Problem"];
                     "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    list_snapshots: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Snapshot"][];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    take_snapshot: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["NewSnapshot"] | null;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Snapshot"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `busy`, `not_in_this_model` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_snapshot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+                /** @description number of a snapshot of this servo */
+                snapshot_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Snapshot"];
+                };
+            };
+            /** @description `unknown_servo`, `unknown_snapshot` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    drop_snapshot: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+                /** @description number of a snapshot of this servo */
+                snapshot_id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `unknown_servo`, `unknown_snapshot` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    restore_snapshot: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+                "If-Match"?: string | null;
+            };
+            path: {
+                /** @description number of a snapshot of this servo */
+                snapshot_id: number;
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["Restore"] | null;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restored"];
+                };
+            };
+            /** @description `forbidden_parameter` */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `unknown_servo`, `unknown_parameter`, `unknown_snapshot`, `unknown_profile` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stale_revision` */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `out_of_range`, `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `store_failed` */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo`, `not_as_wanted` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    step_test: {
+        parameters: {
+            query?: {
+                /** @description answer only when the job has ended: 200 and the finished job */
+                wait?: boolean;
+            };
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StepTest"] | null;
+            };
+        };
+        responses: {
+            /** @description the finished job */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description the job, under way */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_telemetry: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Telemetry"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -14711,6 +21588,112 @@ export interface operations {
             };
         };
     };
+    export_telemetry_csv: {
+        parameters: {
+            query?: {
+                /** @description how long back from now */
+                seconds?: number;
+                /** @description keys, separated by commas; every channel there is unless given */
+                channels?: string | null;
+            };
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": unknown;
+                };
+            };
+            /** @description `unknown_servo`, `unknown_parameter` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    export_telemetry_parquet: {
+        parameters: {
+            query?: {
+                /** @description how long back from now */
+                seconds?: number;
+                /** @description keys, separated by commas; every channel there is unless given */
+                channels?: string | null;
+            };
+            header?: never;
+            path: {
+                /** @description unique id, 32 lower-case hex digits */
+                uid: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/vnd.apache.parquet": unknown;
+                };
+            };
+            /** @description `unknown_servo`, `unknown_parameter` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `not_available` */
+            501: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
     set_torque: {
         parameters: {
             query?: never;
@@ -14749,7 +21732,7 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held` */
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14926,13 +21909,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -14966,13 +21949,13 @@ export interface operations {
                     "application/problem+json": unknown;
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -15112,13 +22095,331 @@ export interface operations {
                     "application/json": components["schemas"]["Stop"];
                 };
             };
-            /** @description Validation Error */
+            /** @description `invalid_value` */
             422: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HTTPValidationError"];
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_streams: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Stream"][];
+                };
+            };
+        };
+    };
+    begin_stream: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewStream"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Stream"];
+                };
+            };
+            /** @description `unknown_servo` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    get_stream: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                stream_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Stream"];
+                };
+            };
+            /** @description `unknown_stream` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_stream_values: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description id of a live lease */
+                Lease?: string | null;
+            };
+            path: {
+                stream_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StreamValues"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Stream"];
+                };
+            };
+            /** @description `unknown_servo`, `unknown_stream` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value`, `out_of_range` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `stopped` */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `lease_required` */
+            428: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `refused_by_servo` */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `bus_disconnected` */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `no_answer` */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+        };
+    };
+    end_stream: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                stream_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Stream"];
+                };
+            };
+            /** @description `unknown_stream` */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                    "application/problem+json": unknown;
+                };
+            };
+            /** @description `invalid_value` */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };

@@ -4,15 +4,18 @@ import type { TorqueMode } from "../api/types";
 import { angle, number, signed, withUnit } from "../form/format";
 import { check, type Span } from "../form/number";
 import { now } from "../state/clock";
-import { angleOf, servo } from "../state/fleet";
+import { angleOf, type KnownServo, servo } from "../state/fleet";
 import { limitsOf } from "../state/here";
 import { up } from "../state/link";
-import { dragTo, moveTo, refusal, setpoint, setTorque } from "../state/motion";
+import { dragTo, moveTo, pace, question, refusal, setpoint, setTorque, warnings } from "../state/motion";
 import { touch } from "../state/screen";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text/en";
 import { Button } from "../ui/button";
+import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
+import { Segments } from "../ui/segments";
+import { UnitMark } from "../ui/unit-mark";
 import { JogDial } from "./jog-dial";
 import { ANGLE_STALE_S } from "./servo-row";
 
@@ -77,14 +80,21 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
         locked={touch.value && !unlocked.value}
         onDrag={able ? dragTo : undefined}
       />
-      <Figures uid={uid} angle={present.value} stale={stale} on={on} />
+      <Figures one={one} angle={present.value} stale={stale} on={on} />
       {(refusal.value ?? complaint.value) !== null && (
         <p class="refusal" role="alert" data-testid="jog-refusal">
           <Glyph kind="failure" size={14} /> {refusal.value ?? complaint.value}
         </p>
       )}
+      {warnings.value.map(said => (
+        <p key={said} class="refusal mild" role="status" data-testid="jog-warning">
+          <Glyph kind="warning" size={14} /> {said}
+        </p>
+      ))}
+      <Agree />
       {!on && <p class="second">{text.motion.torqueIsOff}</p>}
       {limits === null && <p class="second">{text.motion.limitsUnknown}</p>}
+      <Pace />
       <fieldset class="steps" aria-label={text.motion.steps}>
         {STEPS.map(step => (
           <Button key={step} testid={`jog-step-${step}`} live disabled={!able} onClick={() => jog(step)}>
@@ -154,26 +164,102 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   );
 }
 
+const SPEEDS = [15, 60, 180];
+let chosenSpeed = 60;
+
+/** How it moves: at a limited speed, or as fast as the servo can. */
+function Pace() {
+  const speed = pace.value;
+  return (
+    <div class="pace">
+      <Segments<"gentle" | "direct">
+        label={text.motion.pace}
+        chosen={speed === null ? "direct" : "gentle"}
+        onChoose={key => {
+          pace.value = key === "direct" ? null : chosenSpeed;
+        }}
+        options={[
+          { key: "gentle", label: text.motion.gentle },
+          { key: "direct", label: text.motion.direct },
+        ]}
+      />
+      {speed === null ? (
+        <span class="small second">{text.motion.directHint}</span>
+      ) : (
+        <Segments<string>
+          label={text.motion.speed}
+          chosen={String(speed)}
+          onChoose={key => {
+            chosenSpeed = Number(key);
+            pace.value = chosenSpeed;
+          }}
+          options={SPEEDS.map(one => ({
+            key: String(one),
+            label: text.motion.speedOf(withUnit(String(one), "°")),
+          }))}
+        />
+      )}
+    </div>
+  );
+}
+
+/** What will happen, asked before a move that somebody has to agree to. */
+function Agree() {
+  const asked = question.value;
+  if (asked === null) return null;
+  const close = () => {
+    question.value = null;
+  };
+  return (
+    <Dialog
+      title={text.motion.question}
+      testid="move-dialog"
+      onClose={close}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={close}>{text.motion.questionNot}</Button>
+          </span>
+          <Button
+            look="danger"
+            testid="move-anyway"
+            live
+            onClick={() => void moveTo(asked.angle, asked.words)}
+          >
+            {text.motion.questionDo}
+          </Button>
+        </>
+      }
+    >
+      {asked.said.map(said => (
+        <p key={said} class="refusal mild">
+          <Glyph kind="warning" size={14} /> {said}
+        </p>
+      ))}
+    </Dialog>
+  );
+}
+
 function refused(value: number, span: Span): string {
   const verdict = check(number(value, 1), span);
   return verdict.ok ? "" : `${verdict.what} ${text.motion.notSent}`;
 }
 
 function Figures({
-  uid,
+  one,
   angle: present,
   stale,
   on,
 }: {
-  uid: string;
+  one: KnownServo;
   angle: number | null;
   stale: boolean;
   on: boolean;
 }) {
   const wanted = setpoint.value;
   const gap = wanted !== null && present !== null ? Math.abs(wanted - present) : null;
-  const speed = telemetry.latest(uid, "current_speed", now.value);
-  const torque = telemetry.latest(uid, "current_torque", now.value);
+  const speed = telemetry.latest(one.uid, "current_speed", now.value);
+  const torque = telemetry.latest(one.uid, "current_torque", now.value);
   return (
     <div class="figures">
       <span>
@@ -181,6 +267,7 @@ function Figures({
         <b class={stale ? "dim" : ""} data-testid="jog-angle">
           {angle(present)}
         </b>
+        <UnitMark one={one} />
       </span>
       <span class="between small second">
         {on &&

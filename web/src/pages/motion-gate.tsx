@@ -9,14 +9,18 @@ import { text } from "../text/en";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
+import { lazy } from "../ui/lazy";
 import { JogDial } from "./jog-dial";
 import { isStale } from "./servo-row";
+
+const TakeOver = lazy<{ uid: string }>(() => import("./take-over").then(file => file.TakeOver));
 
 export function MotionGate({ one }: { one: KnownServo }) {
   const present = motion.value;
   const name = nameOf(one);
   const asking = present.phase === "asking";
   const against = hindrance(one);
+  const others = present.phase === "waiting" || heldByOther() > 0;
   const why = against ? null : (refusal.value ?? (present.phase === "off" ? present.why : null));
   const { value: at, age } = angleOf(one, now.value);
   const stale = isStale(one, age);
@@ -27,6 +31,7 @@ export function MotionGate({ one }: { one: KnownServo }) {
       <JogDial angle={at} command={null} limits={limits} stale={stale} />
       <div class="gate-text">
         <h2>{text.motion.off(name)}</h2>
+        {(present.phase === "held" || (others && !stopped.value)) && <TakeOver uid={one.uid} />}
         <p>{text.motion.what}</p>
         {outside && <p>{text.motion.outside(angle(at))}</p>}
         <p class="second">{text.motion.ends}</p>
@@ -45,7 +50,7 @@ export function MotionGate({ one }: { one: KnownServo }) {
           look="primary"
           testid="enable-motion"
           live
-          disabled={asking || against !== null}
+          disabled={asking || against !== null || (others && present.phase !== "held")}
           onClick={() => void enableMotion(one.uid)}
         >
           {asking && <Spinner />}
@@ -56,12 +61,15 @@ export function MotionGate({ one }: { one: KnownServo }) {
   );
 }
 
+/** How long somebody else has motion control for, in seconds. */
+function heldByOther(): number {
+  const held = lease.value;
+  return held && held.holder !== holder() ? held.endsAt - now.value : 0;
+}
+
 /** What keeps motion from being turned on, known before anybody asks. */
 function hindrance(one: KnownServo): string | null {
   if (stopped.value) return text.motion.whileStopped;
-  const held = lease.value;
-  const left = held && held.holder !== holder() ? held.endsAt - now.value : 0;
-  if (held && left > 0) return text.motion.heldBy(held.holder, left);
   const name = nameOf(one);
   if (!one.known_model && one.state === "ready") return text.motion.whileUnknown(name);
   switch (one.state) {

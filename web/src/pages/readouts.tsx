@@ -1,4 +1,5 @@
 /** Owns the readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
+import type { Servo } from "../api/types";
 import { age, angle, NONE, number, withUnit } from "../form/format";
 import { now } from "../state/clock";
 import { angleOf, servo } from "../state/fleet";
@@ -7,6 +8,7 @@ import { sheetOf } from "../state/parameters";
 import { staleAfter, watched } from "../state/watch";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text/en";
+import { UnitMark } from "../ui/unit-mark";
 
 export interface Live {
   value: number | null;
@@ -48,7 +50,13 @@ export function Readouts({ uid }: { uid: string }) {
     withUnit(live.value === null ? NONE : number(live.value, decimals), unit);
   return (
     <dl class="readouts">
-      <Readout label={said.angle} live={present} shown={angle(present.value)} testid="angle-readout" />
+      <Readout
+        label={said.angle}
+        live={present}
+        shown={angle(present.value)}
+        testid="angle-readout"
+        unitOf={servo(uid)}
+      />
       <Readout
         label={said.command}
         live={inactive ? { value: null, age: null, stale: false } : command}
@@ -91,9 +99,11 @@ interface Props {
   about?: string;
   testid: string;
   intent?: boolean;
+  /** An angle of this servo: marked while its unit is not sure. */
+  unitOf?: Servo | undefined;
 }
 
-function Readout({ label, live, shown, note, about, testid, intent = false }: Props) {
+function Readout({ label, live, shown, note, about, testid, intent = false, unitOf }: Props) {
   const old = live.stale && live.age !== null;
   return (
     <div data-stale={live.stale}>
@@ -103,6 +113,7 @@ function Readout({ label, live, shown, note, about, testid, intent = false }: Pr
       <dd class={live.stale ? "dim" : intent ? "k-intent" : ""} data-testid={testid}>
         {about && <span class="note">{about} </span>}
         {shown}
+        {unitOf && <UnitMark one={unitOf} />}
         {note && <span class="note"> {note}</span>}
       </dd>
     </div>

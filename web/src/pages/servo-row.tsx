@@ -4,6 +4,7 @@ import { age, angle, NONE, number, withUnit } from "../form/format";
 import { everyFrame } from "../plots/frames";
 import { Sparkline } from "../plots/sparkline";
 import { now } from "../state/clock";
+import { openDrift } from "../state/drift";
 import { angleOf, type KnownServo, nameOf, servo } from "../state/fleet";
 import { conditionHere, limitsOf, polled } from "../state/here";
 import { connection, up } from "../state/link";
@@ -15,6 +16,7 @@ import { Dial } from "../ui/dial";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
 import { follow } from "../ui/rail";
+import { UnitMark } from "../ui/unit-mark";
 import { Nickname } from "./nickname";
 
 /** A servo tells its angle ten times a second; batches on their way take the rest. */
@@ -100,6 +102,7 @@ function LiveAngle({ one }: { one: KnownServo }) {
   return (
     <span role="cell" class={`c-angle right ${stale ? "dim" : ""}`} data-stale={stale}>
       {angle(present.value)}
+      <UnitMark one={one} />
     </span>
   );
 }
@@ -179,6 +182,7 @@ function AgeCell({ one }: { one: KnownServo }) {
 }
 
 function RomCell({ one }: { one: KnownServo }) {
+  if ((one.drift ?? []).length > 0) return <DriftBadge uid={one.uid} name={nameOf(one)} />;
   if (one.unsaved.length > 0) {
     return (
       <span class="half k-intent">
@@ -188,6 +192,24 @@ function RomCell({ one }: { one: KnownServo }) {
     );
   }
   return <span class="dim">{romKnown(one) ? text.servos.saved : text.servos.notKnown}</span>;
+}
+
+/** Somebody else wrote to its ROM: leads to what differs. */
+function DriftBadge({ uid, name }: { uid: string; name: string }) {
+  return (
+    <button
+      type="button"
+      class="drift-badge"
+      data-testid={`drift-${uid}`}
+      aria-label={`${name}: ${text.servos.changedOutside}`}
+      onClick={() => {
+        openDrift.value = uid;
+      }}
+    >
+      <Glyph kind="warning" size={14} />
+      <span>{text.servos.changedOutside}</span>
+    </button>
+  );
 }
 
 // "Saved" is said only when something of ROM is known: else silence would read as a promise.

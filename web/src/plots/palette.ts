@@ -10,6 +10,8 @@ export interface Palette {
   panel: string;
   intent: string;
   limit: string;
+  /** Several servos or runs in one plot, in this order. */
+  series: readonly string[];
   font: string;
 }
 
@@ -32,6 +34,7 @@ export function palette(): Palette {
     panel: token("--panel"),
     intent: token("--intent"),
     limit: token("--limit"),
+    series: Array.from({ length: 8 }, (_, i) => token(`--series-${i + 1}`)),
     font: token("--font"),
   };
   return cached;

@@ -16,17 +16,24 @@ export const saving = signal<{ uid: string; job: string; keys: string[]; shown: 
 /** A problem of the whole sheet rather than of a row. */
 export const sheetProblem = signal<{ uid: string; text: string } | null>(null);
 
+export interface ApplyOptions {
+  /** These rows alone; other drafts stay drafts. */
+  only?: readonly string[];
+  headers?: Record<string, string>;
+}
+
 /** Writes the staged values to RAM, all or nothing. Answers whether everything asked for is there. */
-export async function apply(sheet: Sheet): Promise<boolean> {
+export async function apply(sheet: Sheet, options: ApplyOptions = {}): Promise<boolean> {
   sheetProblem.value = null;
-  const values = staged(sheet.drafts.map.peek(), key => sheet.held(key));
+  const all = staged(sheet.drafts.map.peek(), key => sheet.held(key));
+  const values = new Map([...all].filter(([key]) => options.only?.includes(key) ?? true));
   if (values.size === 0) return true;
   sheet.busy.value = "applying";
   sheet.setOutcomes([...values.keys()].map(key => [key, { kind: "pending" }]));
   try {
     const answer = await ask<ParametersPatched>("PATCH", `/servos/${sheet.uid}/parameters`, {
       body: { values: Object.fromEntries(values) },
-      headers: { "If-Match": sheet.revision },
+      headers: { "If-Match": sheet.revision, ...options.headers },
       timeout_ms: 30_000,
     });
     sheet.revision = answer.revision;

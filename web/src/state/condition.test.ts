@@ -27,6 +27,8 @@ const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
   command_deg: null,
   age_s: 0,
   unsaved: [],
+  unacknowledged: 0,
+  position_unit: { unit: "hundred_degrees", state: "confirmed", evidence: "" },
   faults: { notification: 0, warning: 0, failure: 0 },
   bus: "can0",
   angleAt: 100,

@@ -13,12 +13,21 @@ export const connected = computed(
 export interface HeldLease extends LeaseView {
   /** When it ends, on our monotonic clock. */
   endsAt: number;
+  /** When it passes to whoever asks for it, unless that is refused; null while nobody asks. */
+  passesAt: number | null;
 }
 
 export const lease = signal<HeldLease | null>(null);
 
 export function setLease(view: LeaseView | null | undefined): void {
-  lease.value = view ? { ...view, endsAt: monotonic() + view.expires_in_s } : null;
+  const at = monotonic();
+  lease.value = view
+    ? {
+        ...view,
+        endsAt: at + view.expires_in_s,
+        passesAt: view.request ? at + view.request.expires_in_s : null,
+      }
+    : null;
 }
 
 export const stop = signal<Stop | null>(null);

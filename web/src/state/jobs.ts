@@ -7,7 +7,8 @@ export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
 
 export function setJob(job: Job): void {
   const known = jobs.peek().get(job.id);
-  if (known && ended(known) && !ended(job)) return;
+  // An older answer must not undo an end; but what can be resumed may be under way again, resumed by anybody.
+  if (known && ended(known) && !known.resumable && !ended(job)) return;
   jobs.value = new Map(jobs.peek()).set(job.id, job);
 }
 

@@ -92,6 +92,7 @@ function follow(key: string): boolean {
   if (key === "s") go(pathOf("servos", null));
   else if (key === "p" && uid) go(pathOf("parameters", uid));
   else if (key === "m" && uid) go(pathOf("motion", uid));
+  else if (key === "f") go(pathOf("faults", null));
   else if (key === "b") go(pathOf("bus", null));
   else return false;
   return true;

@@ -2,8 +2,32 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Stop } from "../api/types";
 import { setLease, stop } from "./desk";
-import { link } from "./link";
-import { enableMotion, endMotion, holder, motion, moveTo, refusal, setpoint, startMotion } from "./motion";
+import { link, live, type onRefusal } from "./link";
+import {
+  dragTo,
+  enableMotion,
+  endMotion,
+  holder,
+  keepMotion,
+  motion,
+  moveTo,
+  pace,
+  type Question,
+  question,
+  refusal,
+  setpoint,
+  startMotion,
+  warnings,
+} from "./motion";
+
+type Refusal = Parameters<Parameters<typeof onRefusal>[0]>[0];
+const heard = vi.hoisted(() => ({ refuse: (_: Refusal): void => undefined }));
+vi.mock("./link", async original => ({
+  ...(await original<typeof import("./link")>()),
+  onRefusal: (act: (error: Refusal) => void) => {
+    heard.refuse = act;
+  },
+}));
 
 const UID = "b".repeat(32);
 let sent: string[];
@@ -25,12 +49,18 @@ beforeEach(() => {
       return new Response(JSON.stringify(fail.body), { status: fail.status });
     }
     if (path === "/leases") {
-      setLease({ holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3 });
+      setLease({ holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
       return new Response(
         JSON.stringify({ id: "L", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3 }),
       );
     }
-    return new Response(JSON.stringify({ value: 12, clamped: false }));
+    if (path.includes("/cautions")) {
+      const said = { level: "warning", text: "It would turn twice.", confirm: "turns" };
+      const other = { level: "warning", text: "It has a PWM input.", confirm: null };
+      return new Response(JSON.stringify([said, other]));
+    }
+    const warnings = ["It has a PWM input."];
+    return new Response(JSON.stringify({ value: 12, clamped: false, warnings }));
   });
 });
 
@@ -120,24 +150,94 @@ describe("motion", () => {
     await enableMotion(UID);
     sent = [];
     await moveTo(30);
-    expect(sent).toEqual([`POST /servos/${UID}/command {"type":"angle","value":30} leased`]);
+    expect(sent).toEqual([
+      `POST /servos/${UID}/command {"type":"angle","value":30,"profile":{"speed_deg_s":60,"accel_deg_s2":240}} leased`,
+    ]);
     expect(setpoint.value).toBe(12);
+    pace.value = null;
+    sent = [];
+    await moveTo(31);
+    expect(sent, "direct has no profile").toEqual([
+      `POST /servos/${UID}/command {"type":"angle","value":31} leased`,
+    ]);
+    pace.value = 60;
+  });
+
+  test("a move that is to be agreed to is asked about in words, and sent again only with them", async () => {
+    await enableMotion(UID);
+    const body = { code: "needs_confirmation", detail: "Send it again.", title: "", type: "", status: 409 };
+    fail = { path: /command$/, status: 409, body: { ...body, confirm: "turns", words: ["turns"] } };
+    await moveTo(720);
+    expect(sent.at(-1)).toBe(`GET /servos/${UID}/cautions?type=angle&value=720`);
+    expect(question.value).toEqual({ angle: 720, words: ["turns"], said: ["It would turn twice."] });
+    expect(refusal.value).toBeNull();
+    expect(setpoint.value, "the ghost stands where the last command was").not.toBe(720);
+    fail = null;
+    const asked = question.value as Question;
+    await moveTo(asked.angle, asked.words);
+    expect(sent.at(-1)).toMatch(/"value":720,.*"confirm":\["turns"\]} leased$/);
+    expect(question.value).toBeNull();
+    expect(warnings.value).toEqual(["It has a PWM input."]);
+    endMotion(null);
+    expect(warnings.value).toEqual([]);
+  });
+
+  test("a drag that is to be agreed to is asked about once, and does not go on meanwhile", async () => {
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    await enableMotion(UID);
+    const body = { code: "needs_confirmation", detail: "Send it again.", title: "", type: "", status: 409 };
+    fail = { path: /command$/, status: 409, body: { ...body, confirm: "turns", words: ["turns"] } };
+    dragTo(40);
+    const error = { type: "error", seq: 1, code: "needs_confirmation", detail: "Send it again." } as const;
+    heard.refuse({ ...error, uid: UID });
+    await settle();
+    expect(question.value).toMatchObject({ angle: 40, words: ["turns"] });
+    expect(refusal.value).toBeNull();
+    sent = [];
+    said.mockClear();
+    dragTo(50);
+    heard.refuse({ ...error, uid: UID });
+    await settle();
+    expect(sent).toEqual([]);
+    expect(said).not.toHaveBeenCalled();
+  });
+
+  test("whoever asks for motion control is refused under the lease, or gets it by torque off and lease back", async () => {
+    await enableMotion(UID);
+    sent = [];
+    await keepMotion("ab12");
+    expect(sent).toEqual(["POST /leases/requests/ab12/refuse leased"]);
+    expect(motion.value.phase).toBe("on");
+    endMotion("handed over");
+    await settle();
+    expect(sent).toContain(torqueOff);
+    expect(sent).toContain("DELETE /leases/L");
   });
 
   test("the lease passing to somebody else is checked, not guessed", async () => {
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
+    said.mockClear();
     sent = [];
     setLease(null);
-    await settle();
-    expect(sent).toEqual(["PUT /leases/L"]);
+    expect(said.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
     expect(motion.value.phase).toBe("on");
-    fail = {
-      path: /PUT \/leases/,
-      status: 404,
-      body: { code: "unknown_lease", detail: "This lease has ended.", title: "", type: "", status: 404 },
-    };
-    setLease({ holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3 });
-    await settle();
-    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: This lease has ended." });
+    // The answer to the heart-beat of a lease that has ended; who has it now is told a moment later.
+    vi.useFakeTimers();
+    heard.refuse({
+      type: "error",
+      seq: 1,
+      code: "unknown_lease",
+      detail: "This lease has ended.",
+      uid: null,
+    });
+    const why = "Motion ended: motion control was lost. Torque is off.";
+    expect(motion.value).toEqual({ phase: "off", why });
+    setLease({ holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
+    vi.advanceTimersByTime(700);
+    vi.useRealTimers();
+    const taken = "Motion ended: Rig 3 has motion control now. Torque is off.";
+    expect(motion.value).toEqual({ phase: "off", why: taken });
+    expect(sent, "what is gone is not given back").toEqual([]);
   });
 });

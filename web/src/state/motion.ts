@@ -1,7 +1,7 @@
 /** Owns motion from this page: one lease, its heart-beat, torque, commands; and that all of it ends. */
 import { effect, signal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
-import type { Commanded, Lease, Reading, TorqueMode } from "../api/types";
+import { ask, type Problem, problemOf } from "../api/client";
+import type { Caution, Commanded, Lease, Reading, TakeOverState, TorqueMode } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text/en";
 import { monotonic } from "./clock";
@@ -14,6 +14,10 @@ import { onLeave } from "./route";
 export type Motion =
   | { phase: "off"; why: string | null }
   | { phase: "asking"; uid: string }
+  /** Somebody else has motion control and was asked for it; it passes at `endsAt`, on our monotonic clock. */
+  | { phase: "waiting"; uid: string; request: string; from: string; endsAt: number }
+  /** Motion control is ours and torque is off: it came later than it was asked for, so nothing begins by itself. */
+  | { phase: "held"; uid: string; lease: string }
   | { phase: "on"; uid: string; lease: string; torque: TorqueMode };
 
 export const motion = signal<Motion>({ phase: "off", why: null });
@@ -24,8 +28,28 @@ export const setpoint = signal<number | null>(null);
 /** Why the last command or request was refused, in words. */
 export const refusal = signal<string | null>(null);
 
-const TTL_S = 3;
+/** What the server said beside the last command. */
+export const warnings = signal<readonly string[]>([]);
+
+export interface Question {
+  angle: number;
+  /** The words that say "do it". */
+  words: readonly string[];
+  said: readonly string[];
+}
+
+/** A move that is not made before somebody has agreed to what will happen. */
+export const question = signal<Question | null>(null);
+
+/** How a jog goes: at a limited speed in degrees a second, or (null) as fast as the servo can. */
+export const pace = signal<number | null>(60);
+/** A jog is at its speed after a quarter of a second. */
+const SPEED_UP_S = 0.25;
+
+export const TTL_S = 3;
 const BEAT_MS = 1000;
+/** A lease that passes is nobody's for a quarter of a second; who has it may be told later still. */
+const PASSING_MS = 3000;
 const DRAG_PERIOD_MS = 1000 / 30;
 
 let beat: ReturnType<typeof setInterval> | undefined;
@@ -44,32 +68,54 @@ export function holder(): string {
 
 /** Takes the lease and turns torque on. Nothing moves: the servo holds where it stands. */
 export async function enableMotion(uid: string): Promise<void> {
-  if (motion.peek().phase !== "off") return;
+  const before = motion.peek();
+  if (before.phase !== "off" && before.phase !== "held") return;
   motion.value = { phase: "asking", uid };
   refusal.value = null;
   try {
-    const lease = await ask<Lease>("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } });
+    const lease =
+      before.phase === "held"
+        ? before.lease
+        : (await ask<Lease>("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
     if (motion.peek().phase !== "asking") {
-      await release(uid, lease.id);
+      await release(uid, lease);
       return;
     }
-    startBeat(lease.id);
+    startBeat(lease);
     try {
-      await torque(uid, "on", lease.id);
+      await torque(uid, "on", lease);
     } catch (error) {
-      await release(uid, lease.id);
+      await release(uid, lease);
       throw error;
     }
     if (motion.peek().phase !== "asking") {
-      await release(uid, lease.id);
+      await release(uid, lease);
       return;
     }
     setpoint.value = presentAngle(uid);
-    motion.value = { phase: "on", uid, lease: lease.id, torque: "on" };
+    motion.value = { phase: "on", uid, lease, torque: "on" };
   } catch (error) {
     stopBeat();
     refusal.value = text.problem(problemOf(error));
     if (motion.peek().phase === "asking") motion.value = { phase: "off", why: null };
+  }
+}
+
+/** Keeps a lease that somebody else gave or lost; torque stays off until it is turned on. */
+export function hold(uid: string, lease: string): void {
+  refusal.value = null;
+  startBeat(lease);
+  motion.value = { phase: "held", uid, lease };
+}
+
+/** Keeps motion control though somebody asks for it. */
+export async function keepMotion(request: string): Promise<void> {
+  const present = motion.peek();
+  if (present.phase !== "on" && present.phase !== "held") return;
+  try {
+    await ask<void>("POST", `/leases/requests/${request}/refuse`, { headers: { Lease: present.lease } });
+  } catch (error) {
+    refusal.value = text.problem(problemOf(error));
   }
 }
 
@@ -80,22 +126,34 @@ export function endMotion(why: string | null): void {
   forgetMotion(why);
 }
 
-/** Ends motion where torque is already taken care of, by Stop or by the server; only the lease is given back. */
-export function forgetMotion(why: string | null): void {
+/** Ends motion where torque is already taken care of, by Stop or by the server; only the lease is given back, unless it is `gone`. */
+export function forgetMotion(why: string | null, gone = false): void {
   const present = motion.peek();
   if (present.phase === "off") return;
   stopBeat();
   drags.cancel();
   setpoint.value = null;
+  question.value = null;
+  warnings.value = [];
   motion.value = { phase: "off", why };
-  if (present.phase === "on") {
-    void ask<void>("DELETE", `/leases/${present.lease}`, { keepalive: true }).catch(() => undefined);
-  }
+  if (!gone && (present.phase === "on" || present.phase === "held")) void giveBack(present.lease);
+  if (present.phase === "waiting") void withdraw(present.request);
+}
+
+function giveBack(lease: string): Promise<void> {
+  return ask<void>("DELETE", `/leases/${lease}`, { keepalive: true }).catch(() => undefined);
+}
+
+/** Asks no more; what was granted meanwhile is given back. */
+export async function withdraw(request: string): Promise<void> {
+  const options = { keepalive: true };
+  const end = await ask<TakeOverState>("DELETE", `/leases/requests/${request}`, options).catch(() => null);
+  if (end?.lease_id) await giveBack(end.lease_id);
 }
 
 async function release(uid: string, lease: string): Promise<void> {
   stopBeat();
-  await Promise.allSettled([torqueOff(uid), ask<void>("DELETE", `/leases/${lease}`, { keepalive: true })]);
+  await Promise.allSettled([torqueOff(uid), giveBack(lease)]);
 }
 
 function torqueOff(uid: string): Promise<unknown> {
@@ -114,6 +172,7 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
   if (present.phase !== "on") return;
   drags.cancel();
   refusal.value = null;
+  warnings.value = [];
   try {
     await torque(present.uid, mode, present.lease);
     if (motion.peek().phase !== "on") return;
@@ -124,22 +183,52 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
   }
 }
 
-/** One angle command, over REST: its answer says what was really sent. */
-export async function moveTo(angle: number): Promise<void> {
+function profile(): { speed_deg_s: number; accel_deg_s2: number } | null {
+  const speed = pace.peek();
+  return speed === null ? null : { speed_deg_s: speed, accel_deg_s2: speed / SPEED_UP_S };
+}
+
+/** One angle command, over REST: its answer says what was really sent. `confirm`: what somebody has agreed to. */
+export async function moveTo(angle: number, confirm: readonly string[] = []): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on") return;
   drags.cancel();
   refusal.value = null;
+  question.value = null;
+  const before = setpoint.peek();
   setpoint.value = angle;
+  const limited = profile();
   try {
     const answer = await ask<Commanded>("POST", `/servos/${present.uid}/command`, {
-      body: { type: "angle", value: angle },
+      body: {
+        type: "angle",
+        value: angle,
+        ...(limited ? { profile: limited } : {}),
+        ...(confirm.length > 0 ? { confirm } : {}),
+      },
       headers: { Lease: present.lease },
     });
     if (setpoint.peek() === angle) setpoint.value = answer.value;
+    warnings.value = answer.warnings ?? [];
   } catch (error) {
-    refusal.value = text.problem(problemOf(error));
+    const problem = problemOf(error);
+    if (problem.code !== "needs_confirmation") {
+      refusal.value = text.problem(problem);
+      return;
+    }
+    if (setpoint.peek() === angle) setpoint.value = before;
+    await putQuestion(present.uid, angle, problem);
   }
+}
+
+/** Says what will happen in the server's sentences, one a word that is to be agreed to. */
+async function putQuestion(uid: string, angle: number, problem: Problem): Promise<void> {
+  const words = Array.isArray(problem.facts.words) ? problem.facts.words.map(String) : [];
+  const path = `/servos/${uid}/cautions?type=angle&value=${angle}`;
+  const found = await ask<Caution[]>("GET", path).catch(() => []);
+  const said = found.filter(one => one.confirm !== null && words.includes(one.confirm)).map(one => one.text);
+  if (motion.peek().phase !== "on") return;
+  question.value = { angle, words, said: said.length > 0 ? said : [problem.message] };
 }
 
 const drags = new Newest<number>(DRAG_PERIOD_MS, angle => {
@@ -148,14 +237,15 @@ const drags = new Newest<number>(DRAG_PERIOD_MS, angle => {
   live.send({
     type: "command",
     lease: present.lease,
-    commands: [{ uid: present.uid, type: "angle", value: angle }],
+    commands: [{ uid: present.uid, type: "angle", value: angle, profile: profile() }],
   });
 });
 
 /** An angle command of a drag, over the socket: the newest wins, at most thirty a second. */
 export function dragTo(angle: number): void {
-  if (motion.peek().phase !== "on") return;
+  if (motion.peek().phase !== "on" || question.peek() !== null) return;
   refusal.value = null;
+  warnings.value = [];
   setpoint.value = angle;
   drags.put(angle);
 }
@@ -178,14 +268,20 @@ function stopBeat(): void {
   beat = undefined;
 }
 
-async function checkLease(lease: string): Promise<void> {
-  try {
-    await ask<Lease>("PUT", `/leases/${lease}`);
-  } catch (error) {
-    const present = motion.peek();
-    if (present.phase === "on" && present.lease === lease)
-      forgetMotion(text.motion.endedBy(text.problem(problemOf(error))));
-  }
+/** The lease has ended or is somebody else's, so torque is already off. Who has it is told a moment later. */
+function lost(): void {
+  forgetMotion(takenBy() ?? text.motion.endedLease, true);
+  const said = motion.peek();
+  const end = heldLease.subscribe(() => {
+    const why = takenBy();
+    if (why !== null && motion.peek() === said) motion.value = { phase: "off", why };
+  });
+  setTimeout(end, PASSING_MS);
+}
+
+function takenBy(): string | null {
+  const other = heldLease.peek();
+  return other && other.holder !== holder() ? text.motion.endedByOther(other.holder) : null;
 }
 
 /** Ties motion to everything that ends it. */
@@ -197,9 +293,13 @@ export function startMotion(): void {
   });
   onRefusal(error => {
     const present = motion.peek();
-    if (present.phase !== "on") return;
-    refusal.value = error.detail;
-    if (error.code === "unknown_lease" || error.code === "lease_required") forgetMotion(error.detail);
+    if (present.phase !== "on" && present.phase !== "held") return;
+    const wanted = setpoint.peek();
+    if (error.code === "unknown_lease" || error.code === "lease_required") lost();
+    // The answer to a drag names no words to agree to: the same command over REST does.
+    else if (error.code === "needs_confirmation" && wanted !== null && error.uid === present.uid) {
+      if (question.peek() === null) void moveTo(wanted);
+    } else refusal.value = error.detail;
   });
   effect(() => {
     if (!up.value) endMotion(text.motion.endedByLink);
@@ -211,6 +311,7 @@ export function startMotion(): void {
     const mine = heldLease.value?.holder === holder();
     const present = motion.peek();
     // Ours is over or somebody else's: ask rather than guess, for an older message may still be on its way.
-    if (!mine && present.phase === "on") void checkLease(present.lease);
+    if (!mine && (present.phase === "on" || present.phase === "held"))
+      live.send({ type: "heartbeat", lease: present.lease });
   });
 }

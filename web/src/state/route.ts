@@ -1,7 +1,7 @@
 /** Owns the address bar: which page is shown, of which servo, at which parameter. */
 import { computed, signal } from "@preact/signals";
 
-export type Page = "servos" | "parameters" | "motion" | "bus";
+export type Page = "servos" | "commission" | "parameters" | "motion" | "tune" | "faults" | "bus" | "records";
 
 export interface Route {
   page: Page;
@@ -10,12 +10,13 @@ export interface Route {
   hash: string;
 }
 
-const BUS = /^\/bus\/?$/;
-const SERVO = /^\/servos\/([0-9a-f]{32})\/(parameters|motion)\/?$/;
+const ALONE = /^\/(commission|tune|faults|bus|records)\/?$/;
+const SERVO = /^\/servos\/([0-9a-f]{32})\/(parameters|motion|tune|faults)\/?$/;
 
 export function parse(path: string, hash: string): Route {
   const behind = decodeURIComponent(hash.replace(/^#/, ""));
-  if (BUS.test(path)) return { page: "bus", uid: null, hash: behind };
+  const alone = ALONE.exec(path);
+  if (alone) return { page: alone[1] as Page, uid: null, hash: behind };
   const found = SERVO.exec(path);
   if (!found?.[1]) return { page: "servos", uid: null, hash: "" };
   return { page: found[2] as Page, uid: found[1], hash: behind };
@@ -23,7 +24,8 @@ export function parse(path: string, hash: string): Route {
 
 export function pathOf(page: Page, uid: string | null, hash = ""): string {
   const behind = hash === "" ? "" : `#${hash}`;
-  if (page === "bus") return `/bus${behind}`;
+  if (page === "bus" || page === "commission" || page === "records") return `/${page}${behind}`;
+  if ((page === "faults" || page === "tune") && uid === null) return `/${page}${behind}`;
   if (page === "servos" || uid === null) return "/servos";
   return `/servos/${uid}/${page}${behind}`;
 }

@@ -21,15 +21,21 @@ export interface Watched extends TelemetryGrant {
 /** What was granted for the servo looked at; null until answered. */
 export const watched = signal<Watched | null>(null);
 
-async function wish(uid: string, channels: string[]): Promise<void> {
+/** Whose wish it is: every page load has its own, so that closing one leaves those of others alone. */
+const OWNER = `page-${Math.random().toString(36).slice(2, 12)}`;
+/** A wish ends by itself so long after the page that made it was last heard of. */
+const TTL_S = 10;
+const AGAIN_MS = 4000;
+
+async function wish(uid: string, channels: string[], still: () => boolean): Promise<void> {
   try {
     const grant = await ask<TelemetryGrant>("PUT", `/servos/${uid}/telemetry`, {
-      body: { channels, rate_hz: RATE_HZ },
+      body: { channels, rate_hz: RATE_HZ, owner: OWNER, ttl_s: TTL_S },
       keepalive: channels.length === 0,
     });
-    if (channels.length > 0) watched.value = { uid, ...grant };
+    if (still()) watched.value = { uid, ...grant };
   } catch {
-    // The plot says that nothing comes; the next connection asks again.
+    // The plot says that nothing comes; it is asked for again soon.
   }
 }
 
@@ -40,15 +46,21 @@ export function watch(uid: string): () => void {
     shown.value = !document.hidden;
   };
   document.addEventListener("visibilitychange", look);
+  let over = false;
   const end = effect(() => {
     const wanted = up.value && shown.value && connection.value > 0;
-    if (wanted) void wish(uid, CHANNELS);
+    if (!wanted) return undefined;
+    const say = () => void wish(uid, CHANNELS, () => !over);
+    say();
+    const again = setInterval(say, AGAIN_MS);
+    return () => clearInterval(again);
   });
   return () => {
+    over = true;
     end();
     document.removeEventListener("visibilitychange", look);
     watched.value = null;
-    void wish(uid, []);
+    void wish(uid, [], () => false);
   };
 }
 

@@ -11,6 +11,7 @@ export const text = {
   off: "Off",
   cancel: "Cancel",
   close: "Close",
+  values: (n: number) => `${n} values`,
 
   ...frame,
   ...servos,

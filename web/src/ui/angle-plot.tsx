@@ -42,16 +42,20 @@ export function AnglePlot({ uid }: { uid: string }) {
     plotter.current.rateHz = grant?.granted_hz ?? 10;
   });
   const paused = pausedAt.value;
+  const note = grant?.note ?? null;
+  const nothing = note !== null && grant?.channels.length === 0;
   return (
     <section class="plot-panel">
       <header>
         <b>{said.angle}</b>
         <span class="second small">
-          {quiet
-            ? text.servos.noData
-            : grant
-              ? said.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0))
-              : said.rateUnknown}
+          {note !== null && !nothing
+            ? note
+            : quiet
+              ? text.servos.noData
+              : grant
+                ? said.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0))
+                : said.rateUnknown}
         </span>
         <span class="grow" />
         {paused !== null && (
@@ -84,8 +88,14 @@ export function AnglePlot({ uid }: { uid: string }) {
           {said.export}
         </button>
       </header>
+      {nothing && (
+        <p class="plot plot-note second" data-testid="plot-note">
+          {note}
+        </p>
+      )}
       <div
         ref={box}
+        hidden={nothing}
         class="plot"
         data-testid="plot-angle"
         role="img"

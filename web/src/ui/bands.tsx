@@ -3,9 +3,9 @@ import { useSignal } from "@preact/signals";
 import type { Stop } from "../api/types";
 import { clock, number, withUnit } from "../form/format";
 import { now } from "../state/clock";
-import { stop } from "../state/desk";
+import { lease, stop } from "../state/desk";
 import { link, up } from "../state/link";
-import { holder } from "../state/motion";
+import { endMotion, holder, keepMotion, motion } from "../state/motion";
 import { clearStop, unsent } from "../state/stop";
 import { text } from "../text/en";
 import { Button } from "./button";
@@ -32,6 +32,7 @@ export function Bands() {
         </div>
       )}
       {stop.value?.latched && <StopBand stop={stop.value} />}
+      <AskedBand />
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
         {up.value ? text.link.up : text.link.down}
       </span>
@@ -49,6 +50,34 @@ function LinkBand() {
       <Glyph kind="warning" />
       {text.link.lost(waited)}
     </div>
+  );
+}
+
+/** Somebody asks for motion control while it is ours. Its buttons stand at the left: never near Stop. */
+function AskedBand() {
+  const phase = motion.value.phase;
+  const held = lease.value;
+  const asked = held?.request;
+  if ((phase !== "on" && phase !== "held") || !held || !asked || asked.by === holder()) return null;
+  const left = Math.max(0, Math.ceil((held.passesAt ?? now.value) - now.value));
+  return (
+    <section class="link-band asked" data-testid="asked-band" aria-label={text.asked.label}>
+      <span class="asked-buttons">
+        <Button testid="keep-lease" live onClick={() => void keepMotion(asked.id)}>
+          {text.asked.keep}
+        </Button>
+        <Button testid="hand-over" onClick={() => endMotion(text.asked.handed(asked.by))}>
+          {text.asked.hand}
+        </Button>
+      </span>
+      <span>
+        {/* Read aloud once, not with every second. */}
+        <span role="alert">{text.asked.asks(asked.by, asked.reason)}</span>{" "}
+        <span class="second" data-testid="asked-left">
+          {text.asked.passes(left)}
+        </span>
+      </span>
+    </section>
   );
 }
 

@@ -5,10 +5,10 @@ import { channelOf, retryIn } from "../state/bus-now";
 import { now } from "../state/clock";
 import type { Kind } from "../state/condition";
 import { bus, lease, stopped } from "../state/desk";
-import { all, nameOf, servo } from "../state/fleet";
+import { all, nameOf, servo, uids } from "../state/fleet";
 import { conditionHere } from "../state/here";
 import { holder, motion } from "../state/motion";
-import { pathOf } from "../state/route";
+import { lastUid, pathOf } from "../state/route";
 import { narrow } from "../state/screen";
 import { text } from "../text/en";
 import { Glyph } from "./glyph";
@@ -141,11 +141,16 @@ function CountsCell() {
 }
 
 function MotionCell() {
+  const uid = lastUid.value ?? uids.value[0];
+  const path = pathOf("motion", uid ?? null);
+  const held = lease.value;
+  const asked = held?.request && held.endsAt > now.value ? held.request : null;
+  const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
   return (
-    <div class="bar-cell">
-      <span class="cap">{text.bar.motion}</span>
+    <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
+      <span class="cap">{asked ? text.bar.asks(asked.by, left) : text.bar.motion}</span>
       <span class="val">{motionWords()}</span>
-    </div>
+    </a>
   );
 }
 

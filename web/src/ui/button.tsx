@@ -13,10 +13,23 @@ interface Props {
   title?: string;
   autofocus?: boolean;
   pressed?: boolean;
+  /** What it does, for screen readers, where the words on it are not enough; it begins with them. */
+  label?: string;
   refTo?: JSX.IntrinsicElements["button"]["ref"];
 }
 
-export function Button({ children, onClick, look, live, disabled, testid, title, pressed, refTo }: Props) {
+export function Button({
+  children,
+  onClick,
+  look,
+  live,
+  disabled,
+  testid,
+  title,
+  pressed,
+  label,
+  refTo,
+}: Props) {
   return (
     <button
       type="button"
@@ -26,6 +39,7 @@ export function Button({ children, onClick, look, live, disabled, testid, title,
       onClick={onClick}
       {...(testid ? { "data-testid": testid } : {})}
       {...(title ? { title } : {})}
+      {...(label ? { "aria-label": label } : {})}
       {...(pressed === undefined ? {} : { "aria-pressed": pressed })}
     >
       {children}

@@ -22,6 +22,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         <Item page="servos" uid={null} icon="servos" label={text.nav.servos}>
           {known.length > 0 && <span class="badge">{known.length}</span>}
         </Item>
+        <Item page="commission" uid={null} icon="commission" label={text.nav.commission} />
         {uid !== null && (
           <>
             <Item page="parameters" uid={uid} icon="parameters" label={text.nav.parameters}>
@@ -48,11 +49,16 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
                 )
               )}
             </Item>
+            <Item page="tune" uid={uid} icon="tune" label={text.nav.tune} />
           </>
         )}
+        <Item page="faults" uid={null} icon="faults" label={text.nav.faults}>
+          <FaultsBadge />
+        </Item>
         <Item page="bus" uid={null} icon="bus" label={text.nav.bus}>
           <BusBadge />
         </Item>
+        <Item page="records" uid={null} icon="records" label={text.nav.records} />
       </nav>
       <div class="rail-foot">
         <button type="button" class="rail-item" onClick={onKeys} data-testid="keys">
@@ -72,6 +78,20 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         />
       </div>
     </aside>
+  );
+}
+
+/** Faults that nobody has acknowledged yet. */
+function FaultsBadge() {
+  const open = all.value.filter(one => (one.unacknowledged ?? 0) > 0);
+  if (open.length === 0) return null;
+  const total = open.reduce((sum, one) => sum + (one.unacknowledged ?? 0), 0);
+  return (
+    <span class="badge" data-testid="faults-badge">
+      <Glyph kind={open.some(one => one.faults.failure) ? "failure" : "warning"} size={12} />
+      {total}
+      <span class="hidden-text">{text.nav.unseen}</span>
+    </span>
   );
 }
 

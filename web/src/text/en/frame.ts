@@ -4,9 +4,14 @@ const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : 
 
 export const nav = {
   servos: "Servos",
+  commission: "Commission",
   parameters: "Parameters",
   motion: "Motion",
+  tune: "Tune",
+  faults: "Faults",
+  unseen: "not acknowledged",
   bus: "Bus",
+  records: "Records",
   label: "Pages",
   on: "on",
   stopped: "stopped",
@@ -37,6 +42,7 @@ export const bar = {
   you: "You",
   youFor: (name: string) => `You, ${name}`,
   held: (holder: string, left: number) => `${holder}, ${left}\u202fs left`,
+  asks: (by: string, left: number) => `${by} asks, ${left}\u202fs`,
   refused: "Refused: stopped",
 };
 
@@ -45,6 +51,16 @@ export const link = {
     `No link to hornbill for ${s}\u202fs. Values are old; controls wait. It reconnects by itself.`,
   up: "Link to hornbill is up",
   down: "No link to hornbill",
+};
+
+export const asked = {
+  label: "Motion control is asked for",
+  asks: (by: string, reason: string) =>
+    `${by} asks for motion control${reason ? `: ${reason.replace(/[.\s]+$/, "")}.` : "."}`,
+  passes: (left: number) => `It passes in ${left}\u202fs unless you keep it; torque goes off first.`,
+  keep: "Keep it",
+  hand: "Hand over",
+  handed: (by: string) => `Motion ended: handed over to ${by}. Torque is off.`,
 };
 
 export const stop = {
@@ -115,6 +131,7 @@ export const keys = {
     ["g s", "Servos"],
     ["g p", "Parameters"],
     ["g m", "Motion"],
+    ["g f", "Faults"],
     ["g b", "Bus"],
     ["Ctrl S", "Show the staged changes; never saves"],
     ["Ctrl Z", "Take the last staged edit back"],

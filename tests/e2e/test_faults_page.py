@@ -1,0 +1,98 @@
+"""The Faults page in a browser: a fault comes up, is acknowledged, goes; in both themes and on a tablet."""
+
+import re
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo
+from e2e.test_bus_page import complaints, too_small
+from e2e.test_technician import servo_of, wait_for
+
+
+def inject(demo: Demo, uid: str, key: str, on: bool) -> None:
+    demo.api.patch(f"/sim/servos/{uid}", json={"faults": {key: on}}).raise_for_status()
+
+
+def open_faults(demo: Demo) -> int:
+    return sum(one["unacknowledged"] for one in demo.api.get("/servos").json())
+
+
+def test_a_fault_is_seen_acknowledged_and_gone(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    for one in demo.api.get("/servos").json():
+        demo.api.post(f"/servos/{one['uid']}/faults/acknowledge", params={"by": "test"}).raise_for_status()
+    page.goto(demo.url)
+    expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
+    expect(page.get_by_test_id("faults-badge")).to_have_count(0)
+
+    inject(demo, uid, "sensor_weak", True)
+    expect(page.get_by_test_id("faults-badge")).to_contain_text("1", timeout=10_000)
+    page.keyboard.press("g")
+    page.keyboard.press("f")
+    expect(page).to_have_url(re.compile(r"/faults$"))
+    line = page.get_by_test_id("faults-now").locator(f'[data-testid="fault-sensor_weak"][data-uid="{uid}"]')
+    expect(line).to_have_attribute("data-active", "true")
+    expect(line).to_contain_text("Warning")
+    expect(line).to_contain_text("once")
+    advice = next(one["advice"] for one in demo.api.get(f"/servos/{uid}/faults").json() if one["key"] == "sensor_weak")
+    expect(line).to_contain_text(advice)
+
+    line.get_by_role("button").focus()
+    page.keyboard.press("Enter")
+    expect(line).to_have_attribute("data-unseen", "false")
+    expect(line).to_contain_text(re.compile(r"Acknowledged by Page \d+, \d\d:\d\d:\d\d"))
+    expect(page.get_by_test_id("faults-badge")).to_have_count(0)
+    expect(line, "acknowledged is not gone").to_have_attribute("data-active", "true")
+
+    inject(demo, uid, "sensor_weak", False)
+    over = page.get_by_test_id("faults-past").locator(f'[data-testid="fault-sensor_weak"][data-uid="{uid}"]')
+    expect(over).to_contain_text("Over", timeout=10_000)
+    expect(line).to_have_count(0)
+    assert open_faults(demo) == 0
+
+
+def test_all_are_acknowledged_at_once_and_one_servo_can_be_looked_at_alone(page: Page, demo: Demo) -> None:
+    first, second = servo_of(demo, "BLA21-12U-A0"), servo_of(demo, "BLA21-28U-AB")
+    try:
+        inject(demo, first, "motor_signal", True)
+        inject(demo, second, "temperature_low", True)
+        page.goto(f"{demo.url}servos/{first}/faults")
+        now = page.get_by_test_id("faults-now")
+        expect(now.get_by_test_id("fault-motor_signal")).to_be_visible(timeout=10_000)
+        expect(page.get_by_test_id("fault-temperature_low")).to_have_count(0)
+        page.get_by_test_id("faults-servo").select_option("")
+        expect(page).to_have_url(re.compile(r"/faults$"))
+        expect(now.get_by_test_id("fault-temperature_low")).to_be_visible(timeout=10_000)
+        expect(now.locator("li").first, "the worst first").to_have_attribute("data-level", "failure")
+        page.get_by_test_id("acknowledge-all").click()
+        expect(page.get_by_test_id("acknowledge-all")).to_be_disabled()
+        wait_for(lambda: open_faults(demo) == 0, 5, "not all are acknowledged")
+    finally:
+        inject(demo, first, "motor_signal", False)
+        inject(demo, second, "temperature_low", False)
+
+
+def test_a_servo_without_any_fault_teaches_what_would_stand_here(page: Page, demo: Demo) -> None:
+    lists = {one["uid"]: demo.api.get(f"/servos/{one['uid']}/faults").json() for one in demo.api.get("/servos").json()}
+    well = next(uid for uid, found in lists.items() if found == [])
+    page.goto(f"{demo.url}servos/{well}/faults")
+    expect(page.get_by_test_id("faults-empty")).to_contain_text("what it means and what to do")
+    page.get_by_test_id("faults-empty").get_by_role("button").click()
+    expect(page).to_have_url(re.compile(r"/servos$"))
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_and_a_finger_finds_everything(page: Page, demo: Demo, theme: str) -> None:
+    uid = servo_of(demo, "BLA21-06U-A0")
+    inject(demo, uid, "voltage_high", True)
+    try:
+        page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+        page.goto(f"{demo.url}faults")
+        expect(page.get_by_test_id("faults-now").get_by_test_id("fault-voltage_high")).to_be_visible(timeout=10_000)
+        assert complaints(page) == []
+        page.set_viewport_size({"width": 768, "height": 1024})
+        assert too_small(page) == []
+        assert page.evaluate("() => document.documentElement.scrollWidth") <= 768
+    finally:
+        inject(demo, uid, "voltage_high", False)

@@ -1,0 +1,101 @@
+"""Motion control passing between two browsers: asked for and refused, handed over, taken with a reason."""
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, ViewportSize, expect
+
+from e2e.conftest import Demo
+from e2e.test_bus_page import complaints, too_small
+from e2e.test_technician import servo_of, wait_for
+
+TABLET: ViewportSize = {"width": 820, "height": 1180}
+"""Two of them without the 3D view, which two software renderers at once would make slower than the countdown."""
+
+
+@pytest.fixture
+def other(browser: Browser, demo: Demo) -> Iterator[Page]:
+    """A second browser of somebody else; it must complain of nothing either."""
+    context = browser.new_context(viewport=TABLET)
+    context.set_default_timeout(15_000)
+    page = context.new_page()
+    said: list[str] = []
+    page.on("console", lambda one: said.append(one.text) if one.type == "error" else None)
+    yield page
+    context.close()
+    assert [one for one in said if "unsafe-eval" not in one] == []
+
+
+def torque(demo: Demo, uid: str) -> object:
+    return demo.api.get(f"/servos/{uid}/parameters/torque_mode", params={"fresh": "true"}).json()["value"]
+
+
+def begin(page: Page, demo: Demo, uid: str) -> str:
+    """Motion is on; the answer is who has it."""
+    page.set_viewport_size(TABLET)
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("jog-pad")).to_be_visible()
+    return demo.api.get("/leases").json()[0]["holder"]
+
+
+def test_motion_control_is_asked_for_kept_and_then_handed_over(page: Page, other: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    holder = begin(page, demo, uid)
+    other.goto(f"{demo.url}servos/{uid}/motion")
+    expect(other.get_by_test_id("take-over")).to_contain_text(f"{holder} has motion control")
+    expect(other.get_by_test_id("bar-motion")).to_contain_text(re.compile(rf"{holder}, \d.s left"))
+    expect(other.get_by_test_id("enable-motion")).to_be_disabled()
+    assert complaints(other) == []
+
+    other.get_by_test_id("ask-reason").fill("to calibrate the tail")
+    other.get_by_test_id("ask-lease").click()
+    band = page.get_by_test_id("asked-band")
+    expect(band).to_contain_text("to calibrate the tail")
+    for one, where in ((page, "asked-left"), (other, "take-over-left")):
+        expect(one.get_by_test_id(where)).to_contain_text(re.compile(r"in [1-9]0?.s unless"))
+    stop = page.get_by_test_id("stop").bounding_box()
+    for button in ("keep-lease", "hand-over"):
+        box = page.get_by_test_id(button).bounding_box()
+        assert stop is not None
+        assert box is not None
+        assert box["x"] + box["width"] < stop["x"], "nothing that enables stands under Stop"
+    page.get_by_test_id("keep-lease").click()
+    expect(band).to_have_count(0)
+    expect(other.get_by_test_id("motion-refusal")).to_contain_text(f"{holder} keeps motion control.")
+    assert torque(demo, uid) == "on", "asking ends nothing"
+
+    other.get_by_test_id("ask-lease").click()
+    expect(other.get_by_test_id("ask-withdraw")).to_be_visible()
+    page.get_by_test_id("hand-over").click()
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text("handed over")
+    expect(other.get_by_test_id("take-over")).to_contain_text("You have motion control")
+    assert torque(demo, uid) == "off", "what was commanded before ends first"
+    other.get_by_test_id("enable-motion").click()
+    expect(other.get_by_test_id("jog-pad")).to_be_visible()
+    other.get_by_test_id("disable-motion").click()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")
+
+
+def test_taking_needs_a_second_step_and_a_reason_and_ends_the_others_motion(
+    page: Page, other: Page, demo: Demo
+) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    holder = begin(page, demo, uid)
+    other.set_viewport_size({"width": 768, "height": 1024})
+    other.goto(f"{demo.url}servos/{uid}/motion")
+    other.get_by_test_id("take-lease").click()
+    dialog = other.get_by_test_id("take-dialog")
+    expect(dialog).to_contain_text(f"Take motion control from {holder}?")
+    expect(other.get_by_test_id("take-now")).to_be_disabled()
+    assert too_small(other) == []
+    dialog.get_by_test_id("take-reason").fill("it runs into the wing")
+    other.get_by_test_id("take-now").click()
+    expect(other.get_by_test_id("take-over")).to_contain_text("You have motion control")
+    assert torque(demo, uid) == "off"
+    mine = demo.api.get("/leases").json()[0]["holder"]
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text(f"{mine} has motion control now. Torque is off.")
+    wait_for(lambda: "it runs into the wing" in demo.api.get("/audit").text, 5, "the audit does not say why")
+    other.get_by_test_id("give-back").click()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "it was not given back")

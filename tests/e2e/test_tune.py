@@ -1,0 +1,145 @@
+"""Tune and the recorder through the page: a gain is changed, measured before and after, and what happened is kept."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo
+from e2e.test_technician import wait_for
+
+SLOW_MS = 30_000
+HEALTHY = {"smoothing": False, "angle_p_gain": 40}
+
+
+@pytest.fixture
+def servo(demo: Demo) -> Iterator[str]:
+    """A servo of the newest firmware; what the test changes in RAM and measures is gone afterwards."""
+    made = demo.api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"}).json()["uid"]
+    wait_for(lambda: state(demo, made) == "ready", 20, "the new servo is not ready")
+    demo.api.patch(f"/servos/{made}", json={"label": "Tail"})
+    for key, value in HEALTHY.items():
+        demo.api.put(f"/servos/{made}/parameters/{key}", json={"value": value}).raise_for_status()
+    yield made
+    for run in demo.api.get("/runs", params={"uid": made}).json():
+        demo.api.delete(f"/runs/{run['id']}")
+    demo.api.delete(f"/sim/servos/{made}")
+
+
+def state(demo: Demo, uid: str) -> str | None:
+    found = demo.api.get(f"/servos/{uid}")
+    return found.json()["state"] if found.is_success else None
+
+
+def marks(bundle: dict[str, list[dict[str, str]]], text: str) -> bool:
+    return any(mark["text"] == text for mark in bundle["marks"])
+
+
+def run_step(page: Page, legend: str) -> None:
+    page.get_by_test_id("step-go").click()
+    expect(page.get_by_test_id(f"legend-{legend}")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id("step-go")).to_be_enabled()
+
+
+def test_two_gains_are_compared_on_the_tune_page_and_the_way_back_is_one_press(
+    page: Page, demo: Demo, servo: str
+) -> None:
+    page.goto(f"{demo.url}servos/{servo}/tune")
+    expect(page.get_by_test_id("no-runs")).to_be_visible()
+    expect(page.get_by_test_id("step-go")).to_have_count(0)
+    page.get_by_test_id("enable-motion").click()
+
+    # what moves is said before, and a step beyond the limits cannot be asked for
+    page.get_by_test_id("step-deg").fill("10")
+    expect(page.get_by_test_id("step-moves")).to_contain_text("and back")
+    page.get_by_test_id("step-deg").fill("90")
+    expect(page.get_by_test_id("step-against")).to_contain_text("45")
+    expect(page.get_by_test_id("step-go")).to_be_disabled()
+    page.get_by_test_id("step-deg").fill("10")
+    page.get_by_test_id("step-dwell").fill("0.6")
+    page.get_by_test_id("step-note").fill("bare horn")
+    run_step(page, "A")
+    expect(page.get_by_test_id("step-metrics")).to_contain_text("±")
+
+    # a gain is written to RAM while this page holds motion control, then the same step again
+    gain = page.get_by_test_id("input-angle_p_gain")
+    gain.fill("20")
+    gain.press("Enter")
+    expect(page.get_by_test_id("step-go")).to_be_disabled()
+    page.get_by_test_id("gains-apply").click()
+    expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
+    run_step(page, "B")
+    differs = page.get_by_test_id("differs-angle_p_gain")
+    expect(differs).to_contain_text("40")
+    expect(differs).to_contain_text("20")
+    expect(page.get_by_test_id("step-plot")).to_have_attribute("data-runs", "2")
+    runs = demo.api.get("/runs", params={"uid": servo}).json()
+    assert [run["parameters"]["angle_p_gain"] for run in runs] == [20, 40]
+    assert {run["note"] for run in runs} == {"bare horn"}
+    slow, quick = (run["steps"][0]["metrics"]["rise_s"] for run in runs)
+    for rise in (slow, quick):
+        expect(page.get_by_test_id("metric-rise_s")).to_contain_text(str(round(rise * 1000)))
+
+    # back to A: its gains come into the rows, and apply writes them
+    page.get_by_test_id("back-to-A").click()
+    page.get_by_test_id("gains-apply").click()
+    expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "idle")
+    rows = demo.api.get(f"/servos/{servo}/parameters").json()["parameters"]
+    assert rows["angle_p_gain"]["value"] == 40
+
+    # a run is deleted, and leaving the page ends motion
+    page.get_by_test_id(f"drop-run-{runs[0]['id']}").click()
+    page.get_by_test_id("drop-run-confirm").click()
+    expect(page.get_by_test_id("legend-B")).to_have_count(0)
+    assert len(demo.api.get("/runs", params={"uid": servo}).json()) == 1
+    page.get_by_role("link", name="Records").click()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "motion control was not given back")
+    assert demo.api.get(f"/servos/{servo}/parameters").json()["parameters"]["torque_mode"]["value"] == "off"
+
+
+def test_cancel_ends_a_step_test_and_says_so(page: Page, demo: Demo, servo: str) -> None:
+    page.goto(f"{demo.url}servos/{servo}/tune")
+    page.get_by_test_id("enable-motion").click()
+    page.get_by_test_id("step-runs").fill("20")
+    page.get_by_test_id("step-go").click()
+    page.get_by_test_id("step-cancel").click()
+    expect(page.get_by_test_id("step-problem")).to_be_visible(timeout=SLOW_MS)
+    assert demo.api.get("/runs", params={"uid": servo}).json() == []
+    page.get_by_test_id("disable-motion").click()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 5, "motion control was not given back")
+
+
+def test_a_bundle_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:
+    page.goto(demo.url + "records#recorder")
+    expect(page.get_by_test_id("recorder-state")).to_contain_text("frames")
+    page.get_by_test_id("bundle-reason").fill("horn rattled")
+    page.get_by_test_id("bundle-save").click()
+    expect(page.get_by_test_id("bundle-pending")).to_contain_text("horn rattled")
+    expect(page.get_by_test_id("bundles")).to_contain_text("horn rattled", timeout=SLOW_MS)
+    # another test's servo may have gone meanwhile: then this is one mark of several in one bundle
+    found = [each for each in demo.api.get("/recorder/bundles").json() if marks(each, "horn rattled")]
+    name = found[0]["name"]
+    page.get_by_test_id(f"bundle-{name}").get_by_role("button", name="Open").click()
+    expect(page.get_by_test_id("bundle-marks")).to_contain_text("horn rattled")
+    page.get_by_test_id("bundle-servo").select_option(servo)
+    expect(page.get_by_test_id("plot-current_angle").locator("canvas")).to_be_visible()
+    assert page.url.endswith(f"#recorder/{name}")
+
+    # playing it is asked for first; here the answer is no
+    page.get_by_test_id("bundle-play").click()
+    expect(page.get_by_test_id("play-dialog")).to_contain_text("Nothing can be sent")
+    page.get_by_test_id("play-dialog").get_by_role("button", name="Cancel").click()
+    assert demo.api.get("/bus").json()["address"] == "memory:demo"
+
+    page.get_by_test_id("bundles-back").click()
+    with page.expect_download() as kept:
+        page.get_by_test_id(f"bundle-{name}").get_by_role("link", name="Download").click()
+    copy = kept.value.path().with_name("copy.zip")
+    copy.write_bytes(kept.value.path().read_bytes())
+    page.get_by_test_id("bundle-file").set_input_files(copy)
+    expect(page.get_by_test_id("bundle-copy.zip")).to_be_visible()
+    for one in (name, "copy.zip"):
+        page.get_by_test_id(f"drop-{one}").click()
+        page.get_by_test_id("drop-bundle-confirm").click()
+        expect(page.get_by_test_id(f"bundle-{one}")).to_have_count(0)
+    assert {name, "copy.zip"}.isdisjoint(one["name"] for one in demo.api.get("/recorder/bundles").json())

@@ -1,0 +1,22 @@
+/** Owns the page's names for the JSON shapes of configuration: aliases of the generated document, nothing else. */
+import type { components } from "./schema";
+
+type Shapes = components["schemas"];
+
+export type Candidate = Shapes["Candidate"];
+export type Candidates = Shapes["Candidates"];
+export type Commissioning = Shapes["Commissioning"];
+export type SafetyWord = NonNullable<Commissioning["confirm"]>[number];
+export type OnAnomaly = NonNullable<Commissioning["on_anomaly"]>;
+export type Forecast = Shapes["Forecast"];
+export type Profile = Shapes["Profile"];
+export type LineVerdict = Shapes["LineVerdict"];
+export type Imported = Shapes["Imported"];
+export type Snapshot = Shapes["Snapshot"];
+export type Comparison = Shapes["Comparison"];
+export type Difference = Shapes["Difference"];
+export type Restored = Shapes["Restored"];
+export type Drift = Shapes["Drift"];
+export type DriftRow = Shapes["DriftRow"];
+export type KnownServo = Shapes["KnownServo"];
+export type AuditRow = Shapes["AuditRow"];

@@ -1,0 +1,42 @@
+/** Owns a value of a row as text where no reading of a servo is at hand: snapshots, profiles, comparisons, the audit. */
+import type { Value } from "../api/types";
+import { catalog } from "../state/catalog";
+import { text } from "../text/en";
+import { full, NONE, withUnit } from "./format";
+
+/** What a row is called; its key while the catalogue is not there, or does not know it. */
+export function labelOf(key: string): string {
+  return catalog.value?.rows.get(key)?.label ?? key;
+}
+
+/** "0x38", or nothing. */
+export function addressOf(key: string): string {
+  return catalog.value?.rows.get(key)?.name ?? "";
+}
+
+/** A value with the unit it was told with, where it was. */
+export function valueText(key: string, value: unknown, unit?: string): string {
+  if (value === null || value === undefined) return NONE;
+  if (typeof value === "object") return several(value);
+  const row = catalog.value?.rows.get(key);
+  if (!row) return withUnit(String(value), unit ?? "");
+  const other = unit !== undefined && row.unit_when && row.unit_when.unit === unit && unit !== row.unit;
+  const shape = {
+    unit: unit ?? row.unit,
+    perUnit: other && row.unit_when ? row.unit_when.per_unit : row.per_unit,
+    kind: row.kind,
+    choices: row.choices,
+  };
+  return full(value as Value, shape);
+}
+
+/** More than these are counted rather than said. */
+const SAID = 4;
+
+/** Several values in a row, each with its name; what is not there is left out. */
+function several(value: object): string {
+  const entries = Object.entries(value).filter(([, one]) => one !== null && one !== "");
+  if (entries.length > SAID) return text.values(entries.length);
+  if (Array.isArray(value)) return entries.map(([, one]) => valueText("", one)).join(", ");
+  return entries.map(([key, one]) => `${labelOf(key)} ${valueText(key, one)}`).join(", ") || NONE;
+}

@@ -1,0 +1,175 @@
+/** Owns the dialog about what somebody else changed in a servo's ROM: the difference, restore, accept. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { ask, problemOf } from "../api/client";
+import type { Drift, SafetyWord } from "../api/config-types";
+import type { ParametersPatched } from "../api/types";
+import { addressOf, labelOf, valueText } from "../form/row-text";
+import { openDrift } from "../state/drift";
+import { nameOf, servo } from "../state/fleet";
+import { Asked, saved, toConfirm } from "../state/records";
+import { text } from "../text/en";
+import { words } from "../text/en/records";
+import { Button } from "../ui/button";
+import { Dialog } from "../ui/dialog";
+import { Glyph } from "../ui/glyph";
+import { Spinner } from "../ui/icon";
+import "../style/records.css";
+
+const said = words.drift;
+const write = words.write;
+
+export function DriftDialog() {
+  const uid = openDrift.value;
+  return uid === null ? null : <Shown key={uid} uid={uid} />;
+}
+
+function Shown({ uid }: { uid: string }) {
+  const one = servo(uid);
+  const name = nameOf(one);
+  const drift = useMemo(() => new Asked<Drift>(), []);
+  const save = useSignal(true);
+  const busy = useSignal<"writing" | "saving" | null>(null);
+  const problem = useSignal<string | null>(null);
+  const needed = useSignal<readonly SafetyWord[]>([]);
+  const agreed = useSignal<readonly SafetyWord[]>([]);
+  const load = () => drift.load(() => ask<Drift>("GET", `/servos/${uid}/drift`));
+  useEffect(() => {
+    void load();
+  }, []);
+  const close = () => {
+    openDrift.value = null;
+  };
+  const doing = async (act: () => Promise<string | null>) => {
+    busy.value = "writing";
+    problem.value = null;
+    try {
+      problem.value = await act();
+      if (problem.value === null) return close();
+    } catch (error) {
+      const found = problemOf(error);
+      const word = toConfirm(found);
+      if (word !== null && !needed.peek().includes(word)) needed.value = [...needed.peek(), word];
+      problem.value = text.problem(found);
+    } finally {
+      busy.value = null;
+    }
+    await load();
+  };
+  const restore = () =>
+    doing(async () => {
+      const answer = await ask<ParametersPatched>("POST", `/servos/${uid}/drift/restore`, {
+        body: { save: save.peek(), confirm: agreed.peek() },
+        timeout_ms: 60_000,
+      });
+      if (answer.outcome === "rolled_back") return write.rolledBack(answer.failure ?? "");
+      if (answer.job == null) return answer.failure == null ? null : write.unsaved(answer.failure);
+      busy.value = "saving";
+      const failure = await saved(answer.job);
+      return failure === null ? null : write.unsaved(failure);
+    });
+  const accept = () =>
+    doing(async () => {
+      await ask<void>("DELETE", `/servos/${uid}/drift`);
+      return null;
+    });
+  const rows = drift.value.value?.rows ?? [];
+  const idle = busy.value === null;
+  const unmet = needed.value.some(word => !agreed.value.includes(word));
+  const why = problem.value ?? drift.problem.value;
+  return (
+    <Dialog
+      title={said.title(name)}
+      subtitle={said.lead}
+      testid="drift-dialog"
+      onClose={close}
+      foot={
+        <>
+          {!idle && (
+            <span class="k-intent working">
+              <Spinner /> {busy.value === "saving" ? write.saving : write.working}
+            </span>
+          )}
+          <span class="grow" />
+          <span data-first-focus>
+            <Button onClick={close}>{text.cancel}</Button>
+          </span>
+          <Button
+            live
+            testid="drift-accept"
+            disabled={!idle || rows.length === 0}
+            onClick={() => void accept()}
+          >
+            {said.accept}
+          </Button>
+          <Button
+            look="primary"
+            live
+            testid="drift-restore"
+            disabled={!idle || rows.length === 0 || unmet || one?.online !== true}
+            onClick={() => void restore()}
+          >
+            {said.restore(rows.length)}
+          </Button>
+        </>
+      }
+    >
+      {why !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {why}
+        </p>
+      )}
+      {drift.value.value !== null && rows.length === 0 && <p>{said.none}</p>}
+      {rows.length > 0 && (
+        <table class="changes">
+          <thead>
+            <tr>
+              <th>{said.head.parameter}</th>
+              <th class="right">{said.head.was}</th>
+              <th class="right">{said.head.now}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {rows.map(row => (
+              <tr key={row.key} data-testid={`drift-${row.key}`}>
+                <td>
+                  {labelOf(row.key)} <small class="second">{addressOf(row.key)}</small>
+                  {!row.proved && <small class="r-under">{said.assumed}</small>}
+                </td>
+                <td class="right">{valueText(row.key, row.was)}</td>
+                <td class="right strong k-warning">{valueText(row.key, row.now)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+      {needed.value.map(word => (
+        <label key={word} class="tick">
+          <input
+            type="checkbox"
+            checked={agreed.value.includes(word)}
+            onChange={event => {
+              agreed.value = event.currentTarget.checked
+                ? [...agreed.peek(), word]
+                : agreed.peek().filter(each => each !== word);
+            }}
+          />
+          {write.confirm[word]}
+        </label>
+      ))}
+      {rows.length > 0 && (
+        <label class="tick">
+          <input
+            type="checkbox"
+            checked={save.value}
+            onChange={event => {
+              save.value = event.currentTarget.checked;
+            }}
+          />
+          {said.save}
+        </label>
+      )}
+      {rows.length > 0 && !save.value && <p class="small second">{said.ramOnly}</p>}
+    </Dialog>
+  );
+}

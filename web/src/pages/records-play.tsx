@@ -1,0 +1,70 @@
+/** Owns the confirmation before a bundle is played: what is left for it, and that nothing can be sent. */
+import { useSignal } from "@preact/signals";
+import { ask, problemOf } from "../api/client";
+import type { Bus } from "../api/types";
+import { channelOf } from "../state/bus-now";
+import { bus } from "../state/desk";
+import { go, pathOf } from "../state/route";
+import { text } from "../text/en";
+import { words } from "../text/en/recorder";
+import { Button } from "../ui/button";
+import { Dialog } from "../ui/dialog";
+import { Glyph } from "../ui/glyph";
+import { Spinner } from "../ui/icon";
+
+const OPENING_MS = 60_000;
+
+export function PlayDialog({ name, onClose }: { name: string; onClose: () => void }) {
+  const busy = useSignal(false);
+  const why = useSignal<string | null>(null);
+  const present = bus.value;
+  const play = async () => {
+    busy.value = true;
+    why.value = null;
+    try {
+      bus.value = await ask<Bus>("PUT", "/bus", {
+        body: { address: `bundle:${name}` },
+        timeout_ms: OPENING_MS,
+      });
+      onClose();
+      go(pathOf("servos", null));
+    } catch (error) {
+      why.value = text.problem(problemOf(error));
+      busy.value = false;
+    }
+  };
+  return (
+    <Dialog
+      title={words.playTitle}
+      subtitle={words.playText(name)}
+      testid="play-dialog"
+      onClose={onClose}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={onClose}>{text.cancel}</Button>
+          </span>
+          <span class="grow" />
+          <Button look="primary" live testid="play-confirm" disabled={busy.value} onClick={() => void play()}>
+            {busy.value && <Spinner />}
+            {busy.value ? words.playing : words.playConfirm}
+          </Button>
+        </>
+      }
+    >
+      <div class="rec-play">
+        {present?.address && present.state !== "disconnected" && (
+          <p>
+            <Glyph kind="warning" size={15} /> {words.playNow(channelOf(present.address))}
+          </p>
+        )}
+        <p>{words.playSafe}</p>
+        {why.value !== null && (
+          <p class="refusal" role="alert">
+            <Glyph kind="failure" size={14} /> {why.value}
+          </p>
+        )}
+      </div>
+    </Dialog>
+  );
+}

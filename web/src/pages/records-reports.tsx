@@ -1,0 +1,124 @@
+/** Owns the reports: what jobs did, newest first, as files or to print. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { ask } from "../api/client";
+import type { Job } from "../api/types";
+import { show } from "../state/commission";
+import type { Kind } from "../state/condition";
+import { nameOf, servo } from "../state/fleet";
+import { jobs, setJob } from "../state/jobs";
+import { connection } from "../state/link";
+import { Asked } from "../state/records";
+import { go, pathOf } from "../state/route";
+import { words } from "../text/en/records";
+import { Button } from "../ui/button";
+import { Glyph } from "../ui/glyph";
+import { Icon } from "../ui/icon";
+import { Scroll } from "../ui/scroll";
+import { JobSteps } from "./job-steps";
+import { Empty, instant, Unread } from "./records-parts";
+import { ReportLinks } from "./report-links";
+
+const said = words.reports;
+
+const GLYPH: Record<Job["state"], Kind> = {
+  queued: "identifying",
+  running: "busy",
+  succeeded: "ok",
+  failed: "failure",
+  cancelled: "warning",
+};
+
+export function Reports() {
+  const list = useMemo(() => new Asked<string[]>(), []);
+  const wiggles = useSignal(false);
+  const open = useSignal<string | null>(null);
+  const load = () =>
+    void list.load(async () => {
+      const found = await ask<Job[]>("GET", "/jobs");
+      for (const job of found) setJob(job);
+      return found.map(job => job.id);
+    });
+  const round = connection.value;
+  useEffect(load, [round]);
+  // Those that came since, too: the socket tells each.
+  const told = [...jobs.value.values()].sort((a, b) => b.created_at - a.created_at);
+  const found = list.value.value === null ? null : told;
+  const shown = found?.filter(job => wiggles.value || job.kind !== "identify") ?? [];
+  return (
+    <Scroll label={words.reportsTab} testid="reports">
+      <Unread why={list.problem.value} onAgain={load} />
+      {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+      {found !== null && shown.length === 0 && <Empty title={said.empty}>{said.emptyLine}</Empty>}
+      <ul>
+        {shown.map(job => {
+          const what = said.kind[job.kind] ?? job.kind;
+          const about = new Set(job.steps.flatMap(step => (step.uid ? [step.uid] : []))).size;
+          const who = job.uid !== null ? nameOf(servo(job.uid)) || job.uid.slice(0, 8) : said.several(about);
+          const result = (job.result as { text?: string } | null)?.text ?? "";
+          const unfolded = open.value === job.id;
+          return (
+            <li key={job.id} class="r-profile" data-testid={`job-${job.id}`}>
+              <div class="r-profile-head">
+                <button
+                  type="button"
+                  class="r-open r-job"
+                  aria-expanded={unfolded}
+                  aria-label={said.steps(`${what}, ${who}`)}
+                  onClick={() => {
+                    open.value = unfolded ? null : job.id;
+                  }}
+                >
+                  <Glyph kind={GLYPH[job.state]} />
+                  <span class="grow">
+                    <span class="strong">
+                      {what}, {who}
+                    </span>
+                    <small>
+                      {instant(job.created_at)}, {said.state[job.state]}
+                      {job.error ? `. ${job.error.detail}` : result && `. ${result}`}
+                    </small>
+                  </span>
+                  <span class="c-chevron" data-open={unfolded}>
+                    <Icon name="down" />
+                  </span>
+                </button>
+              </div>
+              {unfolded && (
+                <div class="r-rows">
+                  <JobSteps steps={job.steps} label={said.steps(what)} />
+                  <div class="r-actions">
+                    <ReportLinks job={job.id} title={said.report} />
+                    {job.kind === "commissioning" && (
+                      <Button
+                        onClick={() => {
+                          show(job);
+                          go(pathOf("commission", null));
+                        }}
+                      >
+                        {said.open}
+                      </Button>
+                    )}
+                  </div>
+                </div>
+              )}
+            </li>
+          );
+        })}
+      </ul>
+      {found?.some(job => job.kind === "identify") && !wiggles.value && (
+        <p class="w-line">
+          <button
+            type="button"
+            class="link"
+            onClick={() => {
+              wiggles.value = true;
+            }}
+          >
+            {said.wiggles}
+          </button>
+        </p>
+      )}
+    </Scroll>
+  );
+}

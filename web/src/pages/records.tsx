@@ -1,0 +1,46 @@
+/** Owns the Records page: its parts, and which of them is shown. */
+
+import { openIn } from "../state/bundle";
+import { partOf } from "../state/records";
+import { go, pathOf } from "../state/route";
+import { words as recorder } from "../text/en/recorder";
+import { words } from "../text/en/records";
+import { Segments } from "../ui/segments";
+import { Audit } from "./records-audit";
+import { Inventory } from "./records-inventory";
+import { Profiles } from "./records-profiles";
+import { Recorder } from "./records-recorder";
+import { Reports } from "./records-reports";
+import { Snapshots } from "./records-snapshots";
+import "../style/records.css";
+
+const PARTS = ["snapshots", "profiles", "reports", "recorder", "audit"] as const;
+type Part = (typeof PARTS)[number];
+
+export function RecordsPage({ hash }: { hash: string }) {
+  const { part, uid } = partOf<Part>(hash, PARTS);
+  return (
+    <div class="page records" data-testid="records-page" data-part={part}>
+      <div class="page-head records-head">
+        <h1>{words.title}</h1>
+        <Segments<Part>
+          label={words.parts}
+          chosen={part}
+          onChoose={key => go(pathOf("records", null, key), true)}
+          options={[
+            { key: "snapshots", label: words.snapshotsTab },
+            { key: "profiles", label: words.profilesTab },
+            { key: "reports", label: words.reportsTab },
+            { key: "recorder", label: recorder.tab },
+            { key: "audit", label: words.auditTab },
+          ]}
+        />
+      </div>
+      {part === "snapshots" && (uid === null ? <Inventory /> : <Snapshots key={uid} uid={uid} />)}
+      {part === "profiles" && <Profiles />}
+      {part === "reports" && <Reports />}
+      {part === "recorder" && <Recorder open={openIn(hash)} />}
+      {part === "audit" && <Audit />}
+    </div>
+  );
+}

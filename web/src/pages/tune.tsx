@@ -1,0 +1,96 @@
+/** Owns the Tune page of one servo: motion off until it is asked for, the step test, its runs, the gains beside it. */
+import { useEffect } from "preact/hooks";
+import { loaded, nameOf, servo, uids } from "../state/fleet";
+import { connection } from "../state/link";
+import { endMotion, motion } from "../state/motion";
+import { sheetOf } from "../state/parameters";
+import { go, lastUid, pathOf } from "../state/route";
+import { testing, turnTo } from "../state/tune";
+import { text } from "../text/en";
+import { words } from "../text/en/tune";
+import { Button } from "../ui/button";
+import { MotionGate } from "./motion-gate";
+import { ServoHead } from "./servo-head";
+import { TuneForm } from "./tune-form";
+import { TuneGains } from "./tune-gains";
+import { TuneRuns } from "./tune-runs";
+import "../style/work.css";
+import "../style/tune.css";
+
+export function TunePage({ uid }: { uid: string | null }) {
+  const known = uids.value;
+  const wanted = uid ?? (lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : known[0]);
+  useEffect(() => {
+    if (uid === null && wanted !== undefined) go(pathOf("tune", wanted), true);
+  }, [uid, wanted]);
+  if (wanted === undefined) {
+    return (
+      <div class="page">
+        <div class="w-empty">
+          <p class="strong">{loaded.value ? words.noServo : text.empty.loading}</p>
+          {loaded.value && <p class="second">{words.noServoLine}</p>}
+          {loaded.value && <Button onClick={() => go(pathOf("servos", null))}>{words.toServos}</Button>}
+        </div>
+      </div>
+    );
+  }
+  return uid === null ? null : <Tune key={uid} uid={uid} />;
+}
+
+function Tune({ uid }: { uid: string }) {
+  const one = servo(uid);
+  const sheet = sheetOf(uid);
+  const round = connection.value;
+  const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
+  // Read anew after each connection, restart and identification.
+  useEffect(() => {
+    if (round > 0) void sheet.load();
+  }, [uid, round, ready]);
+  useEffect(() => {
+    if (round > 0) void turnTo(uid);
+  }, [uid, round]);
+  useEffect(() => {
+    if (motion.peek().phase === "off") motion.value = { phase: "off", why: null };
+    return () => endMotion(null);
+  }, [uid]);
+  const present = motion.value;
+  const on = present.phase === "on" && present.uid === uid;
+  const busy = testing.value;
+  // Torque is a row, too, and so is what a test reads: gains are written against the rows as they are now.
+  useEffect(() => {
+    if (connection.peek() > 0 && !busy) void sheet.load();
+  }, [uid, on, busy]);
+  if (!one) {
+    return (
+      <div class="page">
+        <p class="notice-line">
+          {loaded.value ? text.params.unknownServo : text.empty.loading}{" "}
+          {loaded.value && <Button onClick={() => go(pathOf("servos", null))}>{text.params.toServos}</Button>}
+        </p>
+      </div>
+    );
+  }
+  return (
+    <div class="page tune" data-testid="tune-page" data-motion={on ? "on" : "off"}>
+      {on && (
+        <section class="motion-band" data-testid="motion-band">
+          <span class="k-intent">●</span>
+          <b>{words.band(nameOf(one))}</b>
+          <span class="second touch-hide">{text.motion.bandText}</span>
+          <span class="grow" />
+          <Button testid="disable-motion" onClick={() => endMotion(null)}>
+            {text.motion.turnOff}
+          </Button>
+        </section>
+      )}
+      <ServoHead one={one} page="tune" />
+      <div class="tune-split">
+        <div class="tune-main">
+          {on ? <TuneForm one={one} /> : <MotionGate one={one} />}
+          <TuneRuns uid={uid} />
+        </div>
+        <TuneGains uid={uid} />
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,202 @@
+/** Owns the dialog before rows are restored: what would change, whether it is saved, and what came of it. */
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { problemOf } from "../api/client";
+import type { Restored, SafetyWord } from "../api/config-types";
+import { addressOf, labelOf, valueText } from "../form/row-text";
+import { saved, toConfirm } from "../state/records";
+import { text } from "../text/en";
+import { words } from "../text/en/records";
+import { Button } from "../ui/button";
+import { Dialog } from "../ui/dialog";
+import { Glyph } from "../ui/glyph";
+import { Spinner } from "../ui/icon";
+
+const said = words.write;
+
+export interface Wish {
+  dry_run: boolean;
+  save: boolean;
+  confirm: readonly SafetyWord[];
+}
+
+interface Props {
+  name: string;
+  write: (wish: Wish) => Promise<Restored>;
+  /** Told what was done; null when nothing was. */
+  onClose: (note: string | null) => void;
+}
+
+export function WriteDialog({ name, write, onClose }: Props) {
+  const plan = useSignal<Restored | null>(null);
+  const wrong = useSignal<string | null>(null);
+  const needed = useSignal<readonly SafetyWord[]>([]);
+  const agreed = useSignal<readonly SafetyWord[]>([]);
+  const save = useSignal(false);
+  const phase = useSignal<"planning" | "ready" | "writing" | "saving">("planning");
+  const written = useSignal<string | null>(null);
+
+  const refuse = (error: unknown) => {
+    const problem = problemOf(error);
+    const word = toConfirm(problem);
+    if (word !== null && !needed.peek().includes(word)) needed.value = [...needed.peek(), word];
+    wrong.value = said.refused(text.problem(problem));
+  };
+  const preview = async () => {
+    phase.value = "planning";
+    wrong.value = null;
+    try {
+      plan.value = await write({ dry_run: true, save: false, confirm: agreed.peek() });
+    } catch (error) {
+      refuse(error);
+    }
+    phase.value = "ready";
+  };
+  useEffect(() => {
+    void preview();
+  }, []);
+
+  const changes = plan.value?.changes.filter(one => one.verdict !== "unchanged") ?? [];
+  const unchanged = (plan.value?.changes.length ?? 0) - changes.length;
+  const leftOut = plan.value?.left_out ?? [];
+  const unmet = needed.value.some(word => !agreed.value.includes(word));
+  const act = async () => {
+    phase.value = "writing";
+    wrong.value = null;
+    try {
+      const answer = await write({ dry_run: false, save: save.peek(), confirm: agreed.peek() });
+      const count = answer.changes.filter(one => one.verdict !== "unchanged").length;
+      if (answer.outcome === "rolled_back") {
+        wrong.value = said.rolledBack(answer.failure ?? "");
+      } else if (answer.job == null) {
+        const note = said.done(count, name, false);
+        if (answer.failure == null) return onClose(note);
+        written.value = note;
+        wrong.value = said.unsaved(answer.failure);
+      } else {
+        phase.value = "saving";
+        const failure = await saved(answer.job);
+        const note = said.done(count, name, failure === null);
+        if (failure === null) return onClose(note);
+        written.value = note;
+        wrong.value = said.unsaved(failure);
+      }
+    } catch (error) {
+      refuse(error);
+    }
+    phase.value = "ready";
+  };
+  const busy = phase.value !== "ready";
+  return (
+    <Dialog
+      title={said.title(name)}
+      testid="write-dialog"
+      onClose={() => onClose(written.peek())}
+      foot={
+        <>
+          {busy && (
+            <span class="k-intent working">
+              <Spinner />
+              {phase.value === "planning"
+                ? said.planning
+                : phase.value === "writing"
+                  ? said.working
+                  : said.saving}
+            </span>
+          )}
+          <span class="grow" />
+          <span data-first-focus>
+            <Button onClick={() => onClose(written.peek())}>{text.cancel}</Button>
+          </span>
+          {plan.value === null && needed.value.length > 0 ? (
+            <Button look="primary" live disabled={busy || unmet} onClick={() => void preview()}>
+              {words.again}
+            </Button>
+          ) : (
+            <Button
+              look="primary"
+              live
+              testid="write-confirm"
+              disabled={busy || unmet || (changes.length === 0 && !save.value)}
+              onClick={() => void act()}
+            >
+              {said.go(changes.length, save.value)}
+            </Button>
+          )}
+        </>
+      }
+    >
+      {wrong.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {wrong.value}
+        </p>
+      )}
+      {plan.value !== null && changes.length === 0 && <p>{said.nothing}</p>}
+      {changes.length > 0 && (
+        <table class="changes">
+          <thead>
+            <tr>
+              <th>{said.head.parameter}</th>
+              <th class="right">{said.head.now}</th>
+              <th class="right">{said.head.target}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {changes.map(one => (
+              <tr key={one.key} data-testid={`plan-${one.key}`}>
+                <td>
+                  {labelOf(one.key)} <small class="second">{addressOf(one.key)}</small>
+                </td>
+                <td class="right second">{valueText(one.key, one.before)} →</td>
+                <td class="right strong k-intent">{valueText(one.key, one.requested)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+      {plan.value !== null && changes.length > 0 && unchanged > 0 && (
+        <p class="small dim">{said.unchanged(unchanged)}</p>
+      )}
+      {leftOut.length > 0 && (
+        <details>
+          <summary>{said.leftOut(leftOut.length)}</summary>
+          <ul class="r-left">
+            {leftOut.map(one => (
+              <li key={one.key}>
+                {labelOf(one.key)}: <span class="second">{one.why}</span>
+              </li>
+            ))}
+          </ul>
+        </details>
+      )}
+      {needed.value.map(word => (
+        <label key={word} class="tick">
+          <input
+            type="checkbox"
+            checked={agreed.value.includes(word)}
+            onChange={event => {
+              agreed.value = event.currentTarget.checked
+                ? [...agreed.peek(), word]
+                : agreed.peek().filter(one => one !== word);
+            }}
+          />
+          {said.confirm[word]}
+        </label>
+      ))}
+      {plan.value !== null && (
+        <label class="tick">
+          <input
+            type="checkbox"
+            data-testid="write-save"
+            checked={save.value}
+            onChange={event => {
+              save.value = event.currentTarget.checked;
+            }}
+          />
+          {said.save}
+        </label>
+      )}
+      {plan.value !== null && !save.value && <p class="small second">{said.ram}</p>}
+    </Dialog>
+  );
+}

@@ -1,0 +1,97 @@
+/** Owns the traces a plot draws: samples in typed arrays, which of them are in sight, and fewer where pixels are few. */
+
+export interface Samples {
+  t: Float64Array;
+  /** NaN where there is a gap. */
+  v: Float64Array;
+}
+
+/** Numbers as the server tells them; null is a gap. */
+export function samples(t: readonly number[], v: readonly (number | null)[], shift = 0, offset = 0): Samples {
+  const made = { t: new Float64Array(t.length), v: new Float64Array(t.length) };
+  for (let i = 0; i < t.length; i++) {
+    made.t[i] = (t[i] ?? 0) - shift;
+    const value = v[i];
+    made.v[i] = value === null || value === undefined ? Number.NaN : value - offset;
+  }
+  return made;
+}
+
+/** The first index whose time is not before `at`; the length when there is none. */
+export function firstAt(t: Float64Array, at: number): number {
+  let low = 0;
+  let high = t.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if ((t[middle] ?? 0) < at) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** What is drawn between two times: those samples, and one at each side, so that lines reach the edges. */
+export function inSight(t: Float64Array, from: number, to: number): [number, number] {
+  return [Math.max(0, firstAt(t, from) - 1), Math.min(t.length, firstAt(t, to) + 1)];
+}
+
+/**
+ * The indices to draw of `first` up to `end`: all of them while there are at most four a pixel column, else of each
+ * column its first, lowest, highest and last. Every index is a sample that was taken; gaps are kept.
+ */
+export function thin(one: Samples, first: number, end: number, columns: number): Uint32Array {
+  const count = Math.max(0, end - first);
+  if (count <= 4 * columns) return Uint32Array.from({ length: count }, (_, i) => first + i);
+  const from = one.t[first] ?? 0;
+  const span = Math.max(1e-9, (one.t[end - 1] ?? 0) - from);
+  const kept: number[] = [];
+  let column = -1;
+  let picks: number[] = [];
+  const flush = () => {
+    for (const at of [...new Set(picks)].sort((a, b) => a - b)) kept.push(at);
+  };
+  for (let i = first; i < end; i++) {
+    const here = Math.min(columns - 1, Math.floor((((one.t[i] ?? 0) - from) / span) * columns));
+    const value = one.v[i] ?? Number.NaN;
+    if (Number.isNaN(value)) {
+      flush();
+      kept.push(i);
+      picks = [];
+      column = -1;
+      continue;
+    }
+    if (here !== column) {
+      flush();
+      column = here;
+      picks = [i, i, i, i];
+      continue;
+    }
+    if (value < (one.v[picks[1] ?? i] ?? 0)) picks[1] = i;
+    if (value > (one.v[picks[2] ?? i] ?? 0)) picks[2] = i;
+    picks[3] = i;
+  }
+  flush();
+  return Uint32Array.from(kept);
+}
+
+/** Lowest and highest value of several traces between two times; null when there is none. */
+export function extent(traces: readonly Samples[], from: number, to: number): [number, number] | null {
+  let low = Number.POSITIVE_INFINITY;
+  let high = Number.NEGATIVE_INFINITY;
+  for (const one of traces) {
+    const [first, end] = inSight(one.t, from, to);
+    for (let i = first; i < end; i++) {
+      const value = one.v[i] ?? Number.NaN;
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  }
+  return low > high ? null : [low, high];
+}
+
+/** The sample nearest to a time, as an index; -1 without any. */
+export function nearest(one: Samples, at: number): number {
+  const after = firstAt(one.t, at);
+  if (after >= one.t.length) return one.t.length - 1;
+  if (after === 0) return 0;
+  return at - (one.t[after - 1] ?? 0) < (one.t[after] ?? 0) - at ? after - 1 : after;
+}

@@ -1,0 +1,67 @@
+/** Bundles: the time line from the first mark, panels worth a plot, whose they are. */
+import { describe, expect, test } from "vitest";
+import type { BundleColumns, BundleContent } from "../api/lab-types";
+import { alsoMarked, firstServo, isZip, lineOf, openIn, panelsOf, ticksOf } from "./bundle";
+
+const column = (uid: string, channel: string, n: number): BundleColumns => ({
+  uid,
+  channel,
+  t: Array.from({ length: n }, (_, i) => i),
+  v: Array.from({ length: n }, () => 1),
+});
+
+describe("the time line", () => {
+  test("is counted from the first mark", () => {
+    const line = lineOf({ started_at: 1000, ended_at: 1070, marks: [{ at: 1060 }, { at: 1065 }] });
+    expect(line).toEqual({ zero: 1060, from: -60, to: 10 });
+    expect(ticksOf(line, 8)).toEqual([-60, -50, -40, -30, -20, -10, 0, 10]);
+  });
+
+  test("has room even for a bundle of no length", () => {
+    const line = lineOf({ started_at: 1000, ended_at: 1000, marks: [] });
+    expect(line).toEqual({ zero: 1000, from: 0, to: 1 });
+    expect(ticksOf(line, 8)).toEqual([0, 1]);
+  });
+});
+
+describe("panels", () => {
+  test("put a command with what it commands, and leave out what was read once", () => {
+    const panels = panelsOf(
+      [
+        column("a", "current_voltage", 5),
+        column("a", "command_angle", 5),
+        column("a", "current_angle", 50),
+        column("a", "servo_id", 1),
+        column("a", "command_speed", 9),
+        column("b", "current_angle", 50),
+      ],
+      "a",
+    );
+    expect(panels.map(one => one.key)).toEqual(["current_angle", "current_voltage", "current_speed"]);
+    expect(panels[0]?.command?.channel).toBe("command_angle");
+    expect(panels[2]?.measured).toBeNull();
+  });
+});
+
+test("the servo of a mark is shown first, unless the bundle does not know it", () => {
+  const content = (uid: string | null) =>
+    ({
+      about: { marks: [{ uid: null }, { uid }], servos: [{ uid: "a" }, { uid: "b" }] },
+      telemetry: [column("a", "current_angle", 2)],
+    }) as unknown as BundleContent;
+  expect(firstServo(content("b"))).toBe("b");
+  expect(firstServo(content("c"))).toBe("a");
+  expect(firstServo(content(null))).toBe("a");
+});
+
+test("other marks are told once", () => {
+  const marks = ["a went silent", "rattled", "rattled"].map(text => ({ text }));
+  expect(alsoMarked({ text: "a went silent", marks })).toEqual(["rattled"]);
+});
+
+test("the address names the bundle that is open", () => {
+  expect(openIn("recorder/hornbill-1.zip")).toBe("hornbill-1.zip");
+  expect(openIn("recorder")).toBeNull();
+  expect(openIn("snapshots/x")).toBeNull();
+  expect([isZip("a.ZIP"), isZip("a.log")]).toEqual([true, false]);
+});

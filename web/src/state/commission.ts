@@ -1,0 +1,270 @@
+/** Owns the wizard's dealings with the server: candidates, wiggles, the job, and which of them the page shows. */
+import { computed, signal } from "@preact/signals";
+import { ask, type Problem, problemOf } from "../api/client";
+import type { Candidates, Forecast, Profile, SafetyWord } from "../api/config-types";
+import type { Job } from "../api/types";
+import { text } from "../text/en";
+import { monotonic } from "./clock";
+import { change, choose, draft, propose, request, wanted } from "./commission-draft";
+import { all, angleOf, nameOf, peekServo, pending, servo } from "./fleet";
+import { ended, jobs, setJob, settled } from "./jobs";
+import { motion } from "./motion";
+import { type Poll, poll } from "./poll";
+
+const ASK_MS = 2000;
+
+/** Who is there; null until it was read once. */
+export const candidates = signal<Candidates | null>(null);
+export const candidatesProblem = signal<string | null>(null);
+
+async function look(): Promise<void> {
+  try {
+    const answer = await ask<Candidates>("GET", "/commissioning/candidates");
+    const heardAt = monotonic();
+    pending.value = answer.pending.map(one => ({ ...one, heardAt }));
+    candidates.value = answer;
+    candidatesProblem.value = null;
+  } catch (error) {
+    candidatesProblem.value = text.problem(problemOf(error));
+  }
+}
+
+export function watchCandidates(): Poll {
+  return poll(ASK_MS, look);
+}
+
+/** Commissioning jobs the server knows, oldest first; null until asked. */
+export const known = signal<readonly string[] | null>(null);
+
+/** Asks for them, and takes up one that is under way: it lives in the server. */
+export async function recall(): Promise<void> {
+  try {
+    const found = await ask<Job[]>("GET", "/jobs?kind=commissioning");
+    for (const job of found) setJob(job);
+    known.value = found.map(job => job.id);
+    const mine = new Set(draft.peek().jobs);
+    const running = found.find(job => !ended(job));
+    const gone = [...mine].filter(id => !found.some(job => job.id === id));
+    if (running && !mine.has(running.id)) change({ jobs: [running.id] });
+    else if (gone.length > 0) change({ jobs: [...mine].filter(id => !gone.includes(id)) });
+  } catch {
+    known.value ??= [];
+  }
+}
+
+/** The jobs of the wizard as far as they are known. */
+export const mine = computed<Job[]>(() => draft.value.jobs.flatMap(id => jobs.value.get(id) ?? []));
+export const underWay = computed(() => mine.value.find(job => !ended(job)) ?? null);
+
+/** The newest job that is not shown and could be gone on with. */
+export const unfinished = computed<Job | null>(() => {
+  const found = (known.value ?? []).flatMap(id => jobs.value.get(id) ?? []);
+  return found.findLast(job => job.resumable && !draft.value.jobs.includes(job.id)) ?? null;
+});
+
+/** Shows a job that was started elsewhere, or before. */
+export function show(job: Job): void {
+  setJob(job);
+  change({ jobs: [job.id] });
+}
+
+/** Chooses servos, in the order of their serials. */
+export function take(uids: readonly string[]): void {
+  const servos = uids.flatMap(uid => {
+    const one = peekServo(uid);
+    return one ? [{ uid, servoId: one.servo_id, label: one.label, serial: one.serial ?? "" }] : [];
+  });
+  servos.sort((a, b) => a.serial.localeCompare(b.serial) || a.uid.localeCompare(b.uid));
+  change(choose(draft.peek(), servos, candidates.peek()?.servos ?? []));
+  suggest(draft.peek().at);
+}
+
+/** Servo ids of servos that are not in the draft, with their names. */
+export const owners = computed<ReadonlyMap<number, string>>(() => {
+  const chosen = new Set(draft.value.chosen);
+  const left = new Set(draft.value.chosen.filter(uid => draft.value.entries[uid]?.state === "skipped"));
+  return new Map(
+    all.value.flatMap(one =>
+      one.servo_id && (!chosen.has(one.uid) || left.has(one.uid))
+        ? ([[one.servo_id, nameOf(one)]] as const)
+        : [],
+    ),
+  );
+});
+
+/** Fills in the id of a servo that has none yet. */
+export function suggest(uid: string | null): void {
+  const entry = uid === null ? undefined : draft.peek().entries[uid];
+  if (uid === null || !entry || entry.state === "given") return;
+  const taken = new Set(owners.peek().keys());
+  if (entry.servoId !== "" && !clashes(uid, entry.servoId)) return;
+  change({
+    entries: {
+      ...draft.peek().entries,
+      [uid]: { ...entry, servoId: propose(draft.peek(), uid, taken) },
+    },
+  });
+}
+
+function clashes(uid: string, id: string): boolean {
+  return Object.entries(draft.peek().entries).some(
+    ([other, entry]) => other !== uid && entry.state === "given" && entry.servoId === id,
+  );
+}
+
+/** Gives everybody who is open the next free id, unseen. */
+export function giveTheRest(): void {
+  for (const uid of draft.peek().chosen) {
+    if (draft.peek().entries[uid]?.state !== "open") continue;
+    suggest(uid);
+    const entry = draft.peek().entries[uid];
+    if (entry?.servoId) change({ entries: { ...draft.peek().entries, [uid]: { ...entry, state: "given" } } });
+  }
+  change({ at: null });
+}
+
+export type Wiggled =
+  | { uid: string; phase: "asking" }
+  | { uid: string; phase: "moving"; around: number | null }
+  | { uid: string; phase: "moved"; low: number; high: number }
+  | { uid: string; phase: "refused"; why: string };
+
+/** The last wiggle asked for. */
+export const wiggled = signal<Wiggled | null>(null);
+
+function leaseHeader(): Record<string, string> {
+  const held = motion.peek();
+  return held.phase === "on" ? { Lease: held.lease } : {};
+}
+
+/** Lets one horn move a little, to be seen. The server takes motion control for it, unless this page holds it. */
+export async function wiggle(uid: string): Promise<void> {
+  const before = wiggled.peek();
+  if (before && (before.phase === "asking" || before.phase === "moving")) return;
+  wiggled.value = { uid, phase: "asking" };
+  try {
+    const job = await ask<Job>("POST", `/servos/${uid}/identify`, { headers: leaseHeader() });
+    if (!jobs.peek().has(job.id)) setJob(job);
+    const one = peekServo(uid);
+    wiggled.value = { uid, phase: "moving", around: one ? angleOf(one, monotonic()).value : null };
+    const end = await settled(job.id);
+    const result = end.result as { low_deg?: number; high_deg?: number } | null;
+    wiggled.value =
+      end.state === "succeeded"
+        ? { uid, phase: "moved", low: result?.low_deg ?? 0, high: result?.high_deg ?? 0 }
+        : { uid, phase: "refused", why: end.error?.detail ?? text.job.state[end.state] };
+  } catch (error) {
+    wiggled.value = { uid, phase: "refused", why: text.problem(problemOf(error)) };
+  }
+}
+
+export const profiles = signal<readonly Profile[] | null>(null);
+export const profilesProblem = signal<string | null>(null);
+
+export async function loadProfiles(): Promise<void> {
+  try {
+    profiles.value = await ask<Profile[]>("GET", "/profiles");
+    profilesProblem.value = null;
+  } catch (error) {
+    profilesProblem.value = text.problem(problemOf(error));
+  }
+}
+
+/** What a save does to each horn, as far as it was asked. */
+export const forecasts = signal<ReadonlyMap<string, Forecast | { text: string; moves: null }>>(new Map());
+
+/** Asks one after the other: each reads a servo's rows. */
+export async function loadForecasts(): Promise<void> {
+  for (const uid of wanted(draft.peek())) {
+    try {
+      const answer = await ask<Forecast>("GET", `/servos/${uid}/restart-forecast?save=true`);
+      forecasts.value = new Map(forecasts.peek()).set(uid, answer);
+    } catch (error) {
+      const said = { text: text.problem(problemOf(error)), moves: null };
+      forecasts.value = new Map(forecasts.peek()).set(uid, said);
+    }
+  }
+}
+
+export interface Refused {
+  text: string;
+  uid: string | null;
+  /** What to agree to, where that is all that is missing. */
+  confirm: SafetyWord | null;
+}
+
+export const refused = signal<Refused | null>(null);
+export const asking = signal(false);
+
+function refusal(problem: Problem): Refused {
+  const { uid, confirm } = problem.facts;
+  const named = typeof uid === "string" ? uid : null;
+  const name = nameOf(servo(named));
+  const said = text.problem(problem);
+  return {
+    text: name !== "" && !said.includes(name) ? `${name}: ${said}` : said,
+    uid: named,
+    confirm: problem.code === "needs_confirmation" ? (confirm as SafetyWord) : null,
+  };
+}
+
+async function doing(act: () => Promise<void>): Promise<void> {
+  if (asking.peek()) return;
+  asking.value = true;
+  refused.value = null;
+  try {
+    await act();
+  } catch (error) {
+    refused.value = refusal(problemOf(error));
+  } finally {
+    asking.value = false;
+  }
+}
+
+const once = () => ({ "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` });
+
+/** Starts the job over everybody of the draft. */
+export const start = () =>
+  doing(async () => {
+    const job = await post(wanted(draft.peek()));
+    change({ jobs: [job.id] });
+  });
+
+/** Does one servo again, by a job of its own. */
+export const retry = (uid: string) =>
+  doing(async () => {
+    const job = await post([uid]);
+    change({ jobs: [...draft.peek().jobs, job.id] });
+  });
+
+async function post(uids: readonly string[]): Promise<Job> {
+  const job = await ask<Job>("POST", "/commissioning", {
+    body: request(draft.peek(), uids),
+    headers: { ...leaseHeader(), ...once() },
+    timeout_ms: 30_000,
+  });
+  setJob(job);
+  return job;
+}
+
+/** Goes on with what a job has not done. */
+export const resume = (job: Job) =>
+  doing(async () => {
+    setJob(await ask<Job>("POST", `/jobs/${job.id}/resume`, { headers: leaseHeader() }));
+  });
+
+export const cancel = (job: Job) =>
+  doing(async () => {
+    setJob(await ask<Job>("DELETE", `/jobs/${job.id}`, { timeout_ms: 30_000 }));
+  });
+
+/** Tells the newest state of the jobs shown, where the socket may have said nothing. */
+export function watchJobs(): Poll {
+  return poll(ASK_MS, async () => {
+    for (const id of draft.peek().jobs) {
+      const present = jobs.peek().get(id);
+      if (present && ended(present)) continue;
+      await ask<Job>("GET", `/jobs/${id}`).then(setJob, () => undefined);
+    }
+  });
+}

@@ -1,0 +1,182 @@
+/** Owns what is said of step tests: letters of runs, the metrics table with its errors, differences, what they show. */
+import type { StepMetrics, StepRun, StepTrace } from "../api/lab-types";
+import type { Value } from "../api/types";
+
+export type Direction = StepTrace["direction"];
+
+/** Rows that one may try beside a step test, in this order; a servo has those its model and firmware have. */
+export const GAINS = [
+  "angle_p_gain",
+  "angle_d_gain",
+  "angle_dead_band",
+  "angle_boost",
+  "smoothing",
+  "overcurrent_limit",
+] as const;
+
+export const OVERLAID = 8;
+
+/** The name of a run in an overlay: A is the oldest. */
+export function letter(place: number): string {
+  return String.fromCharCode(65 + place);
+}
+
+/** Chosen runs, oldest first, which is the order of their numbers. */
+export function inOrder(ids: Iterable<number>): number[] {
+  return [...ids].sort((a, b) => a - b);
+}
+
+/** The runs to show when one is ticked or unticked; at most eight, the oldest makes room. */
+export function toggled(ids: readonly number[], id: number): number[] {
+  if (ids.includes(id)) return ids.filter(one => one !== id);
+  return inOrder([...ids, id]).slice(-OVERLAID);
+}
+
+export type MetricKey =
+  | "delay_s"
+  | "rise_s"
+  | "crossing_s"
+  | "overshoot_pct"
+  | "settling_s"
+  | "steady_state_error_deg"
+  | "peak_speed_rpm";
+
+export const METRICS: readonly { key: MetricKey; kind: "time" | "percent" | "angle" | "speed" }[] = [
+  { key: "delay_s", kind: "time" },
+  { key: "rise_s", kind: "time" },
+  { key: "crossing_s", kind: "time" },
+  { key: "overshoot_pct", kind: "percent" },
+  { key: "settling_s", kind: "time" },
+  { key: "steady_state_error_deg", kind: "angle" },
+  { key: "peak_speed_rpm", kind: "speed" },
+];
+
+/** A number of a run: its median over the steps of a direction, and how far they lie apart. */
+export interface Figure {
+  value: number;
+  low: number;
+  high: number;
+  /** Steps that got there, of so many. */
+  reached: number;
+  of: number;
+}
+
+export function stepsOf(run: StepRun, direction: Direction): StepTrace[] {
+  return run.steps.filter(step => step.direction === direction);
+}
+
+/** Null when no step got there. */
+export function figure(run: StepRun, direction: Direction, key: MetricKey): Figure | null {
+  const steps = stepsOf(run, direction);
+  const values = steps.flatMap(step => step.metrics[key] ?? []).sort((a, b) => a - b);
+  const low = values[0];
+  const high = values.at(-1);
+  if (low === undefined || high === undefined) return null;
+  const middle = values.length / 2;
+  const value =
+    values.length % 2 === 1
+      ? (values[Math.floor(middle)] ?? low)
+      : ((values[middle - 1] ?? low) + (values[middle] ?? low)) / 2;
+  return { value, low, high, reached: values.length, of: steps.length };
+}
+
+/** The error of every time of a run in seconds: its widest gap between two samples. */
+export function sampleOf(run: StepRun, direction: Direction): number {
+  return Math.max(0, ...stepsOf(run, direction).map(step => step.metrics.sample_s));
+}
+
+const WORST: readonly StepMetrics["hunting"][] = ["none", "slight", "hunting"];
+
+/** The worst verdict of the steps, with the figures of that step. */
+export function hunting(
+  run: StepRun,
+  direction: Direction,
+): Pick<StepMetrics, "hunting" | "hunting_hz" | "hunting_rms_deg"> | null {
+  const found = stepsOf(run, direction).map(step => step.metrics);
+  found.sort((a, b) => WORST.indexOf(b.hunting) - WORST.indexOf(a.hunting));
+  return found[0] ?? null;
+}
+
+export interface Compared {
+  delta: number;
+  /** The errors of both are larger than that: it may be none. */
+  within: boolean;
+}
+
+/** How a figure of one run differs from that of another. Times are only as good as one sample of each. */
+export function compared(
+  base: Figure | null,
+  other: Figure | null,
+  kind: (typeof METRICS)[number]["kind"],
+  error_s: number,
+): Compared | null {
+  if (!base || !other) return null;
+  const delta = other.value - base.value;
+  return { delta, within: kind === "time" && Math.abs(delta) <= error_s };
+}
+
+/** What a run shows that one may want to be rid of. */
+export type Symptom = "hunting" | "overshoot" | "weak" | "smoothed" | "small" | "sags";
+
+export const SYMPTOMS: readonly Symptom[] = ["hunting", "overshoot", "weak", "small", "sags", "smoothed"];
+
+const MUCH_OVERSHOOT_PCT = 5;
+
+/** Those that a run can show by itself; whether it gives way by hand, or the supply sags, it cannot tell. */
+export function shown(run: StepRun): Set<Symptom> {
+  const found = new Set<Symptom>();
+  for (const step of run.steps) {
+    const numbers = step.metrics;
+    if (numbers.hunting !== "none") found.add("hunting");
+    if ((numbers.overshoot_pct ?? 0) > MUCH_OVERSHOOT_PCT) found.add("overshoot");
+    if (numbers.settling_s === null && numbers.hunting === "none" && (numbers.overshoot_pct ?? 0) === 0) {
+      found.add("weak");
+    }
+  }
+  if (run.parameters.smoothing === true) found.add("smoothed");
+  return found;
+}
+
+/** The gains of a run that the servo does not hold now: what takes it back there. */
+export function takeBack(run: StepRun, held: (key: string) => Value | undefined): Map<string, Value> {
+  const changes = new Map<string, Value>();
+  for (const key of GAINS) {
+    const then = run.parameters[key];
+    const present = held(key);
+    if (then === undefined || then === null || present === undefined || present === null) continue;
+    if (then !== present) changes.set(key, then);
+  }
+  return changes;
+}
+
+/** What is the same in all runs of an overlay need not be told apart; these are what differs, gains first. */
+export function differing(differences: Readonly<Record<string, readonly Value[]>>): string[] {
+  const rank = (key: string) => {
+    const at = (GAINS as readonly string[]).indexOf(key);
+    return at < 0 ? GAINS.length : at;
+  };
+  return Object.keys(differences).sort((a, b) => rank(a) - rank(b));
+}
+
+/** What was odd about the runs of an overlay, each line once, with the letters of those it is true of. */
+export function warned(runs: readonly StepRun[]): { line: string; letters: string[] }[] {
+  const found = new Map<string, string[]>();
+  runs.forEach((run, place) => {
+    for (const line of run.warnings) found.set(line, [...(found.get(line) ?? []), letter(place)]);
+  });
+  return [...found].map(([line, letters]) => ({ line, letters }));
+}
+
+export type Path = { from: number; to: number; outside: "cw" | "ccw" | null };
+
+/** Where a step goes from where the horn stands, degrees, and the limit it would cross. */
+export function pathOf(at: number, step: number, limits: { cw: number; ccw: number } | null): Path {
+  const to = Math.round((at + step) * 10) / 10;
+  const outside = limits === null ? null : to > limits.cw ? "cw" : to < limits.ccw ? "ccw" : null;
+  return { from: at, to, outside };
+}
+
+/** The longest a test takes, seconds: both ways, each watched for the dwell. */
+export function lasts(runs: number, dwell_s: number): number {
+  return 2 * runs * dwell_s;
+}
