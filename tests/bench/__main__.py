@@ -17,6 +17,7 @@ from bench import (  # noqa: E402
     reading,
     recorder,
     simulation,
+    soak,
     sockets,
     stack,
     start,
@@ -29,7 +30,7 @@ def main(chosen: list[str]) -> None:
     """Run all benchmarks, or those named on the command line."""
     for module in (
         stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
-        allocation, simulation, recorder, sockets,
+        allocation, simulation, recorder, sockets, soak,
     ):  # fmt: skip
         if chosen and module.__name__.rpartition(".")[2] not in chosen:
             continue

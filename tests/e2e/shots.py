@@ -149,24 +149,25 @@ def tune(page: Page, url: str, uid: str) -> Callable[[], None]:
 
 
 def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
-    """A bundle that a failure wrote, open. The answer ends the failure and removes the bundle."""
+    """A bundle of a few moves, written by hand, open. The answer removes it."""
     api = httpx.Client(base_url=url + "api/v1", timeout=60)
-    other = next(one["uid"] for one in api.get("/servos").json() if one["uid"] != uid)
-    before = {one["name"] for one in api.get("/recorder/bundles").json()}
-    page.goto(url + "servos")
-    api.patch(f"/sim/servos/{other}", json={"faults": {"motor_signal": True}})
-    made: list[str] = []
-    while not made:
-        page.wait_for_timeout(1000)
-        made = [one["name"] for one in api.get("/recorder/bundles").json() if one["name"] not in before]
-    page.goto(f"{url}records#recorder/{made[0]}")
+    time.sleep(5)  # a scene before may hold motion control until then
+    lease = {"Lease": api.post("/leases", json={"holder": "Bench", "ttl_s": 30}).json()["id"]}
+    api.post(f"/servos/{uid}/torque", json={"mode": "on"}, headers=lease).raise_for_status()
+    for angle in (30, -45, 10):
+        api.post(f"/servos/{uid}/command", json={"type": "angle", "value": angle}, headers=lease).raise_for_status()
+        time.sleep(1.5)
+    api.post(f"/servos/{uid}/torque", json={"mode": "off"}, headers=lease)
+    api.delete(f"/leases/{lease['Lease']}")
+    body = {"reason": "The arm rattled on its way back", "before_s": 30}
+    name = api.post("/recorder/bundles", params={"wait": True}, json=body).json()["name"]
+    page.goto(f"{url}records#recorder/{name}")
+    page.get_by_test_id("bundle-servo").select_option(uid)
     page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()
     page.wait_for_timeout(1500)
 
     def end() -> None:
-        api.patch(f"/sim/servos/{other}", json={"faults": {"motor_signal": False}})
-        api.post(f"/servos/{other}/faults/acknowledge", params={"by": "Page 12"})
-        api.delete(f"/recorder/bundles/{made[0]}")
+        api.delete(f"/recorder/bundles/{name}")
         api.close()
 
     return end

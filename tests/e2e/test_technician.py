@@ -110,7 +110,7 @@ def test_a_jog_moves_the_plot_and_the_scene_and_stop_holds_until_it_is_cleared(p
     expect(page.get_by_test_id("stop-band")).to_be_visible()
     stop = demo.api.get("/stop").json()
     assert stop["latched"]
-    wait_for(lambda: all(one["confirmed"] for one in demo.api.get("/stop").json()["servos"]), 2, "not all confirmed")
+    wait_for(lambda: all(one["confirmed"] for one in demo.api.get("/stop").json()["servos"]), 5, "not all confirmed")
     expect(page.get_by_test_id("enable-motion")).to_be_disabled()
 
     refused = demo.api.post(f"/servos/{uid}/command", json={"type": "angle", "value": 0})

@@ -95,7 +95,7 @@ function ChannelPlot({ panel, content, line, title }: PlotProps) {
       box.current,
       readout.current,
       {
-        x: (value, step) => relative(value, step < 1 ? (step < 0.1 ? 2 : 1) : 0),
+        x: (value, step) => relative(value, step % 1 === 0 ? 0 : step < 0.1 ? 2 : 1),
         y: (value, step) => withUnit(number(value, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit),
         at: (time, values) =>
           said.at(

@@ -114,7 +114,9 @@ function Content({ content }: { content: BundleContent }) {
               <Glyph kind={GLYPHS[mark.reason] ?? "ok"} size={14} />
               <span>
                 {words.why[mark.reason] ?? mark.reason}: {mark.text}
-                {mark.uid != null && <span class="second">, {title(mark.uid)}</span>}
+                {mark.uid != null && !mark.text.includes(title(mark.uid)) && (
+                  <span class="second"> {title(mark.uid)}</span>
+                )}
               </span>
             </li>
           ))}

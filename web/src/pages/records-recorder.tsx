@@ -5,6 +5,7 @@ import { API, ask, problemOf } from "../api/client";
 import type { Bundle, RecorderState } from "../api/lab-types";
 import { age, grouped, number, size, withUnit } from "../form/format";
 import { alsoMarked, isZip } from "../state/bundle";
+import { events } from "../state/desk";
 import { connection } from "../state/link";
 import { poll } from "../state/poll";
 import { Asked } from "../state/records";
@@ -22,6 +23,7 @@ import { Done, Empty, instant, Unread } from "./records-parts";
 import { PlayDialog } from "./records-play";
 import "../style/recorder.css";
 
+const WRITTEN = new Set(["bundle_written", "bundles_dropped", "bundle_failed"]);
 const LOOK_MS = 2000;
 const CARRY_MS = 300_000;
 
@@ -37,18 +39,10 @@ function Bundles() {
   const note = useSignal<string | null>(null);
   const load = () => list.load(() => ask<Bundle[]>("GET", "/recorder/bundles"));
   const round = connection.value;
-  useEffect(() => {
-    void load();
-    let pending = false;
-    const looking = poll(LOOK_MS, async () => {
-      await state.load(() => ask<RecorderState>("GET", "/recorder"));
-      const now = state.value.peek()?.pending != null;
-      // Asked again when one was written, and while one is being written: another may have come first.
-      if (pending || now) await load();
-      pending = now;
-    });
-    return looking.end;
-  }, [round]);
+  // A bundle is there once it is told: its file is packed for a while after the recorder has let go of it.
+  const told = events.value.find(one => WRITTEN.has(one.code))?.at;
+  useEffect(() => void load(), [round, told]);
+  useEffect(() => poll(LOOK_MS, () => state.load(() => ask<RecorderState>("GET", "/recorder"))).end, [round]);
   const found = list.value.value;
   return (
     <Scroll label={words.tab} testid="recorder">
