@@ -93,6 +93,16 @@ describe("apply", () => {
     expect(sent).toEqual([]);
   });
 
+  test("of some rows alone leaves the other drafts, and brings the motion control it is given", async () => {
+    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    stage("a", 5);
+    stage("b", 6);
+    expect(await apply(sheet, { only: ["a"], headers: { Lease: "mine" } })).toBe(true);
+    expect(sent[0]?.body).toEqual({ values: { a: 5 } });
+    expect(sent[0]?.headers).toMatchObject({ Lease: "mine", "If-Match": "7" });
+    expect([...sheet.drafts.map.value.keys()]).toEqual(["b"]);
+  });
+
   test("rolled back: the culprit says why, the others that they were taken back; every draft stays", async () => {
     const changes = [change("a", "no_answer", 1), change("b", "rolled_back", 1)];
     const failure = "no answer in 3 tries.";

@@ -41,6 +41,11 @@ describe("panels", () => {
     expect(panels[0]?.command?.channel).toBe("command_angle");
     expect(panels[2]?.measured).toBeNull();
   });
+
+  test("leave out a command that was never given", () => {
+    const never = { ...column("a", "command_torque", 9), v: new Array<null>(9).fill(null) };
+    expect(panelsOf([never, column("a", "current_torque", 1)], "a")).toEqual([]);
+  });
 });
 
 test("the servo of a mark is shown first, unless the bundle does not know it", () => {

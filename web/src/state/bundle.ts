@@ -47,6 +47,11 @@ export interface Panel {
   command: BundleColumns | null;
 }
 
+/** Samples that are values: a command that is never given is all gaps. */
+function told(column: BundleColumns | null): number {
+  return column?.v.filter(value => value !== null).length ?? 0;
+}
+
 /** One panel a channel that has more than one sample: a single one is no curve. Usual ones first. */
 export function panelsOf(telemetry: readonly BundleColumns[], uid: string): Panel[] {
   const panels = new Map<string, Panel>();
@@ -63,7 +68,7 @@ export function panelsOf(telemetry: readonly BundleColumns[], uid: string): Pane
     return at < 0 ? USUAL.length : at;
   };
   return [...panels.values()]
-    .filter(one => (one.measured?.t.length ?? 0) > 1 || (one.command?.t.length ?? 0) > 1)
+    .filter(one => told(one.measured) > 1 || told(one.command) > 1)
     .sort((a, b) => rank(a.key) - rank(b.key));
 }
 
