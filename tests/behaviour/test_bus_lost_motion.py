@@ -295,6 +295,7 @@ def test_a_stop_pressed_while_it_is_lost_arrives_when_it_is_back(lose: Way, mode
         await back(rig)
         await asyncio.sleep(0.1)
         assert [rig.sim(servo).output for servo in servos] == [output] * 3
+        await asyncio.sleep(1.1)  # who is there is known from its next NodeStatus, and only then it counts as confirmed
         assert all(one["confirmed"] for one in json(await rig.call("GET", "/stop"))["servos"])
         await asyncio.sleep(10)
         assert [rig.sim(servo).output for servo in servos] == [output] * 3

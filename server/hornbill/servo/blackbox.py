@@ -262,7 +262,7 @@ class BlackBox:
             self._tell("warning", "bundle_failed", f"{detail} Everything else goes on.")
             return
         pending.done.set_result(name)
-        self._tell("notice", "bundle_written", f"{pending.text} Recorded in {name} ({size / 1e6:.1f} MB).")
+        self._tell("notice", "bundle_written", f"{pending.text.rstrip('.')}. Recorded in {name} ({size / 1e6:.1f} MB).")
         if dropped:
             self._tell("notice", "bundles_dropped", f"Room was made for it: {', '.join(dropped)} deleted.")
 
