@@ -130,7 +130,8 @@ class Telemetry:
         channel = self._channel(sample.uid, sample.key)
         ring, value = channel.ring, sample.value
         before, at = ring.last_v, ring.last_t
-        if sample.t - at > max(SILENCE_S, 3 * ring.last_interval) and before == before:
+        silent = not self._telling_gap and sample.t - at > max(SILENCE_S, 3 * ring.last_interval)
+        if silent and before == before:
             self._gap(sample.uid, sample.key, at + SILENCE_S, "gap")
         if self._telling_gap:
             channel.inactive = False

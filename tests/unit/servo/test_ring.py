@@ -242,3 +242,15 @@ def test_ten_minutes_of_a_full_bus_take_a_fifth_of_what_is_allowed() -> None:
                 for key in ("command_angle", "command_speed", "command_torque", "current_voltage", "current_speed"):
                     desk.hub.tell(Sampled(Uid(f"{number:032x}"), key, 1000 + turn / 10, 1.0))
     assert desk.telemetry.bytes * 125 / servos < MOST_BYTES / 5
+
+
+def test_a_gap_is_told_once_wherever_its_instant_is_rounded_to() -> None:
+    instants = [n * 0.1 + 0.03 for n in range(20_000)]
+    awkward = [t for t in instants if (t + 5.0) - t > 5.0]
+    assert awkward, "none of these instants is rounded up, so nothing is tested"
+    hub, told = Hub(), list[Sampled]()
+    Telemetry(hub, TimeBase(lambda: 0.0), lambda _uid: None)
+    hub.listen(told.append, Sampled)
+    hub.tell(Sampled(UID, "current_voltage", awkward[0], 7.4))
+    hub.tell(Sampled(UID, "current_voltage", awkward[0] + 60, 7.4))
+    assert [sample.value for sample in told] == [7.4, None, 7.4]
