@@ -2,7 +2,6 @@
 import { useEffect } from "preact/hooks";
 import type { Profile } from "../api/config-types";
 import { date } from "../form/format";
-import { addressOf, labelOf, valueText } from "../form/row-text";
 import { loadProfiles, profiles, profilesProblem } from "../state/commission";
 import { change, draft, wanted } from "../state/commission-draft";
 import { servo } from "../state/fleet";
@@ -13,6 +12,7 @@ import { Glyph } from "../ui/glyph";
 import { follow } from "../ui/rail";
 import { Scroll } from "../ui/scroll";
 import { Actions, Question } from "./commission-parts";
+import { ProfileValues } from "./profile-values";
 
 const said = words.profile;
 
@@ -115,24 +115,7 @@ function Sets({ one }: { one: Profile }) {
           <Glyph kind="warning" /> {said.otherModel(other.length, [...new Set(other)].join(", "))}
         </p>
       )}
-      <table class="changes" aria-label={said.sets(one.name)}>
-        <thead>
-          <tr>
-            <th>{said.head.parameter}</th>
-            <th class="right">{said.head.value}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {Object.entries(one.values).map(([key, value]) => (
-            <tr key={key}>
-              <td>
-                {labelOf(key)} <small class="second">{addressOf(key)}</small>
-              </td>
-              <td class="right">{valueText(key, value, one.units[key] ?? "")}</td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
+      <ProfileValues one={one} label={said.sets(one.name)} head={said.head} />
     </div>
   );
 }

@@ -14,6 +14,7 @@ import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
+import { ConfirmTicks } from "./confirm-ticks";
 import "../style/records.css";
 
 const said = words.drift;
@@ -143,20 +144,7 @@ function Shown({ uid }: { uid: string }) {
           </tbody>
         </table>
       )}
-      {needed.value.map(word => (
-        <label key={word} class="tick">
-          <input
-            type="checkbox"
-            checked={agreed.value.includes(word)}
-            onChange={event => {
-              agreed.value = event.currentTarget.checked
-                ? [...agreed.peek(), word]
-                : agreed.peek().filter(each => each !== word);
-            }}
-          />
-          {write.confirm[word]}
-        </label>
-      ))}
+      <ConfirmTicks needed={needed.value} agreed={agreed} sentences={write.confirm} />
       {rows.length > 0 && (
         <label class="tick">
           <input

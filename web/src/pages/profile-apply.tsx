@@ -11,6 +11,7 @@ import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
+import { ConfirmTicks } from "./confirm-ticks";
 import { JobSteps } from "./job-steps";
 
 const said = words.profiles;
@@ -154,20 +155,7 @@ export function ApplyDialog({ one, onClose }: { one: Profile; onClose: () => voi
             <Glyph kind="failure" size={14} /> {nameOf(servo(each.uid))}: {each.problem?.detail}
           </p>
         ))}
-      {words_.map(word => (
-        <label key={word} class="tick">
-          <input
-            type="checkbox"
-            checked={agreed.value.includes(word)}
-            onChange={event => {
-              agreed.value = event.currentTarget.checked
-                ? [...agreed.peek(), word]
-                : agreed.peek().filter(each => each !== word);
-            }}
-          />
-          {words.write.confirm[word]}
-        </label>
-      ))}
+      <ConfirmTicks needed={words_} agreed={agreed} sentences={words.write.confirm} />
       {job === null && (
         <>
           <label class="tick">

@@ -4,7 +4,6 @@ import { useEffect, useMemo } from "preact/hooks";
 import { API, ask, problemOf } from "../api/client";
 import type { Profile } from "../api/config-types";
 import { date } from "../form/format";
-import { addressOf, labelOf, valueText } from "../form/row-text";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { text } from "../text/en";
@@ -16,6 +15,7 @@ import { Icon } from "../ui/icon";
 import { Scroll } from "../ui/scroll";
 import { ApplyDialog } from "./profile-apply";
 import { CreateDialog, ImportDialog } from "./profile-dialogs";
+import { ProfileValues } from "./profile-values";
 import { Done, Empty, Unread } from "./records-parts";
 
 const said = words.profiles;
@@ -118,24 +118,7 @@ export function Profiles() {
 function Rows({ one }: { one: Profile }) {
   return (
     <div class="r-rows">
-      <table class="changes" aria-label={said.open(one.name)}>
-        <thead>
-          <tr>
-            <th>{said.head.parameter}</th>
-            <th class="right">{said.head.value}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {Object.entries(one.values).map(([key, value]) => (
-            <tr key={key}>
-              <td>
-                {labelOf(key)} <small class="second">{addressOf(key)}</small>
-              </td>
-              <td class="right">{valueText(key, value, one.units[key] ?? "")}</td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
+      <ProfileValues one={one} label={said.open(one.name)} head={said.head} />
     </div>
   );
 }

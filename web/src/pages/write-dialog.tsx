@@ -11,6 +11,7 @@ import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
+import { ConfirmTicks } from "./confirm-ticks";
 
 const said = words.write;
 
@@ -169,20 +170,7 @@ export function WriteDialog({ name, write, onClose }: Props) {
           </ul>
         </details>
       )}
-      {needed.value.map(word => (
-        <label key={word} class="tick">
-          <input
-            type="checkbox"
-            checked={agreed.value.includes(word)}
-            onChange={event => {
-              agreed.value = event.currentTarget.checked
-                ? [...agreed.peek(), word]
-                : agreed.peek().filter(one => one !== word);
-            }}
-          />
-          {said.confirm[word]}
-        </label>
-      ))}
+      <ConfirmTicks needed={needed.value} agreed={agreed} sentences={said.confirm} />
       {plan.value !== null && (
         <label class="tick">
           <input
