@@ -8,7 +8,7 @@ NPM    := npm --prefix web
 E2E    := tests/e2e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dev check test shots bench generate build lock chromium clean
+.PHONY: help setup demo dev check test shots bench generate docs build docker release lock chromium clean
 
 help:            ## list the targets
 	@grep -hE '^[a-z]+: .*##|^[a-z]+:  *##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
@@ -67,6 +67,7 @@ chromium: $(VENV)/.dev
 
 shots: setup web/dist/index.html chromium     ## the pictures of README and docs, from the real page
 	@$(BIN)/python tests/e2e/shots.py
+	@$(BIN)/python tests/e2e/moving_picture.py
 
 bench: setup                                  ## honest figures, as JSON lines
 	@$(BIN)/python tests/bench/__main__.py $(BENCH)
@@ -74,15 +75,27 @@ bench: setup                                  ## honest figures, as JSON lines
 generate: setup                               ## what is made from tables and API
 	@$(BIN)/python -m hornbill.generate
 	@$(BIN)/python tests/fidelity.py
+	@$(BIN)/python tests/notices.py
 	@$(NPM) run --silent generate
 
-build: $(VENV)/.dev web/dist/index.html       ## sdist and wheel in dist/
-	@$(BIN)/python -m build --installer pip
+docs: $(VENV)/.runtime                        ## the documentation as a site in docs/dist
+	@$(BIN)/python docs/site/build.py
 
+build: $(VENV)/.dev web/dist/index.html docs       ## sdist and wheel in dist/
+	@rm -rf dist
+	@$(BIN)/python -m build --no-isolation
+
+docker:                                       ## the image `hornbill`, with Docker or Podman
+	@$$(command -v docker || command -v podman || { echo "neither docker nor podman is installed" >&2; exit 1; }) build -t hornbill .
+
+release: build                                ## what a release needs: looked at, built, and what is left to type
+	@$(BIN)/python tests/release.py
+
+# The tools first: one of them takes an older Typer, and what is tested has to be what runs.
 lock: $(VENV)/.dev                            ## bring the lock files up to date
 	@$(BIN)/python -m pip install --quiet uv
-	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --no-header pyproject.toml -o requirements.lock
 	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --group dev --no-header pyproject.toml -o requirements-dev.lock
+	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --no-header -c requirements-dev.lock pyproject.toml -o requirements.lock
 
 clean:                                        ## remove what was built and installed
-	rm -rf $(VENV) web/node_modules web/dist dist build
+	rm -rf $(VENV) web/node_modules web/dist docs/dist dist build

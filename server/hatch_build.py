@@ -1,4 +1,4 @@
-"""Puts the parameter tables and the built page inside the wheel; an editable install is left alone."""
+"""Puts parameter tables, built page and built documentation inside the wheel; an editable install is left alone."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class CustomBuildHook(BuildHookInterface):
-    """Force-includes schemas/ and web/dist under hornbill/_data/."""
+    """Force-includes schemas/, web/dist and docs/dist (where it was built) under hornbill/_data/."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version == "editable":
@@ -18,3 +18,6 @@ class CustomBuildHook(BuildHookInterface):
             raise RuntimeError(f"the page is not built: {page} has no index.html. Run 'make build'.")
         build_data["force_include"][str(root / "schemas")] = "hornbill/_data/schemas"
         build_data["force_include"][str(page)] = "hornbill/_data/web"
+        docs = root / "docs" / "dist"
+        if (docs / "index.html").is_file():
+            build_data["force_include"][str(docs)] = "hornbill/_data/docs"

@@ -1,10 +1,32 @@
 /** Owns how the page is built, served while it is written, and tested. */
+import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
 const server = process.env.HORNBILL_URL ?? "http://127.0.0.1:8000";
 
+/** Lets the browser fetch the page while it still fetches the language, which the page waits for. */
+const startEarly: Plugin = {
+  name: "start-early",
+  apply: "build",
+  transformIndexHtml: {
+    order: "post",
+    handler(html, { bundle }) {
+      const start = Object.values(bundle ?? {}).find(file => file.type === "chunk" && file.name === "start");
+      if (start?.type !== "chunk") throw new Error("There is no chunk of the name start.");
+      const files = [start.fileName, ...start.imports].filter(file => !html.includes(file));
+      return files.map(file => ({
+        tag: "link",
+        attrs: { rel: "modulepreload", href: `./${file}` },
+        injectTo: "head" as const,
+      }));
+    },
+  },
+};
+
 export default defineConfig({
-  base: "/",
+  // The server puts its own path in the place of the dot: it may be shown below any, by a proxy.
+  base: "./",
+  plugins: [startEarly],
   esbuild: { jsx: "automatic", jsxImportSource: "preact" },
   build: {
     target: "es2022",
@@ -25,6 +47,7 @@ export default defineConfig({
     environment: "happy-dom",
     include: ["src/**/*.test.{ts,tsx}"],
     restoreMocks: true,
+    setupFiles: ["src/text/setup.ts"],
     // The contrast test reads the tokens as they are.
     css: { include: [/tokens\.css/] },
   },

@@ -4,12 +4,14 @@ import asyncio
 import tempfile
 from collections.abc import AsyncGenerator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 from pathlib import Path
 
 from fastapi import FastAPI
 from starlette.requests import HTTPConnection
 
 from hornbill import __version__, resources
+from hornbill.api.access import Access
 from hornbill.api.http import create_api
 from hornbill.api.origin import local_policy
 from hornbill.bus.adapters import Adapters
@@ -18,6 +20,7 @@ from hornbill.bus.logfolder import LogFolder
 from hornbill.bus.memory import MemoryBus
 from hornbill.bus.recorder import Recorder
 from hornbill.connecting import EMBEDDED, BusPorts
+from hornbill.exposure import Exposure, decide, may_open
 from hornbill.node.allocator import AllocatorMode
 from hornbill.posing import Poses
 from hornbill.schema.catalog import Catalog
@@ -33,21 +36,29 @@ LOGS = "logs"
 """Where in the data folder logs of the bus are."""
 BUNDLES = "bundles"
 """Where what the black box wrote is."""
-LOCAL_NAMES = frozenset(("127.0.0.1", "localhost", "::1", "testserver"))
 
 
 def build(
-    settings: Settings, *, demo: bool, log: Callable[[str], None] = lambda _text: None, fast: bool = False
+    settings: Settings,
+    *,
+    demo: bool,
+    log: Callable[[str], None] = lambda _text: None,
+    fast: bool = False,
+    exposure: Exposure | None = None,
 ) -> FastAPI:
     """The application, with a lifespan that opens and closes everything.
 
-    With `demo`, simulated servos on the embedded bus and a data folder that ends with the process; `fast` leaves
-    out the bus's bit times.
+    With `demo`, simulated servos and a data folder that ends with the process; they live on the embedded bus unless
+    `settings.bus` names another, which must hold no real ones. `fast` leaves out the embedded bus's bit times.
+    `exposure` is how far it may be reached, as `decide` says unless given; raises as that.
     """
+    exposed = exposure or decide(settings, demo=demo)
+    given = None if settings.token is None else settings.token.get_secret_value()
+    access = Access(given=given, required=exposed.required)
     catalog = Catalog.load()
     poses = Poses()
     viewer = Viewer(poses)
-    policy = local_policy(LOCAL_NAMES)
+    policy = local_policy(exposed.hosts, addresses=exposed.addresses)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
@@ -56,9 +67,14 @@ def build(
             if demo:
                 folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hornbill-demo-")))
             store = stack.enter_context(Store(folder if demo else settings.database or folder))
+            access.open(store.tokens)
+            stack.callback(access.close)
+            refreshing = asyncio.create_task(access.keep_fresh())
+            stack.callback(refreshing.cancel)
             # Simulated servos sit on the embedded bus, unless told to join the one of an adapter.
-            within = demo or (settings.sim_api and settings.bus is None)
-            ports = BusPorts(MemoryBus(fast=fast) if within else None, folder / LOGS, folder / BUNDLES)
+            embedded = MemoryBus(fast=fast) if settings.bus is None else None
+            ports = BusPorts(embedded, folder / LOGS, folder / BUNDLES)
+            ports.allow = partial(may_open, exposed, settings.bus)
             host = Host(
                 catalog, store, ports.open, node_id=settings.node_id,
                 unique_id=store.settings.own_unique_id(), version=_version(),
@@ -76,17 +92,24 @@ def build(
             app.state.adapters = adapters = Adapters(ports.own)
             stack.callback(adapters.close)
             poses.follow(host, viewer)
-            if demo or settings.sim_api:
-                app.state.bench = bench = Bench(await ports.places(settings.bus, stack), catalog, settings.seed)
-                for recipe in demo_fleet(catalog, settings.servos, settings.seed) if demo else ():
+            app.state.bench = None
+            bench = None
+            at_once = demo or settings.sim_api
+            if at_once or embedded is not None:
+                bench = Bench(await ports.places(settings.bus, stack), catalog, settings.seed)
+                shown = demo or not settings.sim_api
+                for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
                     bench.add(recipe)
                 stack.push_async_callback(bench.close)
-            else:
-                app.state.bench = bench = None
-            address = EMBEDDED if within else settings.bus
+            if at_once:
+                app.state.bench = bench
+            elif bench is not None:
+                # Started without a bus: the demo is one of the choices, and nothing of it runs until it is chosen.
+                ports.before_embedded = partial(_switch_on, app, bench)
+            address = EMBEDDED if at_once and embedded is not None else settings.bus
             if address is not None:
                 await ports.join(host, address, settings.bitrate, log)
-            if bench is not None:
+            if at_once and bench is not None:
                 await bench.start()
             drawing = asyncio.create_task(poses.run())
             stack.callback(drawing.cancel)
@@ -97,10 +120,19 @@ def build(
         catalog,
         lifespan=lifespan,
         policy=policy,
+        access=access,
+        behind_proxy=settings.behind_proxy,
+        root_path=settings.root_path,
         page_folder=resources.page,
+        docs_folder=resources.docs,
         mounted=routes(viewer, allowed=_view_policy(policy)) if settings.view else (),
         demo=demo,
     )
+
+
+async def _switch_on(app: FastAPI, bench: Bench) -> None:
+    app.state.bench = bench
+    await bench.start()
 
 
 def recorder_of(host: Host, logs: Path) -> Recorder:

@@ -1,6 +1,6 @@
 """Owns BusPorts: what an address opens in this process: an adapter, the embedded bus, or a recording."""
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack
 from pathlib import Path
 
@@ -30,9 +30,14 @@ class BusPorts:
         self._bundles = bundles
         self.own = [] if embedded is None else [Adapter(EMBEDDED, "Simulated servos", bitrate=embedded.bitrate)]
         """What can be connected beside what is plugged in."""
+        self.allow: Callable[[str], None] = lambda _address: None
+        """Asked before anything is opened for somebody who asks over the network; raises PortOpenFailed."""
+        self.before_embedded: Callable[[], Awaitable[None]] | None = None
+        """Awaited before the embedded bus is opened: its servos may be switched on only once somebody asks for them."""
 
     async def open(self, address: str, bitrate: int) -> CanPort:
         """An open port. Raises PortOpenFailed with the reason and the remedy."""
+        self.allow(address)
         if address.startswith(RECORDING):
             return await open_replay(address, bitrate=bitrate, folder=self._logs)
         if address.startswith(BUNDLE):
@@ -89,6 +94,8 @@ class BusPorts:
             return adapter_port(address, bitrate)
 
         async def open_embedded(statistics: PortStatistics) -> CanPort:
+            if self.before_embedded is not None:
+                await self.before_embedded()
             port = bus.port("demo", bitrate=bitrate)
             port.statistics = statistics
             return port

@@ -12,13 +12,13 @@ HornbillError
 ├── Refused               refused_by_servo: the servo answered, and said no
 ├── DidNotMove            did_not_move: the horn was commanded, and did not do it
 ├── NotAsWanted           not_as_wanted: RAM or ROM was found to hold something else than what was written
-├── Interrupted           interrupted: the server ended while a job was under way
+├── Interrupted           interrupted: the server ended while a job, or a request with a key, was under way
 ├── ForbiddenParameter    forbidden_parameter: 0x49, or a reserved register
 ├── NotAvailable          not_available: needs something that is not installed here; the message names it
 └── BadRequest            what was asked cannot be done, and nothing was changed
     ├── Unknown           unknown_servo, unknown_parameter, unknown_job, unknown_lease, unknown_uid, unknown_log,
     │                     unknown_snapshot, unknown_profile, unknown_run, unknown_stream, unknown_fault, unknown_bundle,
-    │                     no_simulator
+    │                     unknown_token, no_simulator
     ├── NotInThisModel    not_in_this_model
     ├── ReadOnly          read_only
     ├── OutOfRange        out_of_range
@@ -36,6 +36,12 @@ HornbillError
     ├── NeedsConfirmation needs_confirmation: it would switch the servo off, or worse
     ├── ConfigurationLost configuration_lost: it runs on defaults, because ROM could not be loaded
     ├── ForbiddenOrigin   forbidden_origin
+    ├── Unauthorized      unauthorized: a token is needed, or this one is not known
+    ├── ForbiddenRole     forbidden_role: the token's role does not reach so far; facts: role, needed
+    ├── TooManyAttempts   too_many_attempts: logins that failed; facts: retry_after_s
+    ├── WrongMediaType    unsupported_media_type: a body that is not JSON
+    ├── TooLarge          too_large: a body beyond its limit; facts: limit_bytes
+    ├── KeyReused         idempotency_key_reused: the key came with another request before
     └── StaleRevision     stale_revision
 """
 
@@ -47,6 +53,8 @@ class HornbillError(Exception):
 
     code: str = "internal"
     title: ClassVar[str] = "Something went wrong"
+    status: int | None = None
+    """The HTTP status, where a server said it: set by hornbill.client."""
 
     def __init__(self, detail: str, **facts: object) -> None:
         super().__init__(detail)
@@ -129,7 +137,7 @@ class DidNotMove(HornbillError):
 
 
 class Interrupted(HornbillError):
-    """The server ended while a job was under way; what it had done is in its steps."""
+    """The server ended while it was under way; what a job had done is in its steps, of a request nobody knows."""
 
     code = "interrupted"
     title = "Interrupted"
@@ -287,3 +295,45 @@ class ForbiddenOrigin(BadRequest):
 
     code = "forbidden_origin"
     title = "Not from here"
+
+
+class Unauthorized(BadRequest):
+    """No token where one is needed, or one that is not known (any more)."""
+
+    code = "unauthorized"
+    title = "A token is needed"
+
+
+class ForbiddenRole(BadRequest):
+    """The role of the token does not reach so far; facts: role, needed."""
+
+    code = "forbidden_role"
+    title = "This token may not do that"
+
+
+class TooManyAttempts(BadRequest):
+    """Too many logins failed from there; facts: retry_after_s."""
+
+    code = "too_many_attempts"
+    title = "Too many attempts"
+
+
+class WrongMediaType(BadRequest):
+    """A body that is not declared as JSON: a form of another site would not be, either."""
+
+    code = "unsupported_media_type"
+    title = "JSON is needed"
+
+
+class TooLarge(BadRequest):
+    """A body beyond the limit of its route; facts: limit_bytes."""
+
+    code = "too_large"
+    title = "Too large"
+
+
+class KeyReused(BadRequest):
+    """The Idempotency-Key came with another request before: with another path, query or body."""
+
+    code = "idempotency_key_reused"
+    title = "This key belongs to another request"

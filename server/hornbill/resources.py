@@ -1,4 +1,4 @@
-"""Finds the parameter tables and the built page, in an installed wheel or in a checkout."""
+"""Finds the parameter tables, the built page and the built documentation, in an installed wheel or in a checkout."""
 
 from pathlib import Path
 
@@ -20,6 +20,14 @@ def schemas() -> Path:
 def page() -> Path | None:
     """The folder of the built page, or None when it has not been built (`make build` builds it)."""
     for folder in (_PACKAGE / "_data" / "web", _CHECKOUT / "web" / "dist"):
+        if (folder / "index.html").is_file():
+            return folder
+    return None
+
+
+def docs() -> Path | None:
+    """The folder of the built documentation, or None when it has not been built (`make docs` builds it)."""
+    for folder in (_PACKAGE / "_data" / "docs", _CHECKOUT / "docs" / "dist"):
         if (folder / "index.html").is_file():
             return folder
     return None

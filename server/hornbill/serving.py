@@ -2,14 +2,22 @@
 
 import asyncio
 import gc
+import logging
 import signal
 import socket
 import sys
+from pathlib import Path
 
 import uvicorn
 from fastapi import FastAPI
 
+from hornbill.api.event_stream import end_streams
+from hornbill.api.http import build_routes
 from hornbill.errors import HornbillError
+
+SWITCH_S = 0.0005
+"""How long a thread may keep the interpreter while the loop waits for it. Python's own 5 ms would be added to whatever
+the loop does next, a stop too, as often as the thread of an adapter has a burst of frames in hand."""
 
 
 class CannotListen(HornbillError):
@@ -22,7 +30,8 @@ class CannotListen(HornbillError):
 def listen(host: str, port: int) -> socket.socket:
     """A socket that listens on `host` and `port` (0: any free one). Raises CannotListen with the remedy."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    made = socket.socket(family)
+    # Named as TCP: of any other asyncio would not switch Nagle's delay off, and many an answer would be 40 ms late.
+    made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         made.bind((host, port))
@@ -35,24 +44,51 @@ def listen(host: str, port: int) -> socket.socket:
     return made
 
 
-async def serve(app: FastAPI, listening: socket.socket, announce: str) -> None:
-    """Serve until interrupted; `announce` is printed once requests are answered, with the address in place of {url}."""
+async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tuple[Path, Path] | None = None) -> None:
+    """Serve until interrupted; `announce` is printed once requests are answered, with the address in place of {url}.
+
+    `tls`: certificate chain and key, PEM. Raises CannotListen when they cannot be used.
+    """
     config = uvicorn.Config(
         app, log_level="warning", access_log=False, ws="websockets-sansio", timeout_graceful_shutdown=2,
-        ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on",
+        ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on", server_header=False,
+        proxy_headers=False,  # the guard reads them, where there is a proxy to believe
+        ssl_certfile=tls and str(tls[0]), ssl_keyfile=tls and str(tls[1]),
     )  # fmt: skip
-    server = uvicorn.Server(config)
+    try:
+        config.load()
+    except OSError as error:  # of ssl, too
+        listening.close()
+        raise CannotListen(f"The certificate and its key cannot be used: {error}. Give a matching pair.") from None
+    logging.getLogger("uvicorn.error").addFilter(_told)
+    sys.setswitchinterval(SWITCH_S)
+    server = _Server(config)
     _stop_on_signal(app)
     running = asyncio.create_task(server.serve(sockets=[listening]))
     while not server.started and not running.done():  # noqa: ASYNC110 - uvicorn has no event to wait for
         await asyncio.sleep(0.01)
     if server.started:
-        gc.collect()
-        gc.freeze()  # looking through all that was imported would now and then hold up frames for a tenth of a second
         host, port = listening.getsockname()[:2]
         shown = f"[{host}]" if ":" in host else host
-        print(announce.format(url=f"http://{shown}:{port}/"), flush=True)  # noqa: T201 - the one line a user waits for
+        print(announce.format(url=f"{'https' if tls else 'http'}://{shown}:{port}/"), flush=True)  # noqa: T201 - the one line a user waits for
+        await build_routes(app)
+        gc.collect()
+        gc.freeze()  # looking through all that was imported would now and then hold up frames for a tenth of a second
     await running
+
+
+class _Server(uvicorn.Server):
+    """Ends the event streams when it ends, as it does sockets: else it would wait for them, with torque on."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Let go of everybody, then of the application."""
+        end_streams(self.config.app.state)  # pyright: ignore[reportUnknownArgumentType, reportAttributeAccessIssue, reportFunctionMemberAccess]
+        await super().shutdown(sockets)
+
+
+def _told(record: logging.LogRecord) -> bool:
+    """uvicorn calls it an error when a socket is refused by an answer with a status, though it sends that answer."""
+    return record.getMessage() != "ASGI callable returned without completing handshake."
 
 
 def _stop_on_signal(app: FastAPI) -> None:

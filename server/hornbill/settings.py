@@ -1,11 +1,12 @@
 """Owns Settings: what flags and HORNBILL_… environment variables decide, once, at start."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, cast
 
 from platformdirs import user_data_path
-from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic import Field, SecretStr, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 
 class Settings(BaseSettings):
@@ -15,6 +16,20 @@ class Settings(BaseSettings):
 
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
+    token: SecretStr | None = Field(
+        default=None, description="a token for admin that is kept nowhere, beside those of 'hornbill token add'"
+    )
+    allow_host: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=(), description="names under which it is reached, beside those of this machine; with commas between"
+    )
+    behind_proxy: bool = Field(
+        default=False, description="whether a reverse proxy is in front, whose X-Forwarded-… headers are believed"
+    )
+    root_path: str = Field(
+        default="", pattern=r"^(/[A-Za-z0-9._~-]+)*$", description="where a reverse proxy puts us, as /hornbill"
+    )
+    tls_cert: Path | None = Field(default=None, description="certificate chain, PEM")
+    tls_key: Path | None = Field(default=None, description="its private key, PEM")
     bus: str | None = None
     bitrate: int = Field(default=1_000_000, gt=0)
     data_dir: Path = Field(default_factory=lambda: user_data_path("hornbill"))
@@ -39,3 +54,27 @@ class Settings(BaseSettings):
     servos: int = Field(default=6, ge=1, le=100)
     seed: int = 1
     sim_api: bool = Field(default=False, description="whether simulated servos can be added to the bus that is served")
+
+    @field_validator("allow_host", mode="before")
+    @classmethod
+    def _names(cls, value: object) -> object:
+        """Lower case, as browsers send them."""
+        if isinstance(value, str):
+            value = value.split(",")
+        if not isinstance(value, (list, tuple)):
+            return value
+        names = [str(one).strip().lower() for one in cast("Sequence[object]", value)]
+        return tuple(name for name in names if name)
+
+    @field_validator("root_path", mode="before")
+    @classmethod
+    def _no_slash_at_the_end(cls, value: object) -> object:
+        return value.rstrip("/") if isinstance(value, str) else value
+
+    @field_validator("token")
+    @classmethod
+    def _no_empty_token(cls, value: SecretStr | None) -> SecretStr | None:
+        """An empty HORNBILL_TOKEN is one somebody forgot to fill in, not a wish for none."""
+        if value is not None and not value.get_secret_value().strip():
+            raise ValueError("the token is empty: give one, or leave it out")
+        return value

@@ -64,3 +64,21 @@ def test_with_the_flag_and_no_adapter_servos_live_on_a_bus_of_their_own(tmp_path
 def test_a_first_node_id_that_is_none_is_refused_before_a_bus_is_opened(node_id: str) -> None:
     with pytest.raises(InvalidValue, match="neither auto nor 1 to 125"):
         asyncio.run(simulate("socketcan:none", 1, None, None, node_id, 1, print))
+
+
+def test_without_a_bus_the_demo_can_be_chosen_and_runs_only_then(tmp_path: Path) -> None:
+    async def scene(client: httpx.AsyncClient) -> None:
+        offered = json(await client.get("/bus/adapters"))[0]
+        assert (offered["address"], offered["state"]) == ("memory:demo", "ready")
+        assert json(await client.get("/bus"))["state"] == "disconnected"
+        assert json(await client.get("/servos")) == []
+
+        json(await client.put("/bus", json={"address": "memory:demo"}))
+        assert len(await until_ready(client)) >= 1
+        assert len(json(await client.get("/sim/servos"))) == 6
+
+        json(await client.delete("/bus"))
+        json(await client.put("/bus", json={"address": "memory:demo"}))  # chosen again: the same servos, once
+        assert len(json(await client.get("/sim/servos"))) == 6
+
+    serve(scene, tmp_path, sim_api=False)

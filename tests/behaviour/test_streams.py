@@ -3,7 +3,7 @@
 import asyncio
 from itertools import pairwise
 
-from behaviour.rig import Rig, json, play, problem
+from behaviour.rig import Rig, Socket, json, play, problem
 from hornbill.servo.servo import Servo
 from hornbill.sim.recipe import Recipe
 from hornbill.wire.messages import ArrayCommand
@@ -182,5 +182,76 @@ def test_a_restarted_servo_ends_the_stream_with_its_name() -> None:
         told = json(await rig.call("GET", f"/streams/{stream}"))
         assert servos[2].title in told["ended"]
         assert rig.events("stream_ended")
+
+    play(scene, *TURNED)
+
+
+GENTLE = {"speed_deg_s": 40, "accel_deg_s2": 160}
+
+
+def test_with_a_profile_all_go_at_a_limited_speed_and_arrive_together() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        stream = await begun(rig, servos, lease)
+        goals = {servo.uid: 10.0 * (n + 1) + 21 for n, servo in enumerate(servos)}
+        body = {"values": goals, "profile": GENTLE}
+        assert json(await rig.call("PUT", f"/streams/{stream}", body, lease=lease))["moving"] is True
+        fastest = 0.0
+        there: dict[str, float] = {}
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        while json(await rig.call("GET", f"/streams/{stream}"))["moving"]:
+            for servo in servos:
+                sim = rig.sim(servo)
+                fastest = max(fastest, abs(sim.speed_rpm) * 6)
+                if abs(sim.angle_deg - goals[servo.uid]) > 2:
+                    there[servo.uid] = loop.time()
+            await asyncio.sleep(0.01)
+        assert 1.6 < loop.time() - began < 2.1  # 61° at 40 °/s after a soft start at 0°
+        assert fastest < 40 * 1.6
+        assert max(there.values()) - min(there.values()) < 0.35
+        await asyncio.sleep(0.2)
+        for servo in servos:
+            assert abs(rig.sim(servo).angle_deg - goals[servo.uid]) < 0.6
+        sent = [value for _, commands in bursts(rig) for number, value in commands if number == 4]
+        assert max(abs(b - a) for a, b in pairwise(sent)) < 0.012  # hundreds of degrees: 0.8° a slot and rounding
+
+    play(scene, *TURNED)
+
+
+def test_a_goal_of_one_beyond_its_limit_moves_none_and_a_value_ends_the_way() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 2)
+        first, second = servos
+        json(await rig.call("PUT", f"/servos/{second.uid}/parameters/angle_limit_cw", {"value": 30}, lease=lease))
+        stream = await begun(rig, servos, lease)
+        before = rig.sim(first).angle_deg
+        body = {"values": {first.uid: 60, second.uid: 60}, "profile": GENTLE}
+        problem(await rig.call("PUT", f"/streams/{stream}", body, lease=lease), "out_of_range", 422)
+        await asyncio.sleep(0.5)
+        assert abs(rig.sim(first).angle_deg - before) < 0.6
+        json(await rig.call("PUT", f"/streams/{stream}", {"values": {first.uid: 80}, "profile": GENTLE}, lease=lease))
+        await asyncio.sleep(0.3)
+        json(await rig.call("PUT", f"/streams/{stream}", {"values": {first.uid: 25}}, lease=lease))
+        await asyncio.sleep(1)
+        assert abs(rig.sim(first).angle_deg - 25) < 0.6
+
+    play(scene, *TURNED[:2])
+
+
+def test_a_page_that_dies_on_the_way_of_a_group_leaves_no_torque() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        page = Socket(rig.app)
+        page.say(type="heartbeat", lease=lease)
+        stream = await begun(rig, servos, lease)
+        values = {servo.uid: 90.0 for servo in servos}
+        page.say(type="stream", lease=lease, id=stream, values=values, profile=GENTLE)
+        await asyncio.sleep(0.5)
+        assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is True
+        await page.close()
+        await asyncio.sleep(0.1)
+        assert {rig.sim(servo).output for servo in servos} == {1}
+        assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is False
 
     play(scene, *TURNED)

@@ -14,6 +14,8 @@ from bench import (  # noqa: E402
     connecting,
     endurance,
     jogging,
+    load,
+    plots,
     reading,
     recorder,
     simulation,
@@ -30,7 +32,7 @@ def main(chosen: list[str]) -> None:
     """Run all benchmarks, or those named on the command line."""
     for module in (
         stack, reading, configuring, streaming, endurance, stopping, jogging, commanding, start, adapter, connecting,
-        allocation, simulation, recorder, sockets, soak,
+        allocation, simulation, recorder, sockets, load, plots, soak,
     ):  # fmt: skip
         if chosen and module.__name__.rpartition(".")[2] not in chosen:
             continue

@@ -46,6 +46,17 @@ def server(module: Sequence[str], *arguments: str) -> Generator[str]:
             process.wait(timeout=10)
 
 
+@contextmanager
+def listeners(url: str, sockets: int) -> Generator["subprocess.Popen[bytes]"]:
+    """Sockets and a reader that use a server until the block ends."""
+    command = [sys.executable, "-m", "bench.stop_listeners", url, str(sockets)]
+    with subprocess.Popen(command, cwd=HERE) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+
+
 def wait_until_ready(url: str, count: int) -> None:
     """Return when that many servos are ready; fails after a minute."""
     until = time.monotonic() + 60

@@ -26,7 +26,11 @@ def test_codes_and_statuses_are_those_of_the_contract(code: str, status: int) ->
     assert STATUS[code] == status
 
 
-@pytest.mark.parametrize("kind", list(classes(errors.HornbillError)), ids=lambda kind: kind.__name__)
+# What the client raises where no server answers has no answer of a server's.
+SERVERS = [kind for kind in classes(errors.HornbillError) if not kind.__module__.startswith("hornbill.client")]
+
+
+@pytest.mark.parametrize("kind", SERVERS, ids=lambda kind: kind.__name__)
 def test_every_error_has_a_status(kind: type[errors.HornbillError]) -> None:
     assert kind.code in STATUS
 

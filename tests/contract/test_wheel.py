@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-COPIED = ("server", "schemas", "pyproject.toml", "README.md", "LICENSE")
+COPIED = ("server", "schemas", "pyproject.toml", "README.md", "LICENSE", "THIRD_PARTY.md")
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ def running_demo(*flags: str) -> Generator[tuple[subprocess.Popen[str], str]]:
         try:
             assert process.stdout is not None
             line = process.stdout.readline()
-            found = re.search(r"http://\S+/", line)
+            found = re.search(r"https?://\S+/", line)
             assert found is not None, f"hornbill demo printed no address but {line!r}"
             yield process, found[0]
         finally:

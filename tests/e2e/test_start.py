@@ -1,20 +1,14 @@
-"""`hornbill demo` from nothing: ready soon, prints where, ends cleanly; and the README's curl flow works on it."""
+"""`hornbill demo` from nothing: ready soon, prints where, ends cleanly. What guides say is run by test_docs.py."""
 
-import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import httpx
-import pytest
 
 from e2e.conftest import running_demo
-
-README = Path(__file__).parents[2] / "README.md"
 
 
 def test_http_answers_soon_and_all_six_servos_are_there_within_twelve_seconds() -> None:
@@ -50,28 +44,3 @@ def test_no_other_address_is_listened_on() -> None:
     )
     assert refused.returncode == 2
     assert "127.0.0.1" in refused.stderr
-
-
-@pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
-def test_the_curl_flow_of_the_readme() -> None:
-    blocks = re.findall(r"```bash\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
-    (script,) = [block for block in blocks if "API=" in block]
-    with running_demo("--servos", "2") as (_, url):
-        while sum(one["state"] == "ready" for one in httpx.get(url + "api/v1/servos").json()) < 2:
-            time.sleep(0.2)
-        environment = {**os.environ, "API": url + "api/v1"}
-        ran = subprocess.run(
-            ["bash", "-euo", "pipefail", "-c", script], capture_output=True, text=True, check=False, env=environment
-        )
-        assert ran.returncode == 0, ran.stderr
-        out = ran.stdout.replace(": ", ":").replace(", ", ",")
-        assert '"code":"out_of_range"' in out
-        assert '"outcome":"applied"' in out
-        assert '"state":"succeeded"' in out
-        assert '"settled":true' in out
-        assert '"latched":true' in out
-        assert '"code":"stopped"' in out
-        assert '"latched":false' in out
-        servo = httpx.get(url + "api/v1/servos").json()[0]
-        rows = httpx.get(f"{url}api/v1/servos/{servo['uid']}/parameters").json()["parameters"]
-        assert rows["angle_limit_cw"]["rom"] == 75.0

@@ -12,12 +12,15 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse
 from starlette.routing import Route
 
+from e2e.conftest import Demo
 from hornbill.view.proxy import routes, same_origin
 from hornbill.view.viewer import Viewer
+from hornbill.view.wish import Wish
 from unit.view.servos import Servos, pose
 from unit.view.site import serving
 
 WIDTH, HEIGHT = 480, 300
+KEY = "5" * 32
 KNOWN = "'unsafe-eval' is not an allowed source of script"
 """viser's page tries this once at its start, is refused, and goes on without."""
 
@@ -49,16 +52,16 @@ def shown(browser: Browser) -> Iterator[Shown]:
     """A page with the frame in it. It must end without a foreign request and without an unknown complaint."""
 
     async def host(_: Request) -> HTMLResponse:
-        frame = (
-            f'<iframe title="3D view" src="/viser/?darkMode&quality=low&fixedDpr=1" width="{WIDTH}" height="{HEIGHT}">'
-        )
+        source = f"/viser/{KEY}/?darkMode&quality=low&fixedDpr=1"
+        frame = f'<iframe title="3D view" src="{source}" width="{WIDTH}" height="{HEIGHT}">'
         policy = "default-src 'none'; frame-src 'self'; style-src 'unsafe-inline'; img-src data:"
         head = '<!doctype html><link rel="icon" href="data:,"><style>iframe{border:0}</style>'
         return HTMLResponse(f"{head}{frame}</iframe>", headers={"Content-Security-Policy": policy})
 
     selected: list[str] = []
     servos = Servos(pose(0, series="BLA15"), pose(1), pose(2))
-    viewer = Viewer(servos, on_select=selected.append)
+    viewer = Viewer(servos)
+    viewer.on_pick(KEY, selected.append)
     foreign: list[str] = []
     complaints: list[str] = []
     with serving(Route("/", host), *routes(viewer, allowed=same_origin(["127.0.0.1"]))) as port:
@@ -139,3 +142,94 @@ def test_a_click_selects_the_servo_under_it(shown: Shown) -> None:
     shown.page.wait_for_timeout(300)
     assert shown.selected
     assert shown.selected[0] in {servo.uid for servo in shown.servos.now[1:]}
+
+
+NODES = "() => Object.keys(window.__viserSceneTree?.getState() ?? {})"
+
+
+def test_two_browsers_see_each_its_own_servo_theme_and_quality(browser: Browser) -> None:
+    servos = Servos(pose(0, series="BLA15"), pose(1), pose(2))
+    viewer = Viewer(servos)
+    wanted = (("0" * 32, "darkMode&quality=low", 0), ("1" * 32, "quality=high", 1))
+    with serving(*routes(viewer, allowed=same_origin(["127.0.0.1"]))) as port:
+        pages: list[Page] = []
+        for key, look, number in wanted:
+            page = browser.new_context(viewport={"width": 360, "height": 240}).new_page()
+            page.goto(f"http://127.0.0.1:{port}/viser/{key}/?fixedDpr=1&{look}&select={servos.now[number].uid}")
+            page.wait_for_function(f"() => ({NODES})().includes('/hero/pivot')", timeout=30_000)
+            pages.append(page)
+        for page, (own, other) in zip(pages, (("bla15-low", "bla21"), ("bla21-high", "bla15")), strict=True):
+            page.wait_for_function(f"() => ({NODES})().includes('/hero/{own}')", timeout=30_000)
+            assert not [node for node in page.evaluate(NODES) if node.startswith(f"/hero/{other}")]
+        viewer.show(wanted[1][0], Wish(selected=servos.now[0].uid, dark=False))
+        pages[1].wait_for_function(f"() => ({NODES})().includes('/hero/bla15-high')")
+        pages[0].wait_for_timeout(500)
+        assert "/hero/bla15-high" not in pages[0].evaluate(NODES)
+        corners: list[int] = []
+        for page in pages:
+            shot = page.screenshot(timeout=60_000)
+            corners.append(int(np.asarray(Image.open(io.BytesIO(shot)).convert("L"))[-4:, :4].mean()))
+            page.context.close()
+        assert corners[0] < 60 < 200 < corners[1], "a dark floor and a light one"
+        viewer.close()
+
+
+def open_view(page: Page, demo: Demo, uid: str) -> Frame:
+    """A servo's parameters with its 3D view shown."""
+    page.goto(f"{demo.url}servos/{uid}/parameters")
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
+    (frame,) = [one for one in page.frames if "/viser/" in one.url]
+    frame.wait_for_function(f"() => ({NODES})().some(node => node.startsWith('/hero/bla'))", timeout=40_000)
+    return frame
+
+
+def test_in_the_page_two_browsers_look_at_different_servos(page: Page, browser: Browser, demo: Demo) -> None:
+    shown = {one["model"][:5]: one["uid"] for one in demo.api.get("/servos").json()}
+    assert {"BLA15", "BLA21"} <= shown.keys()
+    other = browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark").new_page()
+    first = open_view(page, demo, shown["BLA15"])
+    second = open_view(other, demo, shown["BLA21"])
+    first.wait_for_function(f"() => ({NODES})().includes('/hero/bla15-low')")
+    second.wait_for_function(f"() => ({NODES})().includes('/hero/bla21-low')")
+    assert "/hero/bla21-low" not in first.evaluate(NODES)
+    assert "/hero/bla15-low" not in second.evaluate(NODES)
+    assert ("darkMode" in first.url, "darkMode" in second.url) == (False, True)
+    other.context.close()
+
+
+def test_a_click_in_the_picture_goes_to_that_servo_and_moves_nothing(page: Page, demo: Demo) -> None:
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    open_view(page, demo, uid)
+    before = {one["uid"]: one["command_deg"] for one in demo.api.get("/servos").json()}
+    here = page.url
+    page.wait_for_timeout(1500)
+    box = page.locator("[data-testid=view-frame] iframe").bounding_box()
+    assert box is not None
+    spots = [(x, y) for y in range(30, 100, 18) for x in range(10, int(box["width"]), 22)]
+    for x, y in spots:
+        if page.url != here:
+            break
+        page.mouse.click(box["x"] + x, box["y"] + y)
+        page.wait_for_timeout(100)
+    page.wait_for_timeout(500)
+    assert page.url != here, "no click met another servo"
+    chosen = page.url.split("/servos/")[1].split("/")[0]
+    assert chosen in before
+    assert chosen != uid
+    assert page.url.endswith("/parameters")
+    assert {one["uid"]: one["command_deg"] for one in demo.api.get("/servos").json()} == before
+
+
+def test_quality_by_hand_is_kept(page: Page, demo: Demo) -> None:
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    open_view(page, demo, uid)
+    button = page.get_by_test_id("view-quality")
+    assert button.inner_text() == "Quality: auto, low", "drawn in software"
+    button.click()
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
+    assert button.inner_text() == "Quality: high"
+    assert any("quality=high" in frame.url for frame in page.frames)
+    button.click()
+    page.reload()
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
+    assert button.inner_text() == "Quality: low"

@@ -2,23 +2,30 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { MotionPage } from "./pages/motion";
-import { ParametersPage } from "./pages/parameters";
 import { ServosPage } from "./pages/servos";
 import { connectOpen } from "./state/connect";
 import { openDrift } from "./state/drift";
 import { onKey } from "./state/keys";
 import { link } from "./state/link";
 import { route } from "./state/route";
+import { signedOut } from "./state/session";
 import { Bands } from "./ui/bands";
 import { TopBar } from "./ui/bar";
 import { Foot } from "./ui/foot";
-import { KeysHelp } from "./ui/keys-help";
 import { lazy } from "./ui/lazy";
-import { Rail } from "./ui/rail";
+import { Panel } from "./ui/panel";
+import { Rail, SkipLink } from "./ui/rail";
 
+const ApiPage = lazy(() => import("./pages/api").then(file => file.ApiPage));
 const BusPage = lazy<{ hash: string }>(() => import("./pages/bus").then(file => file.BusPage));
 const CommissionPage = lazy(() => import("./pages/commission").then(file => file.CommissionPage));
 const FaultsPage = lazy<{ uid: string | null }>(() => import("./pages/faults").then(file => file.FaultsPage));
+const KeysHelp = lazy<{ onClose: () => void }>(() => import("./ui/keys-help").then(file => file.KeysHelp));
+const LoginPage = lazy(() => import("./pages/login").then(file => file.LoginPage));
+const MatrixPage = lazy<{ hash: string }>(() => import("./pages/matrix").then(file => file.MatrixPage));
+const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
+  import("./pages/parameters").then(file => file.ParametersPage),
+);
 const RecordsPage = lazy<{ hash: string }>(() => import("./pages/records").then(file => file.RecordsPage));
 const TunePage = lazy<{ uid: string | null }>(() => import("./pages/tune").then(file => file.TunePage));
 const DriftDialog = lazy(() => import("./pages/drift-dialog").then(file => file.DriftDialog));
@@ -34,19 +41,37 @@ export function App() {
   }, [help]);
   return (
     <div class="frame" data-link={link.value.state}>
+      <SkipLink />
       <TopBar />
-      <Bands />
-      <Rail
-        onKeys={() => {
-          help.value = true;
-        }}
-      />
-      <main>
-        <Page />
+      <Panel>
+        <Bands />
+      </Panel>
+      <Panel>
+        <Rail
+          onKeys={() => {
+            help.value = true;
+          }}
+        />
+      </Panel>
+      <main tabIndex={-1}>
+        {/* Another page begins anew, whatever became of the one before. */}
+        <Panel key={`${route.value.page}/${route.value.uid}`}>
+          {signedOut.value ? <LoginPage /> : <Page />}
+        </Panel>
       </main>
-      <Foot />
-      {connectOpen.value && <ConnectDialog />}
-      {openDrift.value !== null && <DriftDialog />}
+      <Panel>
+        <Foot />
+      </Panel>
+      {connectOpen.value && (
+        <Panel>
+          <ConnectDialog />
+        </Panel>
+      )}
+      {openDrift.value !== null && (
+        <Panel>
+          <DriftDialog />
+        </Panel>
+      )}
       {help.value && (
         <KeysHelp
           onClose={() => {
@@ -61,11 +86,13 @@ export function App() {
 function Page() {
   const { page, uid, hash } = route.value;
   if (page === "parameters" && uid) return <ParametersPage key={uid} uid={uid} hash={hash} />;
+  if (page === "matrix") return <MatrixPage hash={hash} />;
   if (page === "motion" && uid) return <MotionPage key={uid} uid={uid} />;
   if (page === "tune") return <TunePage uid={uid} />;
   if (page === "faults") return <FaultsPage uid={uid} />;
   if (page === "bus") return <BusPage hash={hash} />;
   if (page === "commission") return <CommissionPage />;
+  if (page === "api") return <ApiPage />;
   if (page === "records") return <RecordsPage hash={hash} />;
   return <ServosPage />;
 }

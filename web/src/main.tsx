@@ -1,15 +1,5 @@
-/** Mounts the page and starts what lives as long as it does. */
-import { render } from "preact";
-import { App } from "./app";
-import { startBusHistory } from "./state/bus-now";
-import { startClock } from "./state/clock";
-import { startDoctor } from "./state/doctor";
-import { listen } from "./state/keys";
-import { startLink } from "./state/link";
-import { startMotion } from "./state/motion";
-import { startRoute } from "./state/route";
-import { pressStop } from "./state/stop";
-import { startTheme } from "./state/theme";
+/** Begins: style at once, then the language, then the page in it. */
+import { startLanguage } from "./text/language";
 import "./style/tokens.css";
 import "./style/base.css";
 import "./style/frame.css";
@@ -23,15 +13,12 @@ import "./style/save-bar.css";
 import "./style/side.css";
 import "./style/motion.css";
 import "./style/dialog.css";
+import "./style/japanese.css";
 
-startTheme();
-startRoute();
-startClock();
-listen(window, pressStop);
-startMotion();
-startBusHistory();
-startDoctor();
-startLink();
-
-const root = document.getElementById("app");
-if (root) render(<App />, root);
+startLanguage()
+  .then(() => import("./start"))
+  .catch(() => {
+    // Most likely the server went away, or was updated, between the page and its files: there are no words yet.
+    const root = document.getElementById("app");
+    if (root) root.textContent = "hornbill could not load this page. Load it again.";
+  });

@@ -1,12 +1,14 @@
 """Owns the OpenAPI document: FastAPI's own, with the WebSocket's messages added to its components."""
 
-from typing import Any, Literal
+import re
+from typing import Annotated, Any, Literal
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import TypeAdapter
 
-from hornbill.api import messages
+from hornbill.api import messages, once, roles
+from hornbill.api.access import COOKIE
 from hornbill.api.problems import MEDIA_TYPE, STATUS, declared
 
 _INVALID = declared("invalid_value")[STATUS["invalid_value"]]["description"]
@@ -16,11 +18,14 @@ _REF = "#/components/schemas/{model}"
 def document(app: FastAPI) -> dict[str, Any]:
     """The document, made once and kept on the application."""
     if app.openapi_schema is None:
-        made = get_openapi(title=app.title, version=app.version, summary=app.summary, routes=app.routes)
+        made = get_openapi(
+            title=app.title, version=app.version, summary=app.summary, routes=app.routes, servers=app.servers or None
+        )
         schemas: dict[str, Any] = made.setdefault("components", {}).setdefault("schemas", {})
         unions: tuple[tuple[str, Any, Literal["validation", "serialization"]], ...] = (
             ("ClientMessage", messages.ClientMessage, "validation"),
             ("ServerMessage", messages.ServerMessage, "serialization"),
+            ("DroppedMessage", Annotated[messages.DroppedMessage, "of the event stream"], "serialization"),
         )
         for name, union, mode in unions:
             shape = TypeAdapter[Any](union).json_schema(ref_template=_REF, mode=mode)
@@ -28,6 +33,8 @@ def document(app: FastAPI) -> dict[str, Any]:
                 schemas.setdefault(part, definition)
             schemas[name] = shape
         _declare_validation(made)
+        _declare_access(made)
+        _declare_keys(made)
         app.openapi_schema = made
     return app.openapi_schema
 
@@ -43,3 +50,56 @@ def _declare_validation(made: dict[str, Any]) -> None:
                 answers[status] = {"description": _INVALID, "content": {MEDIA_TYPE: {"schema": schema}}}
     for name in ("HTTPValidationError", "ValidationError"):
         made["components"]["schemas"].pop(name, None)
+
+
+_SCHEMES = {
+    "token": {"type": "http", "scheme": "bearer", "description": "'hornbill token add NAME --role ROLE' makes one."},
+    "session": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "What POST /session sets."},
+}
+
+
+def _declare_access(made: dict[str, Any]) -> None:
+    """Says of every operation which role it takes, and how the guard may answer in its place."""
+    made["components"]["securitySchemes"] = _SCHEMES
+    for path, operations in made["paths"].items():
+        for verb, operation in operations.items():
+            role = roles.declared(verb.upper(), re.sub(r"{[^}]*}", "{}", path))
+            codes = ["forbidden_origin"]
+            if role != roles.ANYBODY:
+                least = roles.Role.VIEW if role == roles.HERE else roles.Role(role or roles.Role.ADMIN)
+                operation["security"] = [{name: []} for name in _SCHEMES]
+                operation["x-hornbill-role"] = least.word
+                codes += ["unauthorized"] if least is roles.Role.VIEW else ["unauthorized", "forbidden_role"]
+            if verb in ("post", "put", "patch", "delete"):
+                codes += ["unsupported_media_type", "too_large"]
+            for status, answer in declared(*codes).items():
+                _answers(operation["responses"], str(status), answer["description"])
+
+
+_KEY = {
+    "name": once.HEADER,
+    "in": "header",
+    "required": False,
+    "description": "Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.",
+    "schema": {"type": "string", "minLength": 1, "maxLength": once.LONGEST, "pattern": "^[!-~]+$"},
+}
+
+
+def _declare_keys(made: dict[str, Any]) -> None:
+    """Every POST takes a key, but for those of which an answer of the past would be wrong or must not be kept."""
+    for path, operations in made["paths"].items():
+        if "post" in operations and path not in once.EVERY_TIME:
+            operation = operations["post"]
+            operation.setdefault("parameters", []).append(_KEY)
+            for status, answer in declared("idempotency_key_reused", "interrupted", "store_failed").items():
+                _answers(operation["responses"], str(status), answer["description"])
+
+
+def _answers(answers: dict[str, Any], status: str, description: str) -> None:
+    """One more reason for a status, beside those a route has declared itself."""
+    if status in answers:
+        said = answers[status]["description"]
+        answers[status]["description"] = ", ".join(dict.fromkeys(f"{said}, {description}".split(", ")))
+    else:
+        schema = {"$ref": _REF.format(model="Problem")}
+        answers[status] = {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}

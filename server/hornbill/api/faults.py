@@ -8,6 +8,7 @@ from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.motion_models import Fault
 from hornbill.api.problems import declared
 from hornbill.errors import Unknown
+from hornbill.servo.acting import signed
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 
@@ -58,4 +59,4 @@ def _known(host: Host, uid: str) -> Uid:
 
 
 def _who(host: Host, by: str | None, lease: str | None) -> str:
-    return by or host.leases.who(lease, host.base.now())
+    return signed(by) if by else host.leases.who(lease, host.base.now())

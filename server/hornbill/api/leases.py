@@ -5,6 +5,7 @@ from fastapi import APIRouter
 from hornbill.api import models, motion_models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.problems import declared
+from hornbill.servo.acting import signed
 from hornbill.servo.takeover import PASS_S
 
 router = APIRouter(tags=["motion"])
@@ -19,9 +20,9 @@ async def take_lease(host: TheHost, body: models.LeaseRequest) -> models.Lease:
     `force` takes it from whoever has it: their commands end and torque goes off first, and `reason` is kept.
     """
     if body.force:
-        lease = await host.takeovers.force(body.holder, body.ttl_s, body.reason)
+        lease = await host.takeovers.force(signed(body.holder), body.ttl_s, body.reason)
     else:
-        lease = host.takeovers.take(body.holder, body.ttl_s)
+        lease = host.takeovers.take(signed(body.holder), body.ttl_s)
     return present.lease(host, lease)
 
 
@@ -60,7 +61,7 @@ async def ask_for_lease(host: TheHost, body: motion_models.TakeOver) -> motion_m
     When the holder gives it back, or has not refused in `patience_s`, it is yours, after torque is off on what they
     commanded. Look at least every few seconds, or you are believed gone. Keep the `id`: it is your way to the lease.
     """
-    asked = await host.takeovers.ask(body.holder, body.ttl_s, body.reason, body.patience_s)
+    asked = await host.takeovers.ask(signed(body.holder), body.ttl_s, body.reason, body.patience_s)
     return present.take_over(host, asked)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketDisconnect
 
+from hornbill.api.access import WHO
 from hornbill.api.feed import BATCH_S
 from hornbill.api.outbox import Outbox, Shared
 from hornbill.api.session import Session
@@ -37,9 +38,9 @@ async def live(socket: WebSocket) -> None:
     """One page or program. When it goes, the leases it kept alive go with it."""
     host: Host = socket.app.state.host
     await socket.accept()
-    outbox = Outbox(_shared(socket.app.state, host), bool(socket.app.state.demo))
+    outbox = Outbox(shared(socket.app.state, host), bool(socket.app.state.demo))
     forget = host.hub.listen(outbox.on_change, *TOLD)
-    session = Session(host, outbox)
+    session = Session(host, outbox, socket.scope.get(WHO))
     writer = asyncio.create_task(_write(socket, outbox))
     try:
         while True:
@@ -53,8 +54,8 @@ async def live(socket: WebSocket) -> None:
         await asyncio.gather(writer, return_exceptions=True)
 
 
-def _shared(state: Any, host: Host) -> Shared:
-    """What the sockets of this host share, made for the first of them."""
+def shared(state: Any, host: Host) -> Shared:
+    """What the sockets and streams of this host share, made for the first of them."""
     found: Shared | None = getattr(state, "shared", None)
     if found is None or found.host is not host:
         if found is not None:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from hornbill.api.bus_models import Bus, DecodedTransfer, RawFrame
-from hornbill.api.models import Job, LeaseView, MotionConfirm, MotionProfile, Reading, Servo, Stop
+from hornbill.api.models import Job, LeaseView, MotionConfirm, MotionHold, MotionProfile, Reading, Servo, Short, Stop
 
 Topic = Literal["servos", "telemetry", "events", "jobs", "bus", "frames"]
 
@@ -63,6 +63,12 @@ class SocketCommand(Message):
     value: float = Field(allow_inf_nan=False)
     confirm: list[MotionConfirm] = Field(default_factory=list[MotionConfirm])
     profile: MotionProfile | None = None
+    hold: MotionHold | None = None
+
+    @property
+    def brakes(self) -> bool:
+        """Whether it is a way to stop: 0 rpm and 0 % brake (4.2, 4.3)."""
+        return self.type != "angle" and self.value == 0
 
 
 class CommandMessage(Message):
@@ -78,8 +84,8 @@ class StopMessage(Message):
 
     type: Literal["stop"]
     mode: Literal["off", "brake"] = "off"
-    by: str = Field(default="page", max_length=64)
-    reason: str = Field(default="", max_length=200)
+    by: Short = "page"
+    reason: Short = ""
 
 
 class StreamMessage(Message):
@@ -89,6 +95,7 @@ class StreamMessage(Message):
     lease: str
     id: str
     values: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(min_length=1, max_length=60)
+    profile: MotionProfile | None = None
 
 
 ClientMessage = Annotated[
@@ -196,6 +203,17 @@ class StopStateMessage(ServerMessageBase):
 
     type: Literal["stop"]
     stop: Stop
+
+
+class DroppedMessage(ServerMessageBase):
+    """Of an event stream only: so many messages, of all topics and servos, are gone for good; null where not known.
+
+    `telemetry`: samples are; else what follows is how everything stands now.
+    """
+
+    type: Literal["dropped"]
+    count: int | None
+    telemetry: bool
 
 
 class ErrorMessage(ServerMessageBase):

@@ -2,10 +2,13 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 Value = bool | int | float | str | None
 """An engineering value: a number in the row's unit, true/false, a choice's key, or null for the dummy."""
+
+Short = Annotated[str, AfterValidator(lambda text: text[:200])]
+"""What is said beside a stop: too long a text is cut, for it must not keep a servo moving."""
 
 UidField = Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="unique id, 32 lower-case hex digits")]
 
@@ -208,6 +211,13 @@ class MotionProfile(Model):
     accel_deg_s2: float = Field(default=240.0, gt=0, le=100_000)
 
 
+class MotionHold(Model):
+    """A speed or torque that lasts only while it is asked for again: for a button that is held."""
+
+    for_s: float = Field(default=0.5, ge=0.1, le=5, description="without another one within this it is braked")
+    renew: bool = Field(default=False, description="only go on with what runs: refused as busy once it was braked")
+
+
 class Command(Model):
     """A motion command for one servo. Needs a lease."""
 
@@ -222,6 +232,7 @@ class Command(Model):
         default_factory=list[MotionConfirm], description="words of earlier needs_confirmation problems: do it anyway"
     )
     profile: MotionProfile | None = Field(default=None, description="go there at a limited speed; angles only")
+    hold: MotionHold | None = Field(default=None, description="only while a button is held; speed and torque only")
 
 
 class Caution(Model):
@@ -345,7 +356,7 @@ class StopRequest(Model):
     """Stop everything now."""
 
     mode: Literal["off", "brake"] = "off"
-    reason: str = Field(default="", max_length=200)
+    reason: Short = Field(default="", description="200 characters of it are kept")
 
 
 class StopServo(Model):

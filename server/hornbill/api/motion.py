@@ -35,7 +35,11 @@ async def command_servo(
         raise InvalidValue(f"A profile is for angles; a {body.type} command has no way to go. Leave it out.")
     host.connected()
     sent_at = host.base.utc_now()
-    if body.profile is None:
+    if body.hold is not None:
+        target = await host.holds.run(
+            servo, lease, body.type, body.value, body.hold.for_s, renew=body.hold.renew, confirm=body.confirm
+        )
+    elif body.profile is None:
         target = await host.motion.command(servo, lease, body.type, body.value, clamp=body.clamp, confirm=body.confirm)
     else:
         profile = Profile(body.profile.speed_deg_s, body.profile.accel_deg_s2)

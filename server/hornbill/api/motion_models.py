@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hornbill.api.models import LeaseView, Model, MotionConfirm, PositionUnit, UidField
+from hornbill.api.models import LeaseView, Model, MotionConfirm, MotionProfile, PositionUnit, UidField
 
 
 class BurstCommand(Model):
@@ -53,6 +53,7 @@ class StreamValues(Model):
     """The newest values by uid; servos that are not named keep theirs."""
 
     values: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(min_length=1, max_length=60)
+    profile: MotionProfile | None = Field(default=None, description="go there at a limited speed, all in one time")
 
 
 class Stream(Model):
@@ -68,6 +69,7 @@ class Stream(Model):
     misses: int = Field(description="slots that passed without a burst in time")
     worst_late_ms: float
     worst_skew_ms: float = Field(description="worst time between first and last message of one burst")
+    moving: bool = Field(description="a servo of it is on its way to where a profile takes it")
     ended: str | None = Field(default=None, description="why it ended; null while it runs")
 
 

@@ -1,57 +1,63 @@
 """Owns the check of where a request comes from: a foreign page in the same browser must not move a servo."""
 
 from collections.abc import Callable
+from ipaddress import ip_address
+from typing import Final
 from urllib.parse import urlsplit
 
 from starlette.requests import HTTPConnection
-from starlette.types import ASGIApp, Receive, Scope, Send
-
-from hornbill.api.problems import answer
-from hornbill.errors import ForbiddenOrigin
 
 Policy = Callable[[HTTPConnection], str | None]
 """Why a request is refused, or None."""
 
-_SAFE = frozenset(("GET", "HEAD", "OPTIONS"))
+LOCAL_NAMES: Final = frozenset(("127.0.0.1", "localhost", "::1"))
+_OURS: Final = ("same-origin", "none")
+"""What a browser says of a request of our own page, and of one that was typed."""
+_PAGE: Final = ("navigate", "document")
 
 
-def local_policy(hosts: frozenset[str]) -> Policy:
+def local_policy(hosts: frozenset[str], *, addresses: bool = False) -> Policy:
     """Host must be one of `hosts` (stops DNS rebinding); a browser's Origin must be this very server.
 
-    Programs send no Origin and pass; browsers send one with every request that changes something and every socket.
+    With `addresses` any number of the network is a host as well: only names can be rebound. Programs send no Origin
+    and pass; browsers send one with every request that changes something, every socket and every fetch, and say with
+    Sec-Fetch-Site of all others whether another site made them. A link to our page may be on another site.
     """
 
     def check(connection: HTTPConnection) -> str | None:
         host = connection.headers.get("host", "")
-        if urlsplit(f"//{host}").hostname not in hosts:
-            return f"Host {host!r} is not this server. Use one of: {', '.join(sorted(hosts))}."
+        name = _hostname(host)
+        if name not in hosts and not (addresses and name is not None and _is_address(name)):
+            known = ", ".join(sorted(hosts))
+            return f"Host {host[:80]!r} is not this server. Use one of: {known}; or start it with --allow-host NAME."
         origin = connection.headers.get("origin")
-        changes = connection.scope["type"] == "websocket" or connection.scope["method"] not in _SAFE
-        if origin is not None and changes and origin not in (f"http://{host}", f"https://{host}"):
-            return f"Origin {origin!r} is another site. Open hornbill's own page at http://{host}/."
+        if origin is not None and origin not in (f"http://{host}", f"https://{host}"):
+            return f"Origin {origin[:80]!r} is another site. Open hornbill's own page at http://{host}/."
+        if connection.headers.get("sec-fetch-site", "none") not in _OURS and not _link(connection):
+            return f"Another site asked for this. Open hornbill's own page at http://{host}/."
         return None
 
     return check
 
 
-class OriginGuard:
-    """ASGI middleware that answers forbidden_origin (403) before any route is looked at."""
+def _link(connection: HTTPConnection) -> bool:
+    """Somebody follows a link to a page as a whole: it changes nothing, and the other site sees none of it."""
+    asked = (connection.headers.get("sec-fetch-mode"), connection.headers.get("sec-fetch-dest"))
+    path = connection.scope["path"].removeprefix(connection.scope.get("root_path", ""))
+    safe = connection.scope.get("method") == "GET" and not path.startswith(("/api/", "/viser", "/metrics"))
+    return safe and asked == _PAGE
 
-    def __init__(self, app: ASGIApp, policy: Policy) -> None:
-        self._app = app
-        self._policy = policy
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Refuse or pass on."""
-        if scope["type"] in ("http", "websocket"):
-            why = self._policy(HTTPConnection(scope))
-            if why is not None:
-                await self._refuse(scope, receive, send, why)
-                return
-        await self._app(scope, receive, send)
+def _hostname(host: str) -> str | None:
+    try:
+        return urlsplit(f"//{host}").hostname
+    except ValueError:  # no host at all, "[" for one
+        return None
 
-    async def _refuse(self, scope: Scope, receive: Receive, send: Send, why: str) -> None:
-        if scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": 1008, "reason": why[:120]})
-            return
-        await answer(ForbiddenOrigin(why))(scope, receive, send)
+
+def _is_address(name: str) -> bool:
+    try:
+        ip_address(name)
+    except ValueError:
+        return False
+    return True

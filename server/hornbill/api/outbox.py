@@ -43,6 +43,8 @@ class Shared:
         self.host = host
         self.feed = Feed(host.hub, host.base.now)
         self.fragments = Fragments(host)
+        self.dropped = 0
+        """Samples that any socket was too slow for."""
 
     def close(self) -> None:
         """The host is another one now."""
@@ -137,6 +139,7 @@ class Outbox:
     def missed(self, samples: int) -> None:
         """So many samples are gone before they could be sent."""
         self._dropped += samples
+        self._shared.dropped += samples
 
     def on_change(self, change: Change) -> None:
         """Take a change from the hub, but for samples; only what the socket asked for is kept."""

@@ -25,6 +25,7 @@ STATUS: dict[str, int] = {
     "unknown_stream": 404,
     "unknown_bundle": 404,
     "unknown_fault": 404,
+    "unknown_token": 404,
     "no_simulator": 404,
     "not_in_this_model": 409,
     "read_only": 409,
@@ -54,6 +55,12 @@ STATUS: dict[str, int] = {
     "not_available": 501,
     "stale_revision": 412,
     "forbidden_origin": 403,
+    "unauthorized": 401,
+    "forbidden_role": 403,
+    "too_many_attempts": 429,
+    "unsupported_media_type": 415,
+    "too_large": 413,
+    "idempotency_key_reused": 422,
     "not_found": 404,
     "method_not_allowed": 405,
     "bad_table": 500,
@@ -64,6 +71,8 @@ STATUS: dict[str, int] = {
 """HTTP status of every code an error can carry; a test walks the error tree against it."""
 
 MEDIA_TYPE = "application/problem+json"
+_SHAPE = {"$ref": "#/components/schemas/Problem"}
+"""Named here and not given as a model: FastAPI would declare it as application/json, which no problem is."""
 
 
 def problem(error: errors.HornbillError) -> Problem:
@@ -89,7 +98,7 @@ def declared(*codes: str) -> dict[int | str, dict[str, Any]]:
     """OpenAPI responses for these codes, gathered by status."""
     found: dict[int | str, dict[str, Any]] = {}
     for code in codes:
-        entry = found.setdefault(STATUS[code], {"model": Problem, "description": "", "content": {MEDIA_TYPE: {}}})
+        entry = found.setdefault(STATUS[code], {"description": "", "content": {MEDIA_TYPE: {"schema": _SHAPE}}})
         entry["description"] = ", ".join(filter(None, (entry["description"], f"`{code}`")))
     return found
 

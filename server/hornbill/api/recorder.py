@@ -41,7 +41,7 @@ async def get_recorder(host: TheHost) -> models.RecorderState:
         else models.PendingBundle(
             reason=pending.reason,
             text=pending.text,
-            marks=[models.Mark.model_validate(mark) for mark in pending.marks],
+            marks=[models.BundleMark.model_validate(mark) for mark in pending.marks],
             ready_in_s=round(max(0.0, pending.until - host.base.now()), 1),
         ),
     )
@@ -145,7 +145,7 @@ def _shown(bundles: BundleFolder, kept: KeptBundle) -> models.Bundle:
     return models.Bundle(
         name=kept.name, at=about.marks[0].at, reason=about.reason, text=about.text, bytes=kept.size,
         seconds=round(about.ended_at - about.started_at, 1),
-        marks=[models.Mark.model_validate(mark) for mark in about.marks],
+        marks=[models.BundleMark.model_validate(mark) for mark in about.marks],
     )  # fmt: skip
 
 

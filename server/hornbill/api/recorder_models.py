@@ -10,7 +10,7 @@ from hornbill.servo.bundle import About, Columns
 Reason = Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
 
 
-class Mark(Model):
+class BundleMark(Model):
     """A moment for which a bundle was, or will be, written."""
 
     at: float = Field(description="seconds since 1970 UTC")
@@ -24,7 +24,7 @@ class PendingBundle(Model):
 
     reason: Reason
     text: str
-    marks: list[Mark]
+    marks: list[BundleMark]
     ready_in_s: float
 
 
@@ -59,7 +59,7 @@ class Bundle(Model):
     text: str
     bytes: int
     seconds: float | None
-    marks: list[Mark]
+    marks: list[BundleMark]
     problem: str | None = None
 
 

@@ -5,8 +5,11 @@ import asyncio
 from pydantic import TypeAdapter, ValidationError
 
 from hornbill.api import messages
+from hornbill.api.access import Identity, forbidden
 from hornbill.api.outbox import Outbox
+from hornbill.api.roles import Role
 from hornbill.errors import HornbillError, InvalidValue
+from hornbill.servo.acting import signed
 from hornbill.servo.host import Host
 from hornbill.servo.jogging import Profile
 from hornbill.servo.servo import Servo
@@ -18,12 +21,15 @@ _CLIENT: TypeAdapter[messages.ClientMessage] = TypeAdapter(messages.ClientMessag
 class Session:
     """What one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
 
-    def __init__(self, host: Host, outbox: Outbox) -> None:
+    def __init__(self, host: Host, outbox: Outbox, who: Identity | None = None) -> None:
+        """`who` came with the socket; None where nobody had to say who they are."""
         self._host = host
         self._outbox = outbox
+        self._who = who
         self._leases: set[str] = set()
         self._newest: dict[Uid, tuple[str, messages.SocketCommand]] = {}
         self._sending: dict[Uid, asyncio.Task[None]] = {}
+        self._braking: set[Uid] = set()
 
     async def handle(self, text: str) -> None:
         """Do one client message; what cannot be done is answered, never raised."""
@@ -33,6 +39,7 @@ class Session:
             self._outbox.refuse("invalid_value", f"Not a message of this socket: {error.errors()[0]['msg']}.")
             return
         try:
+            self._allow(message)
             match message:
                 case messages.Subscribe():
                     self._outbox.subscribe(message.topics, message.uids, message.frames)
@@ -46,16 +53,29 @@ class Session:
                     for command in message.commands:
                         self._command(message.lease, command)
                 case messages.StreamMessage():
-                    self._host.streams.put(message.id, message.lease, message.values)
+                    way = message.profile
+                    profile = None if way is None else Profile(way.speed_deg_s, way.accel_deg_s2)
+                    self._host.streams.put(message.id, message.lease, message.values, profile)
                 case messages.StopMessage():
-                    self._host.stop.now(message.mode, message.by, message.reason)
+                    self._host.stop.now(message.mode, signed(message.by), message.reason)
         except HornbillError as error:
             self._outbox.refuse(error.code, error.detail)
 
+    def _allow(self, message: messages.ClientMessage) -> None:
+        """Looking and stopping is for every token; what keeps servos moving is not. Raises ForbiddenRole."""
+        looks = isinstance(message, messages.Subscribe | messages.Unsubscribe | messages.StopMessage)
+        if not looks and self._who is not None and self._who.role < Role.OPERATE:
+            raise forbidden(self._who, Role.OPERATE)
+
     def close(self) -> None:
         """The socket is gone: so is whoever kept these leases alive, and torque goes off on what they commanded."""
-        for task in self._sending.values():
-            task.cancel()
+        for uid, task in self._sending.items():
+            waiting = self._newest.get(uid)
+            if waiting is not None and not waiting[1].brakes:
+                del self._newest[uid]
+                waiting = None
+            if waiting is None and uid not in self._braking:  # a button let go still brakes when its page closes
+                task.cancel()
         for lease_id in self._leases:
             try:
                 lease = self._host.leases.release(lease_id, self._host.base.now())
@@ -70,13 +90,20 @@ class Session:
         self._host.fleet.get(uid)
         self._newest[uid] = (lease_id, command)
         task = self._sending.get(uid)
-        if task is None or task.done():
-            self._sending[uid] = asyncio.create_task(self._send(uid))
+        if task is not None and not task.done():
+            if not command.brakes or uid in self._braking:
+                return
+            task.cancel()  # a button let go does not wait for what it was held for, nor is it lost with it
+        self._sending[uid] = asyncio.create_task(self._send(uid))
 
     async def _send(self, uid: Uid) -> None:
         """One command at a time; while one is on the bus, only the newest of those that follow is kept."""
         while uid in self._newest:
             lease_id, command = self._newest.pop(uid)
+            if command.brakes:
+                self._braking.add(uid)
+            else:
+                self._braking.discard(uid)
             try:
                 await self._one(self._host.fleet.get(uid), lease_id, command)
             except HornbillError as error:
@@ -84,6 +111,12 @@ class Session:
                 self._outbox.refuse(error.code, error.detail, uid)
 
     async def _one(self, servo: Servo, lease_id: str, command: messages.SocketCommand) -> None:
+        if command.hold is not None:
+            await self._host.holds.run(
+                servo, lease_id, command.type, command.value, command.hold.for_s,
+                renew=command.hold.renew, confirm=command.confirm,
+            )  # fmt: skip
+            return
         if command.profile is None:
             await self._host.motion.command(
                 servo, lease_id, command.type, command.value, clamp=False, confirm=command.confirm

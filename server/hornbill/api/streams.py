@@ -6,6 +6,7 @@ from hornbill.api import motion_models as models
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.motion import MOTION_PROBLEMS
 from hornbill.api.problems import declared, together
+from hornbill.servo.jogging import Profile
 from hornbill.servo.streams import Stream
 
 router = APIRouter(tags=["motion"])
@@ -42,7 +43,8 @@ async def put_stream_values(
     host: TheHost, stream_id: str, body: models.StreamValues, lease: LeaseHeader = None
 ) -> models.Stream:
     """New values by uid, all or nothing; they leave with the next burst. So does a `stream` message of the socket."""
-    return shown(host.streams.put(stream_id, lease, body.values))
+    profile = None if body.profile is None else Profile(body.profile.speed_deg_s, body.profile.accel_deg_s2)
+    return shown(host.streams.put(stream_id, lease, body.values, profile))
 
 
 @router.delete("/streams/{stream_id}", operation_id="end_stream", responses=declared("unknown_stream"))
@@ -64,5 +66,6 @@ def shown(one: Stream) -> models.Stream:
         misses=one.misses,
         worst_late_ms=round(one.worst_late_s * 1000, 2),
         worst_skew_ms=round(one.worst_skew_s * 1000, 2),
+        moving=bool(one.legs) and one.ended is None,
         ended=one.ended,
     )

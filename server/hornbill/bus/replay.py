@@ -185,6 +185,7 @@ class ReplayPort:
                 self._deliver(burst)
                 self._reading = loop.run_in_executor(OwnThread("replay"), _take, self._frames)
                 self._batch = await asyncio.shield(self._reading)
+            self.trouble = "The recording is over: nothing comes any more. Play it again, or connect a bus."
         except LogFailed as error:
             self._state, self.trouble = PortState.LOST, error.detail
         except Exception:

@@ -139,8 +139,13 @@ def keep_backlog_short(bus: object) -> None:
         raw.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)
 
 
+def is_up(name: str) -> bool:
+    """Whether the interface is there and up."""
+    return bool(int(_read(NET / name / "flags") or "0", 16) & _IFF_UP)
+
+
 def _interface(name: str, told: Mapping[str, Any]) -> Interface:
-    up = bool(int(_read(NET / name / "flags") or "0", 16) & _IFF_UP)
+    up = is_up(name)
     # A controller that went off the bus takes the carrier away until it restarts; nothing else does.
     bus_off = up and (_read(NET / name / "carrier") == "0" or told.get("state") == "BUS-OFF")
     timing = cast(Mapping[str, Any], told.get("bittiming") or {})

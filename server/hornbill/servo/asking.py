@@ -1,5 +1,6 @@
 """Owns Asker: the one place that reads, writes and commands a servo, with each operation's own patience."""
 
+from collections import Counter, defaultdict
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
@@ -7,6 +8,7 @@ from typing import Any, TypeVar, cast
 from hornbill.errors import BusDisconnected, NoAnswer, Refused
 from hornbill.node.participant import Participant
 from hornbill.schema.parameter import DUMMY, Parameter
+from hornbill.servo.counting import Spread
 from hornbill.servo.hub import Hub, ReadingChanged, Sampled
 from hornbill.servo.servo import Servo
 from hornbill.servo.timebase import TimeBase
@@ -30,28 +32,34 @@ from hornbill.wire.services import (
 
 @dataclass(frozen=True, slots=True)
 class Patience:
-    """How an operation is sent: CAN priority (0 highest), seconds a try may take, and how many tries."""
+    """How an operation is sent: CAN priority (0 highest), seconds a try may take, and how many tries.
+
+    `kind` is what it is counted as.
+    """
 
     priority: int
     timeout_s: float
     tries: int
     urgent: bool = False
+    kind: str = "read"
 
 
 READ = Patience(priority=24, timeout_s=0.12, tries=25)
 """A node that is silent for 3 s is called offline; until then it is asked. With a fifth of all frames lost, a read
 by name succeeds in 0.41 of its tries (a request of one frame, an answer of three): all of 25 fail once in 500,000."""
-POLL = Patience(priority=26, timeout_s=0.12, tries=2)
-WRITE = Patience(priority=20, timeout_s=0.12, tries=10)
-COMMAND = Patience(priority=17, timeout_s=0.12, tries=1)
+POLL = Patience(priority=26, timeout_s=0.12, tries=2, kind="poll")
+WRITE = Patience(priority=20, timeout_s=0.12, tries=10, kind="write")
+COMMAND = Patience(priority=17, timeout_s=0.12, tries=1, kind="command")
 """Motion is never repeated: a late second copy could move the horn after the operator changed his mind. Whether it
 arrived is read when its answer does not."""
-TORQUE = Patience(priority=16, timeout_s=0.05, tries=4)
-STOP = Patience(priority=16, timeout_s=0.02, tries=1, urgent=True)
+TORQUE = Patience(priority=16, timeout_s=0.05, tries=4, kind="torque")
+STOP = Patience(priority=16, timeout_s=0.02, tries=1, urgent=True, kind="stop")
 """Torque and stop share one priority, so both have the same CAN identifier and keep their order on every adapter:
 an older "on" can never overtake, or be overtaken by, a newer "off"."""
-ONCE = Patience(priority=20, timeout_s=0.5, tries=1)
+ONCE = Patience(priority=20, timeout_s=0.5, tries=1, kind="action")
 """Save, reset and restart are never repeated: the second copy would find the servo restarting from the first."""
+
+BOUNDS_S = (0.001, 0.002, 0.003, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 3.0)
 
 Answer = TypeVar("Answer")
 
@@ -63,6 +71,12 @@ class Asker:
         self._hub = hub
         self._base = base
         self.participant: Participant | None = None
+        self.asked: Counter[tuple[str, str]] = Counter()
+        """Requests that have ended, by kind and outcome: answered, no_answer, or failed (cancelled, or never sent)."""
+        self.refused: Counter[str] = Counter()
+        """Answers without the value asked for, by kind."""
+        self.took: defaultdict[str, Spread] = defaultdict(lambda: Spread(BOUNDS_S))
+        """By kind: from the call to the answer, the wait for its turn and every repetition within."""
 
     async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
         """RAM's raw value of one row, and remember it. Raises NoAnswer, Refused, BusDisconnected."""
@@ -76,7 +90,7 @@ class Asker:
         """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
         request = GetSetRequest(0, EMPTY, parameter.name)
         response = await self._ask(node_id, request, GetSetResponse, patience)
-        return _integer_of(response, parameter)
+        return self._integer_of(response, parameter, patience)
 
     async def impose(self, node_id: int, parameter: Parameter, raw: Raw, patience: Patience) -> Raw | None:
         """Write one row of a node not yet known as a servo; what it holds now, None when it refuses.
@@ -85,7 +99,7 @@ class Asker:
         """
         request = GetSetRequest(0, integer(raw), parameter.name)
         response = await self._ask(node_id, request, GetSetResponse, patience)
-        return _integer_of(response, parameter)
+        return self._integer_of(response, parameter, patience)
 
     async def node_info(self, node_id: int, patience: Patience = READ) -> GetNodeInfoResponse:
         """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoAnswer, BusDisconnected."""
@@ -132,7 +146,7 @@ class Asker:
                 servo.forget(parameter.key)
                 self._hub.tell(ReadingChanged(servo.uid, parameter.key))
             raise
-        raw = _integer_of(response, parameter)
+        raw = self._integer_of(response, parameter, patience)
         if raw is None:
             verb = "read" if value == EMPTY else "write"
             raise Refused(
@@ -154,22 +168,34 @@ class Asker:
 
     async def _ask(self, who: Servo | int, request: Any, answer: type[Answer], patience: Patience) -> Answer:
         node_id = who if isinstance(who, int) else _node(who)
+        kind, began, outcome = patience.kind, self._base.now(), "failed"
         try:
             ask = cast("Callable[..., Coroutine[Any, Any, object]]", self.connected().request)
             response = await ask(
                 node_id, request, priority=patience.priority, timeout=patience.timeout_s,
                 tries=patience.tries, urgent=patience.urgent,
             )  # fmt: skip
+            outcome = "answered"
+            self.took[kind].add(self._base.now() - began)
         except NoAnswer:
+            outcome = "no_answer"
             tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
             raise NoAnswer(
                 f"{_title(who)} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
                 "Check its supply and the wiring.",
                 node_id=node_id,
             ) from None
+        finally:
+            self.asked[kind, outcome] += 1
         if not isinstance(response, answer):
             raise NoAnswer(f"{_title(who)} answered something that is no {answer.__name__}.", node_id=node_id)
         return response
+
+    def _integer_of(self, response: GetSetResponse, parameter: Parameter, patience: Patience) -> Raw | None:
+        raw = _integer_of(response, parameter)
+        if raw is None:
+            self.refused[patience.kind] += 1
+        return raw
 
     def connected(self) -> Participant:
         """Our node on the bus. Raises BusDisconnected without one."""

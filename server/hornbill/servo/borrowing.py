@@ -9,7 +9,7 @@ from hornbill.servo.asking import READ, WRITE, Asker, Patience
 from hornbill.servo.servo import Servo
 from hornbill.units import Raw
 
-_PATIENT = Patience(WRITE.priority, WRITE.timeout_s, READ.tries)
+_PATIENT = Patience(WRITE.priority, WRITE.timeout_s, READ.tries, kind="write")
 """A row that is left behind changed is worse than a wait of 3 s."""
 
 

@@ -35,10 +35,12 @@ from hornbill.servo.configuration.resetting import Resetting
 from hornbill.servo.configuration.restoring import Restoring
 from hornbill.servo.configuration.saving import Saving
 from hornbill.servo.configuration.witness import Witness
+from hornbill.servo.counting import Counts
 from hornbill.servo.doctor.doctor import Doctor
 from hornbill.servo.effects import Effects
 from hornbill.servo.faults import Faults
 from hornbill.servo.fleet import Fleet
+from hornbill.servo.holding import Holds
 from hornbill.servo.hub import BusChanged, Change, Happened, Hub, JobChanged, LeaseChanged, ServoChanged
 from hornbill.servo.jobs import Jobs
 from hornbill.servo.jogging import Jogs
@@ -121,6 +123,7 @@ class Host:
         self.connection: Connection | None = None
         self._open_port = open_port
         self._own = (node_id, unique_id, SoftwareVersion(*version))
+        self.counts = Counts(self.hub)
         self.asker = Asker(self.hub, self.base)
         self.audit = Audit(store.audit, self.hub)
         self.history = History(store.snapshots, self.audit)
@@ -152,6 +155,7 @@ class Host:
         )  # fmt: skip
         self.motion.streamed = self.streams.commands
         self.jogs = Jogs(self.asker, self.hub, self.base, self.motion)
+        self.holds = Holds(self.hub, self.base, self.motion, self.jogs.end)
         self.jobs = Jobs(lambda job: self.hub.tell(JobChanged(job)), self.base.utc_now, store.jobs)
         self.claims = Claims(
             self.fleet.all, store, lambda: None if self.connection is None else self.connection.directory, self.base,
@@ -287,6 +291,7 @@ class Host:
         await self.jobs.close()
         await self.streams.close()
         await self.jogs.close()
+        await self.holds.close()
         await self.polling.close()
         await self.position_units.close()
         await self.disconnect()  # before stop ends: a servo that has not answered it yet is written to until then

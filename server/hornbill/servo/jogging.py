@@ -110,6 +110,12 @@ class Jogs:
         self._jogs[servo.uid] = jog
         return target, jog.task
 
+    def end(self, uid: Uid) -> None:
+        """End the move of one servo where it is, for whoever commands it now."""
+        going = self._jogs.pop(uid, None)
+        if going is not None and going.task is not None:
+            going.task.cancel()
+
     async def close(self) -> None:
         """End every move where it is."""
         tasks = [jog.task for jog in self._jogs.values() if jog.task is not None]

@@ -102,7 +102,7 @@ class KeepingAlive:
             if rest > 0 and not unanswered:
                 await asyncio.sleep(rest)
                 continue
-            patience = Patience(COMMAND.priority, min(COMMAND.timeout_s, interval / 2), 1)
+            patience = Patience(COMMAND.priority, min(COMMAND.timeout_s, interval / 2), 1, kind="command")
             driven.asking = True
             try:
                 if not needs_feeding(servo):

@@ -2,9 +2,11 @@
 
 import math
 import secrets
+from collections import Counter
 from dataclasses import dataclass
 
 from hornbill.errors import Busy, LeaseHeld, LeaseRequired, Unknown
+from hornbill.servo.acting import acting, signed
 from hornbill.units import Instant
 
 
@@ -26,6 +28,8 @@ class Leases:
         self._unseen: list[Lease] = []
         self.promised_to: str | None = None
         """Who gets the next lease, because it was asked for: nobody else does meanwhile."""
+        self.counts: Counter[str] = Counter()
+        """Leases that were taken, released, taken away, or lapsed, since the start."""
 
     def current(self, now: Instant) -> Lease | None:
         """The live lease, or None."""
@@ -57,6 +61,7 @@ class Leases:
         lease = self.current(now)
         if lease is not None:
             self._lease = None
+            self.counts["taken_away"] += 1
         return lease
 
     def renew(self, lease_id: str, now: Instant) -> Lease:
@@ -71,16 +76,19 @@ class Leases:
         """Give it back. Raises Unknown(unknown_lease)."""
         lease = self.renew(lease_id, now)
         self._lease = None
+        self.counts["released"] += 1
         return lease
 
     def lapsed(self, now: Instant) -> Lease | None:
         """A lease that has run out unseen, each one once, also when another has been granted since."""
         if self._unseen:
+            self.counts["lapsed"] += 1
             return self._unseen.pop(0)
         lease = self._lease
         if lease is None or lease.expires_at > now:
             return None
         self._lease = None
+        self.counts["lapsed"] += 1
         return lease
 
     def require(self, lease_id: str | None, now: Instant) -> Lease:
@@ -103,13 +111,14 @@ class Leases:
             raise self._held(lease, now)
 
     def who(self, lease_id: str | None, now: Instant) -> str:
-        """Who does it, for the audit: the holder of that lease while it lives, else "no lease"."""
+        """Who does it, for the audit: the holder of that lease while it lives, else the token, else "no lease"."""
         lease = self.current(now)
-        return lease.holder if lease is not None and _is(lease, lease_id) else "no lease"
+        return signed(lease.holder) if lease is not None and _is(lease, lease_id) else acting() or "no lease"
 
     def _new(self, holder: str, ttl_s: float, now: Instant, first_s: float) -> Lease:
         if self._lease is not None:
             self._unseen.append(self._lease)
+        self.counts["taken"] += 1
         self._lease = Lease(secrets.token_hex(16), holder, ttl_s, now + first_s)
         return self._lease
 

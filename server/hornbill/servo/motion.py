@@ -71,6 +71,11 @@ class Motion:
         """Whether somebody has this servo under command."""
         return uid in self._driven
 
+    def told(self, uid: Uid) -> Target | None:
+        """What this servo was commanded last, as far as it is under command."""
+        driven = self._driven.get(uid)
+        return None if driven is None else driven.target
+
     async def command(
         self, servo: Servo, lease_id: str | None, kind: str, value: float, *, clamp: bool, confirm: Collection[str] = ()
     ) -> Target:
@@ -185,7 +190,7 @@ class Motion:
         if self.stop is not None and mode == "off":
             self.stop.let_go(servo)
         row = servo.catalog.by_key["torque_mode"]
-        patience = Patience(STOP.priority, STOP.timeout_s * 2, OFF_TRIES, urgent=True)
+        patience = Patience(STOP.priority, STOP.timeout_s * 2, OFF_TRIES, urgent=True, kind="stop")
         try:
             raw = await self._asker.write(servo, row, MODES[mode], patience)
         except HornbillError:

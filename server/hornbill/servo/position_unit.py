@@ -28,7 +28,7 @@ from hornbill.units import Instant, Uid
 
 log = logging.getLogger(__name__)
 
-LOOK: Final = Patience(priority=27, timeout_s=0.12, tries=2)
+LOOK: Final = Patience(priority=27, timeout_s=0.12, tries=2, kind="poll")
 """0x08 to be compared with Status: after every poll, and not asked again for long, for it is about now."""
 
 EAGER: Final = 20

@@ -124,7 +124,7 @@ def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
         maximum=row.maximum / per_unit if bounded and row.maximum is not None else None,
         in_effect=found.in_effect,
         why_not=found.why_not,
-        stale=_stale(servo, register, now),
+        stale=is_stale(servo, register, now),
         differs_from_default=_differs_from_default(servo, register),
         unsaved=servo.differs_from_rom(key),
     )
@@ -174,7 +174,7 @@ def _differs_from_default(servo: Servo, register: Register) -> bool | None:
     return None if servo.soft_starting and row.key in SOFT_START_ROWS else register.raw != row.default
 
 
-def _stale(servo: Servo, register: Register, now: float) -> bool:
+def is_stale(servo: Servo, register: Register, now: float) -> bool:
     """Whether the value may no longer be true: never read, read before a restart or silence, or simply too old.
 
     Configuration changes only when somebody writes it or the servo restarts, so its age alone does not make it

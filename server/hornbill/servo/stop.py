@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from hornbill.errors import HornbillError, Stopped
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.asking import STOP, Asker
+from hornbill.servo.counting import Spread
 from hornbill.servo.hub import Change, Happened, Hub, ReadingChanged, StopChanged
 from hornbill.servo.quenching import AGAIN_LATER_S, AGAIN_S, MODES, SOON, Quencher
 from hornbill.servo.servo import Servo
@@ -24,6 +25,8 @@ LOOK_S = 1.0
 
 LOOK_BRAKED_S = 0.33
 """The same with the brake: a third of the time-out (0x27) as delivered, which may let the brake go (section 4.19)."""
+
+ANSWER_BOUNDS_S = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 1.0, 5.0)
 
 NAMED_S = 1.0
 """Who has not confirmed after this long is named in an event."""
@@ -121,6 +124,10 @@ class Stop:
         self.on_cleared: Callable[[Latch, str], None] = lambda _latch, _by: None
         """Called last, with the latch that was cleared and who did. Must return at once."""
         self.latch: Latch | None = None
+        self.presses = 0
+        """How often somebody stopped, since the start; the same press by two roads is one."""
+        self.answered = Spread(ANSWER_BOUNDS_S)
+        """From the first write of a stop to the answer of each servo it is for."""
         self.bus_gone = False
         """The bus is lost: what is written leaves when it is back."""
         hub.listen(self._on_change)
@@ -159,6 +166,7 @@ class Stop:
             self._go_on(latch, waiting)
             return latch
         self.latch = Latch(mode, self._base.now(), by, reason)
+        self.presses += 1
         # who has not answered to an earlier stop is not let off because it has no node id just now
         waiting |= {uid for uid, task in self._tasks.items() if isinstance(uid, str) and not task.done()}
         self._end_tasks()
@@ -297,6 +305,7 @@ class Stop:
     def _confirm(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         if one.ms is None:
             one.ms = round((self._base.now() - latch.at) * 1000, 2)
+            self.answered.add(self._base.now() - one.begun)
         if one.named:
             one.named = False
             uid = one.uid if isinstance(one, Confirmation) else None

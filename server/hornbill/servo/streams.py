@@ -12,6 +12,7 @@ from hornbill.errors import BusBudget, Busy, HornbillError, InvalidValue, Unknow
 from hornbill.servo.asking import READ, Asker
 from hornbill.servo.bursts import Bursts, Prepared, Wish
 from hornbill.servo.hub import Happened, Hub
+from hornbill.servo.jogging import Profile, Track
 from hornbill.servo.leases import Leases
 from hornbill.servo.servo import Servo
 from hornbill.servo.timebase import TimeBase
@@ -35,10 +36,20 @@ ENDED_KEPT: Final = 20
 
 
 @dataclass(slots=True)
+class Leg:
+    """The way of one servo of a stream to where it was told to go, in degrees."""
+
+    track: Track
+    goal: float
+    profile: Profile
+
+
+@dataclass(slots=True)
 class Stream:
     """One stream. `share` of the bus 0..1; `worst_late_s`: how long after its time a burst left at worst.
 
-    `misses`: slots in which nothing was sent in time. `ended`: why it is over, None while it runs.
+    `misses`: slots in which nothing was sent in time. `legs`: who is still on the way. `ended`: why it is over, None
+    while it runs.
     """
 
     id: str
@@ -48,6 +59,7 @@ class Stream:
     rate_hz: float
     prepared: Prepared
     share: float
+    legs: dict[Uid, Leg] = field(default_factory=dict[Uid, Leg])
     sent: int = 0
     misses: int = 0
     worst_late_s: float = 0.0
@@ -83,6 +95,8 @@ class Streams:
         self._bursts = bursts
         self._online = online
         self._streams: dict[str, Stream] = {}
+        self.sent = self.misses = 0
+        """Bursts that left, and slots that were missed, of every stream since the start."""
 
     def all(self) -> list[Stream]:
         """Streams that run and the last that ended, oldest first."""
@@ -123,11 +137,15 @@ class Streams:
         made.task = asyncio.get_running_loop().create_task(self._run(made))
         return made
 
-    def put(self, stream_id: str, lease_id: str | None, values: Mapping[str, float]) -> Stream:
+    def put(
+        self, stream_id: str, lease_id: str | None, values: Mapping[str, float], profile: Profile | None = None
+    ) -> Stream:
         """New values (degrees, rpm or %) by uid, all or nothing; they leave with the next burst.
 
         A value between two steps of its register becomes the nearer one: what is streamed was computed.
-        Raises Unknown, Busy once it has ended, LeaseRequired, LeaseHeld, OutOfRange, InvalidValue, NeedsConfirmation.
+        `profile`: go there at a limited speed, angles only; those with a shorter way go slower, so that all arrive at
+        one time. Raises Unknown, Busy once it has ended, LeaseRequired, LeaseHeld, OutOfRange, InvalidValue,
+        NeedsConfirmation.
         """
         stream = self.get(stream_id)
         self._leases.require(lease_id, self._base.now())
@@ -139,7 +157,15 @@ class Streams:
             raise InvalidValue(f"{foreign[:40]!r} is no servo of this stream. Name some of those it was begun with.")
         per_unit = {part.servo.uid: part.target.parameter.per_unit for part in stream.prepared.parts}
         steps = {Uid(uid): round(value * per_unit[Uid(uid)]) / per_unit[Uid(uid)] for uid, value in values.items()}
-        stream.prepared = self._bursts.renewed(stream.prepared, steps)
+        there = self._bursts.renewed(stream.prepared, steps)
+        if profile is not None and stream.kind != "angle":
+            raise InvalidValue(f"A profile is for angles; a {stream.kind} has no way to go. Leave it out.")
+        if profile is None:
+            stream.prepared = there
+            for uid in steps:
+                stream.legs.pop(uid, None)
+        else:
+            self._set_out(stream, steps, profile)
         return stream
 
     async def end(self, stream_id: str, why: str) -> Stream:
@@ -154,6 +180,27 @@ class Streams:
         for stream in self._streams.values():
             self._end(stream, "The server ends.")
         await asyncio.gather(*tasks, return_exceptions=True)
+
+    @staticmethod
+    def _set_out(stream: Stream, goals: Mapping[Uid, float], profile: Profile) -> None:
+        told = {one.servo.uid: one.target.raw / one.target.parameter.per_unit for one in stream.prepared.parts}
+        tracks = {uid: stream.legs[uid].track if uid in stream.legs else Track(told[uid]) for uid in goals}
+        farthest = max(abs(goal - tracks[uid].at) for uid, goal in goals.items())
+        for uid, goal in goals.items():
+            part = abs(goal - tracks[uid].at) / farthest if farthest > 0 else 1.0
+            part = max(part, 0.05)  # 0 would never brake what still moves
+            stream.legs[uid] = Leg(tracks[uid], goal, Profile(profile.speed * part, profile.acceleration * part))
+
+    def _go_on(self, stream: Stream, dt: float) -> None:
+        """Every servo that is on its way, `dt` seconds further."""
+        for uid, leg in list(stream.legs.items()):
+            there = leg.track.step(leg.goal, leg.profile, dt)
+            try:
+                stream.prepared = self._bursts.renewed(stream.prepared, {uid: round(leg.track.at, 1)}, clamp=True)
+            except InvalidValue:
+                continue  # float16 has no such angle: it goes by the next one there is; the goal itself was checked
+            if there:
+                del stream.legs[uid]
 
     def _end(self, stream: Stream, why: str) -> None:
         if stream.ended is None:
@@ -171,10 +218,13 @@ class Streams:
                 if late >= period * SKIP:
                     missed = int(late / period)
                     stream.misses += missed
+                    self.misses += missed
                     due += missed * period
                 stream.worst_late_s = max(stream.worst_late_s, late)
+                self._go_on(stream, period)
                 sent = self._bursts.send(stream.lease_id, stream.prepared)
                 stream.sent += 1
+                self.sent += 1
                 stream.worst_skew_s = max(stream.worst_skew_s, sent.skew_s)
                 due += period
                 await asyncio.sleep(max(0.0, due - self._base.now()))

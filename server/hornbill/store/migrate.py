@@ -5,7 +5,7 @@ from typing import Final
 
 from sqlalchemy import Connection, inspect, text
 
-NEWEST: Final = "0003"
+NEWEST: Final = "0005"
 """The last revision in migrations/versions."""
 
 _FOLDER: Final = Path(__file__).resolve().parent / "migrations"

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from hornbill.store.allocations import Allocations
+from hornbill.store.answers import Answers
 from hornbill.store.audit import AuditLog
 from hornbill.store.database import Database
 from hornbill.store.faults import FaultLog
@@ -16,6 +17,7 @@ from hornbill.store.runs import Runs
 from hornbill.store.servos import Servos
 from hornbill.store.settings import Settings
 from hornbill.store.snapshots import Snapshots
+from hornbill.store.tokens import Tokens
 
 
 class Store:
@@ -38,6 +40,8 @@ class Store:
         self.runs = Runs(self._database, wall)
         self.faults = FaultLog(self._database)
         self.settings = Settings(self._database)
+        self.tokens = Tokens(self._database, wall)
+        self.answers = Answers(self._database, wall)
 
     def close(self) -> None:
         """Give the database back; every later call raises RuntimeError. Twice is harmless."""

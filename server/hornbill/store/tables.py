@@ -5,7 +5,7 @@ Instants are float seconds since 1970 in UTC, everywhere in the database.
 
 from typing import TypeAlias
 
-from sqlalchemy import JSON, BigInteger, Boolean, Float, Integer, MetaData, String, TypeDecorator
+from sqlalchemy import JSON, BigInteger, Boolean, Float, Integer, LargeBinary, MetaData, String, TypeDecorator
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
@@ -178,3 +178,29 @@ class FaultRow(Table):
     active: Mapped[bool] = mapped_column(Boolean)
     acknowledged_at: Mapped[float | None] = mapped_column(_INSTANT)
     acknowledged_by: Mapped[str | None] = mapped_column(Words(80))
+
+
+class TokenRow(Table):
+    """Somebody who may come in. The token itself is nowhere: only its digest is."""
+
+    __tablename__ = "tokens"
+
+    name: Mapped[str] = mapped_column(Words(32), primary_key=True)
+    role: Mapped[str] = mapped_column(Words(20))
+    digest: Mapped[str] = mapped_column(Words(64), unique=True)
+    created_at: Mapped[float] = mapped_column(_INSTANT)
+    last_used_at: Mapped[float | None] = mapped_column(_INSTANT)
+
+
+class AnswerRow(Table):
+    """A request with an Idempotency-Key, both by digest. Without a status it has no answer (yet)."""
+
+    __tablename__ = "answers"
+
+    id: Mapped[str] = mapped_column(Words(64), primary_key=True)
+    request: Mapped[str] = mapped_column(Words(64))
+    process: Mapped[str] = mapped_column(Words(32))
+    at: Mapped[float] = mapped_column(_INSTANT, index=True)
+    status: Mapped[int | None] = mapped_column(Integer)
+    headers: Mapped[dict[str, str] | None] = mapped_column(JSON(none_as_null=True))
+    body: Mapped[bytes | None] = mapped_column(LargeBinary)

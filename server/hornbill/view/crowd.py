@@ -7,8 +7,8 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from hornbill.view.case import CASES, Vector
-from hornbill.view.geometry import horn_wxyz, wrapped
+from hornbill.view.case import ARC_HEIGHT, CASES, HORN_REACH, Vector
+from hornbill.view.geometry import Points, horn_wxyz, scale_lines, wrapped
 from hornbill.view.layout import Placed
 from hornbill.view.models import Name, Quality, glb, triangles
 from hornbill.view.palette import Palette
@@ -20,6 +20,8 @@ _STILL = (1.0, 0.0, 0.0, 0.0)
 _ANGLE_DECIMALS = 1
 _MET_DEG = 0.5
 """A command this close to the horn is met, and needs no ghost."""
+_ARC = HORN_REACH * 1.16
+_NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)
 
 
 class _Copy(NamedTuple):
@@ -45,12 +47,14 @@ def _fill(node: viser.BatchedGlbHandle | viser.BatchedMeshHandle, copies: Sequen
 class Crowd:
     """Draws the many. Batches are made when first needed, then only their arrays change."""
 
-    def __init__(self, server: viser.ViserServer, colours: Palette, quality: Quality) -> None:
-        self._scene = server.scene
+    def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality) -> None:
+        self._scene = client.scene
         self._models: dict[tuple[Name, Quality], viser.BatchedGlbHandle] = {}
         self._overlays: dict[Literal["stale", "ghosts"], viser.BatchedMeshHandle] = {}
         self._colours = colours
         self._quality: Quality = quality
+        self._arcs: viser.LineSegmentsHandle | None = None
+        self._drawn: tuple[tuple[Vector, float, float, float], ...] = ()
 
     def look(self, colours: Palette, quality: Quality) -> None:
         """Takes on a theme and a quality; the next `show` fills the batches of that quality."""
@@ -59,27 +63,59 @@ class Crowd:
             model.visible = made_for == quality
         for name, overlay in self._overlays.items():
             overlay.batched_colors = np.array(self._colour(name), dtype=np.uint8)
+        if self._arcs is not None:
+            self._arcs.colors = np.array(colours.limit, dtype=np.uint8)
 
-    def show(self, servos: Sequence[Placed]) -> None:
-        """Draws these servos. Call it inside `server.atomic()`."""
+    def show(self, servos: Sequence[Placed], *, limits: bool) -> None:
+        """Draws these servos, with `limits` their limit arcs too. Call it inside `client.atomic()`."""
         for case in CASES:
-            standing = [_Copy(servo.at) for servo in servos if servo.case is case]
+            standing = [_Copy(servo.at, servo.scale) for servo in servos if servo.case is case]
             self._fill_model("bla21-far" if case.key == "bla21" else "bla15-far", standing)
         live: list[_Copy] = []
         stale: list[_Copy] = []
         ghosts: list[_Copy] = []
         for servo in servos:
             pose, case = servo.pose, servo.case
-            hub = (servo.at[0], servo.at[1], servo.at[2] + case.pivot)
+            hub = (servo.at[0], servo.at[1], servo.at[2] + case.pivot * servo.scale)
+            size = case.horn * servo.scale
             angle, command = pose.angle_deg, pose.command_deg
             if angle is not None:
-                (stale if pose.stale else live).append(_Copy(hub, case.horn, angle))
+                (stale if pose.stale else live).append(_Copy(hub, size, angle))
             met = command is None or (angle is not None and abs(wrapped(command - angle)) < _MET_DEG)
             if command is not None and not (met or pose.stale):
-                ghosts.append(_Copy(hub, case.horn, command))
+                ghosts.append(_Copy(hub, size, command))
         self._fill_model("horn-far", live)
         self._fill_overlay("stale", stale)
         self._fill_overlay("ghosts", ghosts)
+        self._show_limits(servos if limits else ())
+
+    def _show_limits(self, servos: Sequence[Placed]) -> None:
+        """One node for every arc, made anew when a limit or a place changes, which is seldom."""
+        wanted: list[tuple[Vector, float, float, float]] = []
+        for servo in servos:
+            pose, case = servo.pose, servo.case
+            if pose.stale or pose.limit_cw_deg is None or pose.limit_ccw_deg is None:
+                continue
+            size = case.horn * servo.scale
+            x, y, z = servo.at
+            middle = (x, y, z + case.pivot * servo.scale + ARC_HEIGHT * size)
+            wanted.append((middle, size, pose.limit_cw_deg, pose.limit_ccw_deg))
+        if tuple(wanted) == self._drawn:
+            return
+        self._drawn = tuple(wanted)
+        pieces: list[Points] = [
+            scale_lines(cw, ccw, _ARC, tick=0.0, end=0.16) * size + np.array(middle, dtype=np.float32)
+            for middle, size, cw, ccw in wanted
+        ]
+        lines = np.concatenate(pieces).astype(np.float32) if pieces else _NO_LINES
+        if self._arcs is None:
+            if not pieces:
+                return
+            self._arcs = self._scene.add_line_segments(
+                "/crowd/arcs", lines, colors=self._colours.limit, thickness=1.5, thickness_units="screen"
+            )
+        else:
+            self._arcs.points = lines
 
     def _fill_model(self, name: Name, copies: Sequence[_Copy]) -> None:
         key = (name, self._quality)

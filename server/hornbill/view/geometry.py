@@ -58,10 +58,21 @@ def _band_faces() -> NDArray[np.uint32]:
 BAND_FACES = _band_faces()
 
 
+ORIGIN_FACES = np.array([[0, 1, 2]], dtype=np.uint32)
+
+
+def origin_mark(radius: float, size: float) -> Points:
+    """The triangle outside a limit arc that points at 0°, where the notch is when the servo is at its origin."""
+    return np.array(
+        [(0.0, radius, 0.0), (-0.6 * size, radius + size, 0.0), (0.6 * size, radius + size, 0.0)], dtype=np.float32
+    )
+
+
 def scale_lines(cw_deg: float, ccw_deg: float, radius: float, *, tick: float, end: float) -> Points:
     """The limit scale as (n, 2, 3) line pieces: the arc, a tick every 10°, a longer one every 30°, and the two ends.
 
-    `tick` and `end` are lengths outwards from `radius`; a long tick is twice as long as a short one.
+    `tick` and `end` are lengths outwards from `radius`; a long tick is twice as long as a short one, and 0 leaves
+    the ticks out.
     """
     first, last = span(cw_deg, ccw_deg)
     closed = last - first >= 360.0
@@ -71,7 +82,7 @@ def scale_lines(cw_deg: float, ccw_deg: float, radius: float, *, tick: float, en
     if not closed:
         ends = np.array([first, last])
         pieces.append(np.stack((rim(ends, radius - end * 0.4), rim(ends, radius + end)), axis=1))
-    for ten in tens:
+    for ten in tens if tick else ():
         length = tick if ten % 30 else 2 * tick
         turn = np.array([ten])
         pieces.append(np.stack((rim(turn, radius), rim(turn, radius + length)), axis=1))

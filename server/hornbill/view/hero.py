@@ -3,8 +3,8 @@
 import numpy as np
 import viser
 
-from hornbill.view.case import HORN_REACH, Case
-from hornbill.view.geometry import BAND_FACES, band, dashed, horn_wxyz, scale_lines, wrapped
+from hornbill.view.case import ARC_HEIGHT, HORN_REACH, Case
+from hornbill.view.geometry import BAND_FACES, ORIGIN_FACES, band, dashed, horn_wxyz, origin_mark, scale_lines, wrapped
 from hornbill.view.layout import Placed
 from hornbill.view.models import Quality, glb, outline, triangles
 from hornbill.view.palette import Palette
@@ -14,16 +14,15 @@ _ANGLE_STEP_DEG = 0.02
 """A smaller change of angle is not sent."""
 _MET_DEG = 0.3
 """A command this close to the horn is met, and needs no ghost."""
-_ARC_HEIGHT = 0.11
-"""Of the limit arc above the underside of the hub: the middle of the blade."""
 _INNER, _OUTER = HORN_REACH * 1.03, HORN_REACH * 1.22
+ORIGIN = origin_mark(_OUTER + 0.05, 0.2)
 
 
 class Hero:
     """Draws one servo at the origin. Nodes are made when first needed, then only their properties change."""
 
-    def __init__(self, server: viser.ViserServer, colours: Palette, quality: Quality) -> None:
-        scene = self._scene = server.scene
+    def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality) -> None:
+        scene = self._scene = client.scene
         self._cases: dict[str, viser.GlbHandle] = {}
         self._horns: dict[Quality, viser.GlbHandle] = {}
         self._quality: Quality = quality
@@ -63,6 +62,9 @@ class Hero:
             thickness=2.0,
             thickness_units="screen",
         )
+        self._origin = scene.add_mesh_simple(
+            "/hero/arc/origin", ORIGIN, ORIGIN_FACES, side="double", cast_shadow=False, receive_shadow=False
+        )
         self.look(colours, quality)
 
     def look(self, colours: Palette, quality: Quality) -> None:
@@ -74,12 +76,13 @@ class Hero:
         self._ghost_edge.colors = np.array(colours.command, dtype=np.uint8)
         self._sector.color = colours.limit_face
         self._sector.opacity = colours.limit_fill
+        self._origin.color = colours.ink
         self._scale.colors = np.array(colours.limit, dtype=np.uint8)
         if self._case is not None:
             self._show_case(self._case)
 
     def show(self, placed: Placed | None) -> None:
-        """Draws this servo, or nobody. Call it inside `server.atomic()`."""
+        """Draws this servo, or nobody. Call it inside `client.atomic()`."""
         if placed is None:
             for node in self._cases.values():
                 node.visible = False
@@ -112,11 +115,12 @@ class Hero:
             self._ghost_edge,
             self._sector,
             self._scale,
+            self._origin,
         ):
             node.scale = case.horn
         for node in (self._pivot, self._ghost):
             node.position = (0.0, 0.0, case.pivot)
-        self._arc.position = (0.0, 0.0, case.pivot + _ARC_HEIGHT * case.horn)
+        self._arc.position = (0.0, 0.0, case.pivot + ARC_HEIGHT * case.horn)
 
     def _show_horn(self, pose: Pose) -> None:
         self._pivot.visible = pose.angle_deg is not None

@@ -9,25 +9,35 @@ import numpy as np
 from hornbill.view.case import Case, Vector, case_of
 from hornbill.view.pose import Pose
 
-CAMERA_POSITION: Vector = (2.62, -3.72, 3.9)
-CAMERA_TARGET: Vector = (-0.12, 0.14, 1.36)
-CAMERA_FOV_DEG = 43.0
+CAMERA_POSITION: Vector = (3.3, -4.7, 4.15)
+CAMERA_TARGET: Vector = (0.0, 0.0, 1.55)
+CAMERA_TARGET_ALONE: Vector = (0.0, 0.0, 1.2)
+"""Without others behind it the selected servo stands in the middle of the picture."""
+CAMERA_FOV_DEG = 42.0
 CAMERA_NEAREST, CAMERA_FARTHEST = 3.0, 18.0
 """How close and how far the camera may be drawn, in scene units; shadows end at 20."""
 
-_PITCH_X, _PITCH_Y = 4.6, 3.8
-"""Distance of neighbours: two horns that point at each other stay apart."""
-_FIRST_ROW, _MIDDLE = 7.4, -6.6
-"""Where the rows begin and the x of their middle: behind the selected servo as the camera first sees it."""
+WALL_CAMERA_POSITION: Vector = (0.0, -8.0, 13.9)
+WALL_CAMERA_TARGET: Vector = (0.0, 0.0, 0.0)
+WALL_CAMERA_FOV_DEG = 24.0
+WALL_PITCH: tuple[float, float] = (3.8, 4.8)
+"""Distance of neighbours in a wall of horns, before its scale: room for a limit arc, and a name in front of it."""
+
+_PITCH, _ROW, _FIRST_ROW = 4.7, 4.6, 6.4
+"""Distance of neighbours, of rows, and of the first row: two horns that point at each other stay apart."""
+_AWAY = (-0.5746, 0.8184)
+"""The way the camera first looks, along the floor: the rows stand across it, behind the selected servo."""
+_RIGHT = (0.8184, 0.5746)
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A servo and where the foot of its output shaft stands."""
+    """A servo, where the foot of its output shaft stands, and its size."""
 
     pose: Pose
     case: Case
     at: Vector
+    scale: float = 1.0
 
 
 def place(poses: Sequence[Pose], selected: str | None) -> tuple[Placed | None, list[Placed]]:
@@ -36,7 +46,7 @@ def place(poses: Sequence[Pose], selected: str | None) -> tuple[Placed | None, l
     Everybody keeps a place of their own in the rows, in the order given; the place of the selected one stays free,
     so a selection moves two servos and no more. One servo alone has no rows.
     """
-    columns = max(3, ceil(sqrt(len(poses) * 1.4)))
+    columns = max(3, ceil(sqrt(len(poses) * 0.9)))
     columns += 1 - columns % 2
     chosen: Placed | None = None
     others: list[Placed] = []
@@ -45,9 +55,27 @@ def place(poses: Sequence[Pose], selected: str | None) -> tuple[Placed | None, l
         if pose.uid == selected:
             chosen = Placed(pose, case_of(pose.series), (0.0, 0.0, 0.0))
         else:
-            x = _MIDDLE + (column - columns // 2) * _PITCH_X
-            others.append(Placed(pose, case_of(pose.series), (x, _FIRST_ROW + row * _PITCH_Y, 0.0)))
+            away, aside = _FIRST_ROW + row * _ROW, (column - columns // 2) * _PITCH
+            at = (away * _AWAY[0] + aside * _RIGHT[0], away * _AWAY[1] + aside * _RIGHT[1], 0.0)
+            others.append(Placed(pose, case_of(pose.series), at))
     return chosen, others
+
+
+def wall(poses: Sequence[Pose], uids: Sequence[str], columns: int, scale: float) -> list[Placed]:
+    """The servos of a wall of horns, in the order of `uids` from the back left; one that nobody knows leaves its
+    place free. The middle of the wall is at the origin."""
+    known = {pose.uid: pose for pose in poses}
+    across, along = WALL_PITCH[0] * scale, WALL_PITCH[1] * scale
+    rows = ceil(len(uids) / columns)
+    placed: list[Placed] = []
+    for index, uid in enumerate(uids):
+        pose = known.get(uid)
+        if pose is None:
+            continue
+        row, column = divmod(index, columns)
+        at = ((column - (columns - 1) / 2) * across, ((rows - 1) / 2 - row) * along, 0.0)
+        placed.append(Placed(pose, case_of(pose.series), at, scale))
+    return placed
 
 
 def pick(origin: Vector, direction: Vector, placed: Sequence[Placed]) -> str | None:
@@ -57,7 +85,7 @@ def pick(origin: Vector, direction: Vector, placed: Sequence[Placed]) -> str | N
         slope = 1.0 / np.array(direction)
     best: tuple[float, str] | None = None
     for servo in placed:
-        low, high = (np.array(corner) + servo.at for corner in servo.case.box)
+        low, high = (np.array(corner) * servo.scale + servo.at for corner in servo.case.box)
         with np.errstate(invalid="ignore"):
             one, other = (low - start) * slope, (high - start) * slope
         enter = float(np.nanmax(np.fmin(one, other)))

@@ -22,6 +22,8 @@ class Palette:
     command_face: Rgb
     command_fill: float
     stale: Rgb
+    ink: Rgb
+    """The mark of the origin."""
     surroundings: float
     key: float
     rim: float
@@ -30,16 +32,17 @@ class Palette:
 DARK = Palette(
     background="#161A1D",
     haze=(22, 26, 29),
-    cell=(42, 48, 53),
-    section=(58, 66, 72),
-    shadow=0.55,
+    cell=(28, 33, 37),
+    section=(36, 42, 47),
+    shadow=0.42,
     limit=(30, 186, 150),
     limit_face=(0, 120, 92),
     limit_fill=0.32,
     command=(60, 145, 255),
-    command_face=(0, 112, 235),
-    command_fill=0.6,
+    command_face=(0, 78, 210),
+    command_fill=0.72,
     stale=(112, 122, 130),
+    ink=(214, 220, 224),
     surroundings=0.75,
     key=1.5,
     rim=0.7,
@@ -47,18 +50,19 @@ DARK = Palette(
 LIGHT = Palette(
     background="#F7F8F7",
     haze=(247, 248, 247),
-    cell=(222, 226, 224),
-    section=(204, 210, 207),
-    shadow=0.22,
+    cell=(238, 240, 239),
+    section=(228, 231, 230),
+    shadow=0.13,
     limit=(0, 112, 88),
     limit_face=(0, 120, 92),
     limit_fill=0.30,
     command=(0, 80, 190),
-    command_face=(10, 90, 225),
-    command_fill=0.5,
+    command_face=(0, 60, 200),
+    command_fill=0.62,
     stale=(120, 130, 127),
-    surroundings=0.85,
-    key=1.7,
+    ink=(40, 48, 51),
+    surroundings=0.72,
+    key=1.35,
     rim=0.6,
 )
 

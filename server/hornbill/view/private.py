@@ -17,3 +17,12 @@ class PrivateServer(viser.ViserServer):
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Does nothing. viser's own would publish the local server through its vendor's, on any client's word."""
         return None
+
+    def key_of(self, client: viser.ClientHandle) -> str:
+        """The path this client's socket was opened at, without slashes; empty when it has gone.
+
+        viser tells nobody its clients' addresses, so this looks where it keeps its connections (viser 1.1).
+        """
+        live = self._websock_server._live_connections  # pyright: ignore[reportPrivateUsage]
+        request = getattr(live.get(client.client_id), "request", None)
+        return "" if request is None else str(request.path).partition("?")[0].strip("/")

@@ -1,4 +1,4 @@
-"""Puts viser behind our own origin: its page at /viser/, its WebSocket at /viser and /viser/.
+"""Puts viser behind our own origin: a frame's page at /viser/KEY/, its WebSocket at the same address.
 
 viser itself asks nobody where they come from. Here a request passes only with a Host and an Origin that the policy
 knows, and of a browser's messages only those about cameras and clicks go on.
@@ -8,7 +8,9 @@ import asyncio
 import gzip
 import hashlib
 import logging
+import secrets
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import TypeAlias, get_args
 from urllib.parse import urlencode, urlsplit
 
@@ -23,6 +25,8 @@ from websockets.typing import Subprotocol
 from hornbill.view.models import Quality
 from hornbill.view.page import UnknownClient, client
 from hornbill.view.viewer import Viewer
+from hornbill.view.wish import KEY
+from hornbill.view.wishing import serve
 
 _log = logging.getLogger(__name__)
 
@@ -66,9 +70,10 @@ def same_origin(hosts: Collection[str]) -> Policy:
 def routes(viewer: Viewer, *, allowed: Policy) -> list[Route | WebSocketRoute]:
     """The routes of the 3D view, for an application that has none of its own at /viser.
 
-    The view is started by the first look at its page. Query parameters of the page: `darkMode` (present or not) and
-    `quality=high|low` set theme and quality of the view, `select=UID` brings a servo to the front, `fixedDpr` and
-    the `initialCamera…` ones are viser's.
+    The view is started by the first look at its page. KEY is 16 to 64 random hex digits by which a frame, its socket
+    and its wishes know each other; /viser/ chooses one. Query parameters of the page: `darkMode` (present or not),
+    `quality=high|low` and `select=UID` are the frame's first wish, `fixedDpr` and the `initialCamera…` ones are
+    viser's. Later wishes go over the WebSocket at /viser/KEY/wish.
     """
 
     async def page(request: Request) -> Response:
@@ -77,34 +82,50 @@ def routes(viewer: Viewer, *, allowed: Policy) -> list[Route | WebSocketRoute]:
     async def socket(websocket: WebSocket) -> None:
         await _socket(websocket, viewer, allowed)
 
+    async def wish(websocket: WebSocket) -> None:
+        key = _key(websocket)
+        if key is None or not allowed(websocket):
+            await websocket.close(1008)  # before accept: the browser is told 403
+            return
+        await serve(websocket, viewer, key)
+
     return [
         Route("/viser", page, methods=["GET"], include_in_schema=False),
         Route("/viser/", page, methods=["GET"], include_in_schema=False),
-        WebSocketRoute("/viser", socket),
-        WebSocketRoute("/viser/", socket),
+        Route("/viser/{key}", page, methods=["GET"], include_in_schema=False),
+        Route("/viser/{key}/", page, methods=["GET"], include_in_schema=False),
+        WebSocketRoute("/viser/{key}", socket),
+        WebSocketRoute("/viser/{key}/", socket),
+        WebSocketRoute("/viser/{key}/wish", wish),
     ]
+
+
+def _key(connection: HTTPConnection) -> str | None:
+    key = connection.path_params.get("key", "")
+    return key if KEY.fullmatch(key) else None
 
 
 async def _page(request: Request, viewer: Viewer, allowed: Policy) -> Response:
     if not allowed(request):
         return PlainTextResponse("This address may not show the 3D view.", 403)
     query = [(key, value) for key, value in request.query_params.multi_items() if key not in _STRIPPED]
-    if not request.url.path.endswith("/") or len(query) != len(request.query_params.multi_items()):
-        target = f"{request.scope.get('root_path', '')}/viser/" + (f"?{urlencode(query)}" if query else "")
+    key = _key(request)
+    if key is None and "key" in request.path_params:
+        return PlainTextResponse("A frame's key is 16 to 64 hex digits.", 404)
+    if key is None or not request.url.path.endswith("/") or len(query) != len(request.query_params.multi_items()):
+        address = f"{request.scope.get('root_path', '')}/viser/{key or secrets.token_hex(16)}/"
+        target = address + (f"?{urlencode(query)}" if query else "")
         return RedirectResponse(target, 307, {"Cache-Control": "no-store"})
     try:
         source = await asyncio.to_thread(client)
     except UnknownClient as error:
         return PlainTextResponse(f"The 3D view cannot be shown: {error}", 503)
     dark = "darkMode" in request.query_params
-    viewer.theme(dark)
-    quality = request.query_params.get("quality")
+    wish = replace(viewer.wish(key), dark=dark, selected=request.query_params.get("select"))
     for known in get_args(Quality):
-        if quality == known:
-            viewer.quality(known)
-    chosen = request.query_params.get("select")
-    if chosen is not None:
-        viewer.select(chosen)
+        if request.query_params.get("quality") == known:
+            wish = replace(wish, quality=known)
+    viewer.show(key, wish)
     viewer.start()
     body = source.page(dark=dark)
     tag = f'"{hashlib.sha256(body).hexdigest()[:32]}"'
@@ -128,14 +149,15 @@ async def _page(request: Request, viewer: Viewer, allowed: Policy) -> Response:
 async def _socket(websocket: WebSocket, viewer: Viewer, allowed: Policy) -> None:
     offered: list[str] = websocket.scope.get("subprotocols") or []
     wanted = client().subprotocol
-    if not allowed(websocket) or wanted not in offered:
+    key = _key(websocket)
+    if key is None or not allowed(websocket) or wanted not in offered:
         await websocket.close(1008)  # before accept: the browser is told 403
         return
     viewer.start()
     try:
         port = await asyncio.wait_for(asyncio.shield(asyncio.wrap_future(viewer.ready)), _START_TIMEOUT)
         upstream = await connect(
-            f"ws://127.0.0.1:{port}",
+            f"ws://127.0.0.1:{port}/{key}",
             subprotocols=[Subprotocol(wanted)],
             compression=None,
             max_size=None,

@@ -1,4 +1,4 @@
-"""Puts stage, selected servo and the others together, and sends each change as one."""
+"""Puts stage, selected servo and the others of one browser together, and sends each change as one."""
 
 from collections.abc import Sequence
 
@@ -13,27 +13,29 @@ from hornbill.view.stage import Stage
 
 
 class Scene:
-    """Everything drawn in one viser server."""
+    """Everything drawn in one browser; every node belongs to it alone."""
 
-    def __init__(self, server: viser.ViserServer, colours: Palette, quality: Quality) -> None:
-        self._server = server
-        self._stage = Stage(server, colours, quality)
-        self._hero = Hero(server, colours, quality)
-        self._crowd = Crowd(server, colours, quality)
-        self._shown: tuple[Placed | None, Sequence[Placed]] | None = None
+    def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality, *, wall: bool) -> None:
+        self._client = client
+        with client.atomic():
+            self._stage = Stage(client, colours, quality, wall=wall)
+            self._hero = Hero(client, colours, quality)
+            self._crowd = Crowd(client, colours, quality)
+        self._shown: tuple[Placed | None, Sequence[Placed], bool] | None = None
 
-    def look(self, colours: Palette, quality: Quality) -> None:
+    def look(self, colours: Palette, quality: Quality, *, wall: bool) -> None:
         """Takes on a theme and a quality."""
-        with self._server.atomic():
-            for part in (self._stage, self._hero, self._crowd):
-                part.look(colours, quality)
+        with self._client.atomic():
+            self._stage.look(colours, quality, wall=wall)
+            self._hero.look(colours, quality)
+            self._crowd.look(colours, quality)
         self._shown = None
 
-    def show(self, hero: Placed | None, others: Sequence[Placed]) -> None:
-        """Draws the servos; nothing is computed or sent when none of them changed."""
-        if (hero, others) == self._shown:
+    def show(self, hero: Placed | None, others: Sequence[Placed], *, limits: bool) -> None:
+        """Draws the servos, `limits` of the others too; nothing is computed or sent when none of them changed."""
+        if (hero, others, limits) == self._shown:
             return
-        with self._server.atomic():
+        with self._client.atomic():
             self._hero.show(hero)
-            self._crowd.show(others)
-        self._shown = (hero, others)
+            self._crowd.show(others, limits=limits)
+        self._shown = (hero, others, limits)

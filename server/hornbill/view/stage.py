@@ -1,4 +1,4 @@
-"""Owns what surrounds the servos: floor, lights, reflections, camera limits; in two themes and two qualities."""
+"""Owns what surrounds the servos: floor, lights, reflections, haze; in two themes, two qualities, near and wall."""
 
 import viser
 
@@ -9,47 +9,53 @@ from hornbill.view.palette import Palette
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 
 
-class Stage:
-    """Floor and lights; nodes are made once and changed afterwards."""
+def prepare(server: viser.ViserServer) -> None:
+    """What is the same for every browser: no axes, no lights and no marks of viser's own, and where a camera starts."""
+    server.scene.world_axes.visible = False
+    server.scene.configure_default_lights(False)
+    server.gui.configure_theme(show_logo=False, show_share_button=False)
+    camera = server.initial_camera
+    camera.position, camera.look_at = CAMERA_POSITION, CAMERA_TARGET
+    camera.fov = CAMERA_FOV_DEG * 3.141592653589793 / 180
+    camera.near, camera.far = 0.1, 200.0
 
-    def __init__(self, server: viser.ViserServer, colours: Palette, quality: Quality) -> None:
-        self._scene = server.scene
-        self._scene.world_axes.visible = False
-        self._scene.configure_default_lights(False)
-        server.gui.configure_theme(show_logo=False, show_share_button=False)
-        camera = server.initial_camera
-        camera.position, camera.look_at = CAMERA_POSITION, CAMERA_TARGET
-        camera.fov = CAMERA_FOV_DEG * 3.141592653589793 / 180
-        camera.near, camera.far = 0.1, 200.0
+
+class Stage:
+    """Floor and lights of one browser; nodes are made once and changed afterwards."""
+
+    def __init__(self, client: viser.ClientHandle, colours: Palette, quality: Quality, *, wall: bool) -> None:
+        self._scene = client.scene
         self._floor = self._scene.add_grid(
             "/stage/floor",
             infinite_grid=True,
-            cell_size=0.5,
-            cell_thickness=1.0,
+            cell_size=1.25,
+            cell_thickness=0.8,
             section_size=2.5,
-            section_thickness=1.0,
-            fade_distance=22.0,
-            fade_strength=1.4,
+            section_thickness=0.8,
+            fade_distance=17.0,
+            fade_strength=1.6,
             fade_from="origin",
             plane_opacity=0.0,
             position=(0.0, 0.0, -0.02),
         )
+        # High and from behind the left shoulder: the shadow stays short, so its edge stays fine.
         self._key = self._scene.add_light_directional(
-            "/stage/key", color=(255, 250, 242), position=(-3.6, -4.2, 6.4), cast_shadow=True
+            "/stage/key", color=(255, 250, 242), position=(-3.0, -2.6, 8.2), cast_shadow=True
         )
         self._rim = self._scene.add_light_directional(
-            "/stage/rim", color=(214, 228, 255), position=(5.0, 2.0, 2.0), cast_shadow=False
+            "/stage/rim", color=(214, 228, 255), position=(5.0, 3.0, 2.4), cast_shadow=False
         )
         self._sky = self._scene.add_light_hemisphere(
             "/stage/sky", sky_color=(240, 244, 250), ground_color=(96, 100, 104), visible=False
         )
-        self.look(colours, quality)
+        self.look(colours, quality, wall=wall)
 
-    def look(self, colours: Palette, quality: Quality) -> None:
-        """Takes on a theme and a quality. Only what differs is sent."""
+    def look(self, colours: Palette, quality: Quality, *, wall: bool) -> None:
+        """Takes on a theme and a quality; the floor of a wall has no lines. Only what differs is sent."""
         high = quality == "high"
         self._floor.cell_color = colours.cell
         self._floor.section_color = colours.section
+        self._floor.cell_thickness = self._floor.section_thickness = 0.0 if wall else 0.8
         self._floor.shadow_opacity = colours.shadow if high else 0.0
         self._key.cast_shadow = high
         self._key.intensity = colours.key if high else 2.0
@@ -57,7 +63,8 @@ class Stage:
         self._rim.visible = high
         self._sky.visible = not high
         self._sky.intensity = 3.2
-        self._scene.configure_fog(8.0, 34.0, color=colours.haze)
+        near, far = (60.0, 120.0) if wall else (9.0, 27.0)
+        self._scene.configure_fog(near, far, color=colours.haze)
         self._scene.configure_environment_map(
             "studio" if high else None,
             environment_intensity=colours.surroundings,

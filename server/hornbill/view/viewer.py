@@ -1,62 +1,47 @@
-"""Keeps the 3D scene up to date in a thread of its own, and only while somebody looks."""
+"""Keeps the 3D scenes up to date in a thread of its own, and only while somebody looks."""
 
 import logging
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING
 
-from hornbill.view.layout import CAMERA_FARTHEST, CAMERA_NEAREST, CAMERA_POSITION, CAMERA_TARGET, Placed, pick, place
-from hornbill.view.models import Quality
-from hornbill.view.palette import palette
 from hornbill.view.pose import PoseSource
+from hornbill.view.wish import Wish, Wishes
 
 if TYPE_CHECKING:
-    import viser
-
-    from hornbill.view.scene import Scene
+    from hornbill.view.private import PrivateServer
+    from hornbill.view.watcher import Watcher
 
 _log = logging.getLogger(__name__)
 
 _PAUSE_AFTER_ERROR = 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class _Wish:
-    """What was asked of the view; the view's thread takes it up at its next turn."""
-
-    selected: str | None = None
-    dark: bool = True
-    quality: Quality = "high"
-    resets: int = 0
-
-
 class Viewer:
-    """The 3D view of the servos that `source` knows.
+    """The 3D view of the servos that `source` knows: for each browser the scene its own wish asks for.
 
-    Every method may be called from any thread and returns at once. viser is imported by `start`, in the view's
-    thread. `on_select` is called with a uid when somebody clicks a servo, from a thread of viser's: hop to your own
-    loop. Clicking selects and does nothing else.
+    A browser is known by the key in its frame's address; two frames with one key share a wish. Every method may be
+    called from any thread and returns at once. viser is imported by `start`, in the view's thread. Clicking selects
+    and does nothing else.
     """
 
-    def __init__(
-        self, source: PoseSource, *, on_select: Callable[[str], None] | None = None, rate_hz: float = 25.0
-    ) -> None:
+    def __init__(self, source: PoseSource, *, rate_hz: float = 25.0) -> None:
         """`rate_hz` is how often poses are taken, 1 to 60 Hz: viser sends no faster. Raises ValueError beyond."""
         if not 1.0 <= rate_hz <= 60.0:
             raise ValueError(f"{rate_hz:g} Hz is outside what the 3D view can draw. Use 1 to 60 Hz.")
         self._source = source
-        self._on_select = on_select
         self._period = 1.0 / rate_hz
-        self._wish = _Wish()
+        self._wishes = Wishes()
+        self._listeners: dict[str, list[Callable[[str], None]]] = {}
         self._lock = Lock()
         self._wake = Event()
         self._closing = False
         self._thread: Thread | None = None
         self._watched = False
-        self._placed: tuple[Placed, ...] = ()
+        self._watchers: dict[int, Watcher] = {}
         self.ready: Future[int] = Future()
         """Resolves to the loopback port once viser serves there; fails when viser cannot start."""
 
@@ -69,7 +54,7 @@ class Viewer:
 
     @property
     def watched(self) -> bool:
-        """Whether a browser is looking."""
+        """Whether a browser is looking at the servos of the bus."""
         return self._watched
 
     def start(self) -> None:
@@ -91,32 +76,39 @@ class Viewer:
         elif not self.ready.done():
             self.ready.set_exception(RuntimeError("the 3D view was closed"))
 
-    def select(self, uid: str) -> None:
-        """Brings this servo to the front in every browser. An unknown uid shows the first servo until it turns up."""
-        self._ask(lambda wish: replace(wish, selected=uid))
+    def wish(self, key: str) -> Wish:
+        """What the frame of this key was last told to show."""
+        return self._wishes.of(key)
 
-    def theme(self, dark: bool) -> None:
-        """Colours floor, lights, ghost and limits for a dark or a light page, in every browser."""
-        self._ask(lambda wish: replace(wish, dark=dark))
-
-    def quality(self, quality: Quality) -> None:
-        """`high`: reflections and shadows. `low`: plain light, for browsers that draw in software."""
-        self._ask(lambda wish: replace(wish, quality=quality))
-
-    def reset_view(self) -> None:
-        """Puts the camera of every browser back where it started."""
-        self._ask(lambda wish: replace(wish, resets=wish.resets + 1))
-
-    def _ask(self, change: Callable[[_Wish], _Wish]) -> None:
-        with self._lock:
-            self._wish = change(self._wish)
+    def show(self, key: str, wish: Wish) -> None:
+        """What the frame of this key shall show from now on; other frames stay as they are."""
+        self._wishes.keep(key, wish)
         self._wake.set()
+
+    def on_pick(self, key: str, tell: Callable[[str], None]) -> Callable[[], None]:
+        """Calls `tell` with the uid of a servo clicked in the frame of this key, from a thread of viser's: hop to
+        your own loop. The frame then waits for a wish; without a listener it selects by itself.
+
+        Returns how to end it.
+        """
+        with self._lock:
+            self._listeners.setdefault(key, []).append(tell)
+
+        def end() -> None:
+            with self._lock:
+                left = [one for one in self._listeners.get(key, []) if one is not tell]
+                if left:
+                    self._listeners[key] = left
+                else:
+                    self._listeners.pop(key, None)
+
+        return end
 
     def _run(self) -> None:
         self.ready.set_running_or_notify_cancel()  # from here on nobody's time-out can cancel it
         try:
             from hornbill.view.private import PrivateServer
-            from hornbill.view.scene import Scene
+            from hornbill.view.stage import prepare
 
             server = PrivateServer()
         except Exception as error:
@@ -124,60 +116,78 @@ class Viewer:
             self.ready.set_exception(error)
             return
         try:
-            wish = self._wish
-            scene = Scene(server, palette(dark=wish.dark), wish.quality)
+            prepare(server)
             self._listen(server)
-            self._draw(server, scene, wish)
+            self.ready.set_result(server.get_port())
+            self._draw(server)
         finally:
             server.stop()
             if not self.ready.done():
                 self.ready.set_exception(RuntimeError("the 3D view could not be drawn"))
 
-    def _draw(self, server: "viser.ViserServer", scene: "Scene", wish: _Wish) -> None:
+    def _draw(self, server: "PrivateServer") -> None:
         while not self._closing:
             began = time.monotonic()
-            before, wish = wish, self._wish
-            self._watched = bool(server.get_clients())
             pause = self._period
+            looking = False
             try:
-                self._turn(server, scene, before, wish)
+                looking = self._turn(server)
             except Exception:
+                looking = True
                 _log.exception("the 3D view could not take up the servos' poses")
                 pause = _PAUSE_AFTER_ERROR
-            if not self.ready.done():
-                self.ready.set_result(server.get_port())
             # Without an onlooker this waits for one, or for a wish: nothing is computed for nobody.
-            self._wake.wait(pause - (time.monotonic() - began) if self._watched else None)
+            self._wake.wait(pause - (time.monotonic() - began) if looking else None)
             self._wake.clear()
 
-    def _turn(self, server: "viser.ViserServer", scene: "Scene", before: _Wish, wish: _Wish) -> None:
-        if (before.dark, before.quality) != (wish.dark, wish.quality):
-            scene.look(palette(dark=wish.dark), wish.quality)
-        if before.resets != wish.resets:
-            for client in server.get_clients().values():
-                client.camera.position, client.camera.look_at = CAMERA_POSITION, CAMERA_TARGET
-        poses = self._source.poses()
-        uids = {pose.uid for pose in poses}
-        selected = wish.selected if wish.selected in uids else (poses[0].uid if poses else None)
-        hero, others = place(poses, selected)
-        self._placed = tuple(others) if hero is None else (hero, *others)
-        scene.show(hero, others)
+    def _turn(self, server: "PrivateServer") -> bool:
+        """Draws for everybody who looks. False when there is nobody to come back for."""
+        self._meet(server)
+        wanted = [(watcher, self._wishes.of(watcher.key)) for watcher in self._watchers.values()]
+        self._watched = any(wish.looking and wish.poses is None for _, wish in wanted)
+        poses = self._source.poses() if self._watched else ()
+        for watcher, wish in wanted:
+            if not wish.looking:
+                continue
+            try:
+                watcher.turn(poses if wish.poses is None else wish.poses, wish)
+            except Exception:
+                if watcher.number in server.get_clients():  # else it left in the middle of it
+                    raise
+        return self._watched
 
-    def _listen(self, server: "viser.ViserServer") -> None:
+    def _meet(self, server: "PrivateServer") -> None:
+        """Gives whoever came a scene, and forgets whoever left."""
+        clients = server.get_clients()
+        for gone in self._watchers.keys() - clients.keys():
+            del self._watchers[gone]
+        for number, client in clients.items():
+            if number not in self._watchers:
+                from hornbill.view.watcher import Watcher
+
+                self._watchers[number] = Watcher(client, server.key_of(client))
+
+    def _listen(self, server: "PrivateServer") -> None:
         """Callbacks of viser, in threads of its pool. They select and wake, nothing else."""
         from viser import ClientHandle, SceneClickEvent
 
         @server.on_client_connect
-        def _(client: ClientHandle) -> None:
-            client.camera.min_orbit_distance = CAMERA_NEAREST
-            client.camera.max_orbit_distance = CAMERA_FARTHEST
+        def _(_: ClientHandle) -> None:
+            self._wake.set()
+
+        @server.on_client_disconnect
+        def _(_: ClientHandle) -> None:
             self._wake.set()
 
         @server.scene.on_click()
         def _(event: SceneClickEvent) -> None:
-            uid = pick(event.ray_origin, event.ray_direction, self._placed)
-            if uid is None or uid == self._wish.selected:
+            watcher = self._watchers.get(event.client_id)
+            uid = None if watcher is None else watcher.pick(event.ray_origin, event.ray_direction)
+            if watcher is None or uid is None:
                 return
-            self.select(uid)
-            if self._on_select is not None:
-                self._on_select(uid)
+            with self._lock:
+                listeners = tuple(self._listeners.get(watcher.key, ()))
+            for tell in listeners:
+                tell(uid)
+            if not listeners:
+                self.show(watcher.key, replace(self._wishes.of(watcher.key), selected=uid))

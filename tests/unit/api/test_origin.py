@@ -13,9 +13,9 @@ from hornbill.schema.catalog import Catalog
 POLICY = local_policy(frozenset(("127.0.0.1", "localhost", "::1")))
 
 
-def connection(kind: str = "http", method: str = "POST", **headers: str) -> HTTPConnection:
+def connection(kind: str = "http", method: str = "POST", path: str = "/", **headers: str) -> HTTPConnection:
     pairs = [(name.encode(), value.encode()) for name, value in headers.items()]
-    return HTTPConnection({"type": kind, "method": method, "headers": pairs})
+    return HTTPConnection({"type": kind, "method": method, "path": path, "headers": pairs})
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:8000", "localhost:8000", "[::1]:8000", "127.0.0.1"])
@@ -55,3 +55,35 @@ def test_the_refusal_is_a_problem_and_reaches_no_route() -> None:
     assert answer.status_code == 403
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.json()["code"] == "forbidden_origin"
+
+
+def test_another_site_in_the_browser_gets_nothing_but_a_link_to_the_page() -> None:
+    """Pictures, frames and fetches name no origin; the browser says all the same that another site made them."""
+    own = {"host": "127.0.0.1:8000"}
+    for site in ("cross-site", "same-site"):
+        for path in ("/api/v1/servos", "/viser/", "/metrics"):
+            for mode, dest in (("no-cors", "image"), ("navigate", "iframe"), ("navigate", "document")):
+                told = {"sec-fetch-site": site, "sec-fetch-mode": mode, "sec-fetch-dest": dest}
+                assert POLICY(connection("http", "GET", path, **own, **told)) is not None, (path, mode, dest)
+        link = {"sec-fetch-site": site, "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
+        assert POLICY(connection("http", "GET", "/servos", **own, **link)) is None
+        assert POLICY(connection("http", "POST", "/servos", **own, **link)) is not None
+    for site in ("same-origin", "none"):
+        assert POLICY(connection("http", "GET", "/api/v1/servos", **own, **{"sec-fetch-site": site})) is None
+
+
+def test_a_foreign_page_may_not_even_ask_for_a_read() -> None:
+    assert POLICY(connection(method="GET", host="127.0.0.1:8000", origin="http://evil.example")) is not None
+
+
+def test_any_number_is_a_host_where_that_was_allowed_and_no_name() -> None:
+    numbers = local_policy(frozenset(("localhost",)), addresses=True)
+    assert numbers(connection(host="192.0.2.7:8000")) is None
+    assert numbers(connection(host="[2001:db8::1]:8000")) is None
+    assert numbers(connection(host="evil.example")) is not None
+    assert POLICY(connection(host="192.0.2.7:8000")) is not None
+
+
+@pytest.mark.parametrize("host", ["[", "[::1", "", "a b", "127.0.0.1@evil.example"])
+def test_a_host_that_makes_no_sense_is_refused(host: str) -> None:
+    assert POLICY(connection(host=host)) is not None

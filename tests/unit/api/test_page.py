@@ -52,6 +52,11 @@ def test_nothing_outside_the_folder_is_served(path: str, folder: Path) -> None:
     assert "not for you" not in get(path, folder).text
 
 
+@pytest.mark.parametrize("path", ["/" + "a" * 5000 + ".js", "/assets/%00.js", "/%00/a.js"])
+def test_a_name_no_disk_can_have_is_a_file_that_is_not_there(path: str, folder: Path) -> None:
+    assert get(path, folder).status_code == 404
+
+
 @pytest.mark.parametrize("path", ["/nothing.js", "/api/v1/nothing", "/api/nothing"])
 def test_what_is_not_there_is_a_problem(path: str, folder: Path) -> None:
     answer = get(path, folder)

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hornbill.cli import app
-from hornbill.client import Client
+from hornbill.client.sync.connection import Connection
 
 
 def finding(severity: str, text: str, remedy: str | None = None) -> dict[str, Any]:
@@ -24,11 +24,11 @@ FAILURE = finding("failure", "Nobody is heard", "Check the supply.")
 
 
 def doctor(found: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch, *flags: str) -> tuple[int, str]:
-    def ask(_self: Client, verb: str, path: str, body: object = None, **query: str) -> object:
-        assert (verb, path, body, query) == ("GET", "/bus/doctor", None, {"all": "true"})
+    def ask(_self: Connection, verb: str, path: str, body: object = None, **query: object) -> object:
+        assert (verb, path, body, query) == ("GET", "/bus/doctor", None, {"all": True})
         return found
 
-    monkeypatch.setattr(Client, "ask", ask)
+    monkeypatch.setattr(Connection, "ask", ask)
     result = CliRunner().invoke(app, ["doctor", *flags])
     return result.exit_code, result.stdout
 

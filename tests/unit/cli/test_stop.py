@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from hornbill import client as client_module
 from hornbill.cli import app
-from hornbill.client import Client
+from hornbill.client.sync import hornbill as client_module
+from hornbill.client.sync.connection import Connection
 
 FRONT = {"uid": "1" * 32, "label": "front", "confirmed": True, "ms": 3.1}
 DEAF = {"uid": "2" * 32, "label": "rear", "confirmed": False, "ms": None}
@@ -40,12 +40,14 @@ def stop(answers: list[Any], asked: list[Any], monkeypatch: pytest.MonkeyPatch, 
     coming: Iterator[Any] = iter(answers)
     last: list[Any] = [None]
 
-    def ask(_self: Client, verb: str, path: str, body: object = None, **query: str) -> object:
+    def ask(
+        _self: Connection, verb: str, path: str, body: object = None, keyed: bool = True, **query: object
+    ) -> object:
         asked.append((verb, path, body, query))
         last[0] = next(coming, last[0])
         return last[0]
 
-    monkeypatch.setattr(Client, "ask", ask)
+    monkeypatch.setattr(Connection, "ask", ask)
     result = CliRunner().invoke(app, ["stop", *flags])
     return result.exit_code, result.stdout, result.stderr
 

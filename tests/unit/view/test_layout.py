@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.view.case import BLA15, BLA21, HORN_REACH
-from hornbill.view.layout import pick, place
+from hornbill.view.layout import WALL_PITCH, pick, place, wall
 from unit.view.servos import pose
 
 
@@ -50,11 +50,11 @@ def test_a_click_meets_the_nearest_servo_on_its_ray() -> None:
     for servo in everybody:
         x, y, _ = servo.at
         assert pick((x, y, 9.0), (0.0, 0.0, -1.0), everybody) == servo.pose.uid
-    near, behind = others[0].at, others[-1].at
-    assert near[1] < behind[1]
-    row = [servo for servo in others if servo.at[0] == near[0]]
-    assert len(row) > 1
-    assert pick((near[0], near[1] - 20, 0.5), (0.0, 1.0, 0.0), row) == others[0].pose.uid
+    column = [others[0], others[3]]
+    x, y, _ = column[0].at
+    away = np.subtract(column[1].at, column[0].at)
+    start = (x - away[0], y - away[1], 0.5)
+    assert pick(start, (float(away[0]), float(away[1]), 0.0), column[::-1]) == column[0].pose.uid
 
 
 def test_a_click_beside_every_servo_meets_none() -> None:
@@ -62,3 +62,25 @@ def test_a_click_beside_every_servo_meets_none() -> None:
     assert first is not None
     assert pick((0.0, -10.0, 1.0), (1.0, 0.0, 0.0), [first]) is None
     assert pick((0.0, -10.0, 1.0), (0.0, -1.0, 0.0), [first]) is None  # it is behind the eye
+
+
+@given(st.integers(1, 127), st.integers(1, 20), st.floats(0.05, 1.5))
+def test_a_wall_has_a_place_for_everybody_and_its_middle_at_the_origin(count: int, columns: int, scale: float) -> None:
+    poses = [pose(number) for number in range(count)]
+    uids = [one.uid for one in poses]
+    placed = wall(poses, uids, columns, scale)
+    assert [servo.pose.uid for servo in placed] == uids
+    places = np.array([servo.at for servo in placed])
+    apart = np.abs(places[:, None, :] - places[None, :, :]).max(axis=2)
+    assert (apart + np.eye(count) * 9 > 2 * HORN_REACH * scale).all()
+    depth = WALL_PITCH[1] * scale * (-(-count // columns) - 1)
+    assert np.isclose(places[0, 1], depth / 2)
+    assert np.isclose(places[:, 1].min(), -depth / 2)
+    assert all(pick((*servo.at[:2], 9.0), (0.0, 0.0, -1.0), placed) == servo.pose.uid for servo in placed[:5])
+
+
+def test_a_servo_that_is_gone_leaves_its_place_in_the_wall_free() -> None:
+    poses = [pose(1), pose(2), pose(3)]
+    uids = [one.uid for one in poses]
+    before, after = wall(poses, uids, 3, 1.0), wall([poses[0], poses[2]], uids, 3, 1.0)
+    assert [servo.at for servo in after] == [before[0].at, before[2].at]

@@ -1,5 +1,6 @@
 """The routes in front of viser, served by a real server on a port of its own."""
 
+import json
 import socket
 import time
 from collections.abc import Iterator
@@ -9,15 +10,19 @@ import httpx
 import msgspec
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
 from hornbill.view import proxy
+from hornbill.view.layout import place
 from hornbill.view.page import UnknownClient, client
 from hornbill.view.viewer import Viewer
 from unit.view.onlooker import CAMERA, Onlooker, click, names
 from unit.view.servos import Servos, pose
 from unit.view.site import serving
+
+KEY = "c" * 32
+PAGE = f"/viser/{KEY}/"
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,7 @@ class Site:
 
     @property
     def socket(self) -> str:
-        return f"ws://127.0.0.1:{self.port}/viser"
+        return f"ws://127.0.0.1:{self.port}/viser/{KEY}"
 
     def onlooker(self, path: str = "") -> Onlooker:
         return Onlooker(self.socket + path, origin=self.origin)
@@ -41,7 +46,8 @@ class Site:
 @pytest.fixture(scope="module")
 def site() -> Iterator[Site]:
     selected: list[str] = []
-    viewer = Viewer(Servos(pose(0), pose(1), pose(2)), on_select=selected.append)
+    viewer = Viewer(Servos(pose(0), pose(1), pose(2)))
+    viewer.on_pick(KEY, selected.append)
     with serving(*proxy.routes(viewer, allowed=proxy.same_origin(["127.0.0.1", "localhost"]))) as port:
         yield Site(port, viewer, selected)
         viewer.close()
@@ -54,40 +60,40 @@ def http(site: Site) -> Iterator[httpx.Client]:
 
 
 def test_the_page_comes_with_its_policy_and_is_checked_each_time(http: httpx.Client) -> None:
-    answer = http.get("/viser/")
+    answer = http.get(PAGE)
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "text/html; charset=utf-8"
     assert answer.headers["content-security-policy"] == client().policy
     assert answer.headers["cache-control"] == "no-cache"
     assert answer.headers["x-content-type-options"] == "nosniff"
     assert answer.content == client().page(dark=False)
-    again = http.get("/viser/", headers={"If-None-Match": answer.headers["etag"]})
+    again = http.get(PAGE, headers={"If-None-Match": answer.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
 
 
 def test_opening_the_page_starts_the_view_and_sets_theme_and_quality(http: httpx.Client, site: Site) -> None:
-    dark, light = http.get("/viser/?darkMode&quality=low"), http.get("/viser/?quality=high")
+    dark, light = http.get(f"{PAGE}?darkMode&quality=low"), http.get(f"{PAGE}?quality=high")
     assert dark.content == client().page(dark=True)
     assert light.headers["etag"] != dark.headers["etag"]
     assert site.viewer.ready.result(20) == site.viewer.port
     with site.onlooker() as onlooker:
         onlooker.send(CAMERA)
-        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
-        http.get("/viser/?darkMode&quality=low")
+        onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
+        http.get(f"{PAGE}?darkMode&quality=low")
         onlooker.read_until(lambda message: message.get("name") == "/hero/bla21-low")
-        http.get("/viser/?quality=highest")
+        http.get(f"{PAGE}?quality=highest")
         assert not any("high" in name for name in names(onlooker.read_for(0.3)))
 
 
 @pytest.mark.parametrize(
     ("path", "target"),
     [
-        ("/viser", "/viser/"),
-        ("/viser?darkMode", "/viser/?darkMode="),
-        ("/viser/?websocket=ws://evil.example/", "/viser/"),
-        ("/viser/?darkMode=&fixedDpr=1&websocket=ws://a/viser", "/viser/?darkMode=&fixedDpr=1"),
-        ("/viser/?playbackPath=https://evil.example/x&quality=low", "/viser/?quality=low"),
-        ("/viser/?websocket=a&websocket=b", "/viser/"),
+        (PAGE.rstrip("/"), PAGE),
+        (f"{PAGE.rstrip('/')}?darkMode", f"{PAGE}?darkMode="),
+        (f"{PAGE}?websocket=ws://evil.example/", PAGE),
+        (f"{PAGE}?darkMode=&fixedDpr=1&websocket=ws://a/viser", f"{PAGE}?darkMode=&fixedDpr=1"),
+        (f"{PAGE}?playbackPath=https://evil.example/x&quality=low", f"{PAGE}?quality=low"),
+        (f"{PAGE}?websocket=a&websocket=b", PAGE),
     ],
 )
 def test_parameters_that_lead_elsewhere_are_stripped_by_a_redirect(http: httpx.Client, path: str, target: str) -> None:
@@ -98,13 +104,13 @@ def test_parameters_that_lead_elsewhere_are_stripped_by_a_redirect(http: httpx.C
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "["])
 def test_a_foreign_host_name_gets_no_page(http: httpx.Client, host: str) -> None:
-    answer = http.get("/viser/", headers={"Host": host})
+    answer = http.get(PAGE, headers={"Host": host})
     assert answer.status_code == 403
     assert b"script" not in answer.content
 
 
 def test_a_foreign_page_cannot_fetch_it(http: httpx.Client) -> None:
-    assert http.get("/viser/", headers={"Origin": "https://evil.example"}).status_code == 403
+    assert http.get(PAGE, headers={"Origin": "https://evil.example"}).status_code == 403
 
 
 @pytest.mark.parametrize("path", ["", "/"])
@@ -112,7 +118,7 @@ def test_the_socket_forwards_subprotocol_and_scene(site: Site, path: str) -> Non
     with site.onlooker(path) as onlooker:
         assert onlooker.connection.subprotocol == client().subprotocol
         onlooker.send(CAMERA)
-        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+        onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
         assert {"/hero/pivot", "/stage/floor"} <= names(onlooker.messages)
 
 
@@ -121,7 +127,7 @@ def refused(site: Site, *, origin: str | None, host: str | None = None, subproto
     offered = {"ours": client().subprotocol, "theirs": "viser-v0.0.1"}.get(subprotocol or "")
     with pytest.raises(InvalidStatus) as failure, socket.create_connection(("127.0.0.1", site.port)) as plain:
         connect(
-            f"ws://{host or f'127.0.0.1:{site.port}'}/viser",
+            f"ws://{host or f'127.0.0.1:{site.port}'}/viser/{KEY}",
             sock=plain,
             origin=None if origin is None else Origin(origin),
             subprotocols=[Subprotocol(offered)] if offered else None,
@@ -150,10 +156,11 @@ def test_another_viser_or_none_gets_no_socket(site: Site) -> None:
 
 
 def test_clicks_pass(site: Site) -> None:
+    x, y, _ = place([pose(0), pose(1), pose(2)], pose(0).uid)[1][0].at
     with site.onlooker() as onlooker:
         onlooker.send(CAMERA)
-        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
-        onlooker.send(click((-6.6, 7.4, 9.0), (0.0, 0.0, -1.0)))
+        onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
+        onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
         end = time.monotonic() + 10
         while not site.selected:
             assert time.monotonic() < end
@@ -166,7 +173,7 @@ def test_other_messages_do_not_reach_viser(site: Site, kind: str) -> None:
     """viser ends a connection that sends it a message it does not know; this one stays."""
     with site.onlooker() as onlooker:
         onlooker.send(CAMERA)
-        onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+        onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
         onlooker.send({"type": kind, "uuid": 7})
         assert not {"ShareUrlUpdated"} & {message["type"] for message in onlooker.read_for(0.2)}
         onlooker.connection.ping().wait(2)
@@ -207,7 +214,7 @@ def test_a_viser_nobody_knows_is_not_served(http: httpx.Client, monkeypatch: pyt
         raise UnknownClient("viser 9 packs its page in a way hornbill does not know: use viser 1.1.1")
 
     monkeypatch.setattr(proxy, "client", unknown)
-    answer = http.get("/viser/")
+    answer = http.get(PAGE)
     assert answer.status_code == 503
     assert "use viser 1.1.1" in answer.text
 
@@ -216,12 +223,75 @@ def test_the_end_of_the_view_ends_its_sockets() -> None:
     """On a site of its own, because the view does not outlive the test."""
     viewer = Viewer(Servos(pose()))
     with serving(*proxy.routes(viewer, allowed=lambda _: True)) as port:
-        address = f"ws://127.0.0.1:{port}/viser"
+        address = f"ws://127.0.0.1:{port}/viser/{KEY}"
         with Onlooker(address) as onlooker:
             onlooker.send(CAMERA)
-            onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+            onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
             viewer.close()
             with pytest.raises(ConnectionClosed):
                 onlooker.read_for(5)
         with pytest.raises((InvalidStatus, ConnectionClosed)):
             Onlooker(address)
+
+
+def wish_socket(site: Site, *, key: str = KEY, origin: str | None = "ours") -> ClientConnection:
+    address = f"ws://127.0.0.1:{site.port}/viser/{key}/wish"
+    return connect(address, origin=Origin(site.origin if origin == "ours" else origin) if origin else None, proxy=None)
+
+
+def test_a_wish_over_the_socket_changes_its_own_frame_alone(site: Site) -> None:
+    other = "d" * 32
+    with (
+        Onlooker(f"ws://127.0.0.1:{site.port}/viser/{other}", origin=site.origin) as mine,
+        site.onlooker() as theirs,
+        wish_socket(site, key=other) as told,
+    ):
+        for onlooker in (mine, theirs):
+            onlooker.send(CAMERA)
+            onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
+            onlooker.read_for(0.3)
+        told.send(json.dumps({"quality": "low", "select": pose(2).uid}))
+        mine.read_until(lambda message: message.get("name") == "/hero/bla21-low")
+        assert names(theirs.read_for(0.3)) == set()
+    assert site.viewer.wish(other).selected == pose(2).uid
+
+
+def test_the_socket_tells_what_was_clicked(site: Site) -> None:
+    key = "e" * 32
+    x, y, _ = place([pose(0), pose(1), pose(2)], pose(0).uid)[1][1].at
+    with (
+        wish_socket(site, key=key) as told,
+        Onlooker(f"ws://127.0.0.1:{site.port}/viser/{key}", origin=site.origin) as onlooker,
+    ):
+        told.send("{}")
+        onlooker.send(CAMERA)
+        onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
+        onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
+        assert told.recv(10) == f'{{"picked": "{pose(2).uid}"}}'
+
+
+@pytest.mark.parametrize(("said", "code"), [("{", 1007), ('{"torque": 1}', 1007), (b"{}", 1003), (" " * 70_000, 1009)])
+def test_what_is_no_wish_ends_the_socket(site: Site, said: str | bytes, code: int) -> None:
+    with wish_socket(site) as told:
+        told.send(said)
+        with pytest.raises(ConnectionClosed) as closed:
+            told.recv(10)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == code
+
+
+def test_a_foreign_page_can_wish_nothing(site: Site) -> None:
+    for origin in ("https://evil.example", None):
+        with pytest.raises(InvalidStatus) as failure:
+            wish_socket(site, origin=origin)
+        assert failure.value.response.status_code == 403
+    with pytest.raises(InvalidStatus):
+        wish_socket(site, key="short")
+
+
+def test_a_page_without_a_key_gets_one_of_its_own(http: httpx.Client) -> None:
+    targets = [http.get("/viser/?quality=low").headers["location"] for _ in range(2)]
+    assert targets[0] != targets[1]
+    assert all(target.endswith("/?quality=low") for target in targets)
+    assert http.get(targets[0]).status_code == 200
+    assert http.get("/viser/nothing/").status_code == 404

@@ -14,11 +14,14 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from hornbill.view.geometry import horn_wxyz
+from hornbill.view.layout import place
 from hornbill.view.viewer import Viewer
+from hornbill.view.wish import Wall, Wish
 from unit.view.onlooker import CAMERA, Onlooker, click, names
 from unit.view.servos import Servos, pose
 
 Make = Callable[..., Viewer]
+KEY, OTHER = "a" * 32, "b" * 32
 
 
 @pytest.fixture
@@ -38,13 +41,13 @@ def make() -> Iterator[Make]:
         viewer.close()
 
 
-def look(viewer: Viewer) -> Onlooker:
+def look(viewer: Viewer, key: str = KEY) -> Onlooker:
     """An onlooker that viser counts as connected, with the whole scene read."""
-    onlooker = Onlooker(f"ws://127.0.0.1:{viewer.port}")
+    onlooker = Onlooker(f"ws://127.0.0.1:{viewer.port}/{key}")
     onlooker.send(CAMERA)
-    onlooker.read_until(lambda message: message["type"] == "ReplayDoneMessage")
+    onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
     eventually(lambda: viewer.watched)
-    onlooker.read_for(0.2)
+    onlooker.read_for(0.3)
     return onlooker
 
 
@@ -156,7 +159,7 @@ def test_selecting_brings_another_servo_to_the_front(make: Make) -> None:
     servos = Servos(pose(0), pose(1, series="BLA15"))
     viewer = make(servos)
     with look(viewer) as onlooker:
-        viewer.select(servos.now[1].uid)
+        viewer.show(KEY, Wish(selected=servos.now[1].uid))
         onlooker.read_until(lambda m: m.get("name") == "/hero/bla15-high")
         onlooker.read_for(0.2)
         assert visible(onlooker.messages)["/hero/bla21-high"] is False
@@ -165,15 +168,20 @@ def test_selecting_brings_another_servo_to_the_front(make: Make) -> None:
 def test_a_click_on_a_servo_selects_it_and_says_so(make: Make) -> None:
     selected: list[str] = []
     servos = Servos(*(pose(number) for number in range(3)))
-    viewer = make(servos, on_select=selected.append)
-    with look(viewer) as onlooker:
-        x, y = -6.6, 7.4  # the middle of the first row: servo 1 of three columns
+    viewer = make(servos)
+    end = viewer.on_pick(KEY, selected.append)
+    x, y, _ = place(servos.now, servos.now[0].uid)[1][0].at
+    with look(viewer) as onlooker, look(viewer, OTHER) as beside:
         onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
         eventually(lambda: bool(selected))
         onlooker.send(click((50.0, 50.0, 9.0), (0.0, 0.0, -1.0)))
-        onlooker.send(click((0.0, 0.0, 9.0), (0.0, 0.0, -1.0)))
-        onlooker.read_for(0.3)
+        assert names(onlooker.read_for(0.3)) == set(), "it waits until its page has gone there"
+        end()
+        onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
+        onlooker.read_until(lambda m: "name" in m)
+        assert names(beside.read_for(0.3)) == set()
     assert selected == [servos.now[1].uid]
+    assert viewer.wish(KEY).selected == servos.now[1].uid
 
 
 def test_nobody_is_asked_for_poses_while_nobody_looks(make: Make) -> None:
@@ -193,10 +201,10 @@ def test_nobody_is_asked_for_poses_while_nobody_looks(make: Make) -> None:
 def test_theme_and_quality_change_the_scene_without_new_connections(make: Make) -> None:
     viewer = make(Servos(pose(0), pose(1)))
     with look(viewer) as onlooker:
-        viewer.theme(False)
+        viewer.show(KEY, Wish(dark=False))
         got = onlooker.read_until(lambda m: m.get("name") == "/stage/floor")
         assert any("cell_color" in m.get("updates", {}) for m in got)
-        viewer.quality("low")
+        viewer.show(KEY, Wish(dark=False, quality="low"))
         onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-low")
         onlooker.read_for(0.3)
         environments = [m for m in onlooker.messages if m["type"] == "EnvironmentMapMessage"]
@@ -205,10 +213,70 @@ def test_theme_and_quality_change_the_scene_without_new_connections(make: Make) 
         assert visible(onlooker.messages)["/crowd/bla21-far-high"] is False
 
 
-def test_reset_view_moves_every_camera_back(make: Make) -> None:
+def test_each_browser_has_a_selection_a_theme_and_a_quality_of_its_own(make: Make) -> None:
+    servos = Servos(pose(0), pose(1, series="BLA15"))
+    viewer = make(servos)
+    viewer.show(KEY, Wish(selected=servos.now[0].uid))
+    viewer.show(OTHER, Wish(selected=servos.now[1].uid, dark=False, quality="low"))
+    with look(viewer) as one, look(viewer, OTHER) as other:
+        assert "/hero/bla21-high" in names(one.messages)
+        assert "/hero/bla15-low" in names(other.messages)
+        assert not any(name.endswith("-low") for name in names(one.messages))
+        assert not any(name.endswith("-high") for name in names(other.messages))
+        fogs = [[m["color"] for m in each.messages if m["type"] == "FogMessage"][-1] for each in (one, other)]
+        assert fogs[0] != fogs[1]
+        one.read_for(0.2)
+        viewer.show(OTHER, Wish(selected=servos.now[0].uid, dark=False, quality="low"))
+        other.read_until(lambda m: m.get("name") == "/hero/bla21-low")
+        assert one.read_for(0.3) == [], "what one chooses is nothing to the other"
+
+
+def test_a_wall_shows_the_servos_named_in_their_order(make: Make) -> None:
+    servos = Servos(*(pose(number) for number in range(5)))
+    viewer = make(servos)
+    uids = tuple(one.uid for one in servos.now[::-1])
+    viewer.show(KEY, Wish(wall=Wall(3, 0.5, ("f" * 32, *uids))))
+    with look(viewer) as onlooker:
+        known = names(onlooker.messages)
+        assert {"/crowd/bla21-far-high", "/crowd/horn-far-high", "/crowd/arcs"} <= known
+        assert not any(name.startswith("/hero/bla") for name in known)
+        viewer.show(KEY, Wish())
+        onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-high")
+
+
+def test_an_instant_of_a_recording_is_drawn_instead_of_the_bus(make: Make) -> None:
+    servos = Servos(pose(0, angle_deg=10.0))
+    viewer = make(servos)
+    with look(viewer) as onlooker:
+        viewer.show(KEY, Wish(poses=(pose(0, angle_deg=-33.0),)))
+        got = onlooker.read_until(moved("/hero/pivot"))
+        assert next(m for m in got if moved("/hero/pivot")(m))["wxyz"] == pytest.approx(horn_wxyz(-33.0))
+        onlooker.read_for(0.2)
+        servos.now = (pose(0, angle_deg=80.0),)
+        assert onlooker.read_for(0.3) == []
+        assert not viewer.watched, "the bus need not be asked for it"
+
+
+def test_nothing_is_computed_for_a_frame_out_of_sight(make: Make) -> None:
+    servos = Servos(pose())
+    viewer = make(servos)
+    with look(viewer) as onlooker:
+        viewer.show(KEY, Wish(looking=False))
+        eventually(lambda: not viewer.watched)
+        asked = servos.asked
+        servos.now = (pose(angle_deg=-60.0),)
+        assert onlooker.read_for(0.3) == []
+        assert servos.asked == asked
+        viewer.show(KEY, Wish())
+        onlooker.read_until(moved("/hero/pivot"))
+
+
+def test_reset_view_moves_the_camera_back(make: Make) -> None:
     viewer = make(Servos(pose()))
     with look(viewer) as onlooker:
-        viewer.reset_view()
+        onlooker.send(CAMERA)  # somebody orbits away
+        onlooker.read_for(0.2)
+        viewer.show(KEY, Wish(resets=1))
         got = onlooker.read_until(lambda m: m["type"] == "SetCameraPositionMessage")
     position = next(m for m in got if m["type"] == "SetCameraPositionMessage")["position"]
     assert np.linalg.norm(position) < 10

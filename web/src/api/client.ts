@@ -1,7 +1,9 @@
 /** Owns REST: one typed fetch, and problem+json as an error that can be branched on. */
+import { ROOT } from "./root";
+import { type Answered, note } from "./sent";
 import type { ProblemBody } from "./types";
 
-export const API = "/api/v1";
+export const API = `${ROOT}/api/v1`;
 
 /** Why a request did not do what was asked. `code` is the server's, or "no_link" when it was not reached. */
 export class Problem extends Error {
@@ -46,15 +48,32 @@ export async function ask<Answer>(verb: Verb, path: string, options: Options = {
     init.body = options.file.text;
     init.headers = { ...init.headers, "Content-Type": options.file.type };
   }
+  const answered = noted(verb, path, options);
   let answer: Response;
   try {
     answer = await fetch(API + path, init);
+    answered(answer.status);
   } catch (error) {
+    answered(0);
     throw new Problem("no_link", 0, error instanceof Error ? error.message : String(error));
   }
   const text = await answer.text();
+  if (answer.status === 401 && path !== "/session") unauthorized();
   if (!answer.ok) throw toProblem(answer.status, text);
   return (text === "" ? undefined : JSON.parse(text)) as Answer;
+}
+
+let unauthorized = () => {};
+
+/** Told when the server wants a token that we have not, or no more. */
+export function whenUnauthorized(act: () => void): void {
+  unauthorized = act;
+}
+
+/** Keeps the request for the API page, as it can be sent from elsewhere. */
+function noted(verb: Verb, path: string, options: Options): Answered {
+  const { body, file, headers } = options;
+  return note({ verb, path: API + path, body, file: file?.type, headers });
 }
 
 function toProblem(status: number, text: string): Problem {

@@ -20,3 +20,6 @@ export type Drift = Shapes["Drift"];
 export type DriftRow = Shapes["DriftRow"];
 export type KnownServo = Shapes["KnownServo"];
 export type AuditRow = Shapes["AuditRow"];
+export type BatchRead = Shapes["BatchRead"];
+export type BatchPatched = Shapes["BatchPatched"];
+export type BatchOutcome = Shapes["BatchOutcome"];

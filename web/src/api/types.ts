@@ -15,6 +15,7 @@ export type Job = Shapes["Job"];
 export type JobStep = Shapes["JobStep"];
 export type ProblemBody = Shapes["Problem"];
 export type Commanded = Shapes["Commanded"];
+export type Stream = Shapes["Stream"];
 export type TorqueMode = Shapes["TorqueMode"]["mode"];
 export type TelemetryGrant = Shapes["TelemetryGrant"];
 export type Lease = Shapes["Lease"];

@@ -2,7 +2,7 @@
 
 import { catalog } from "../state/catalog";
 import type { Sheet } from "../state/parameters";
-import { text } from "../text/en";
+import { text } from "../text";
 import { full } from "./format";
 import { spanOf } from "./row-state";
 

@@ -1,5 +1,5 @@
 /** Owns the boxes for a choice (a group of radio buttons) and for on or off (a switch). */
-import { text } from "../text/en";
+import { text } from "../text";
 
 interface ChoiceProps {
   row: string;

@@ -1,6 +1,6 @@
 /** Owns how values become text: decimals of the register's step, U+2212, units after a narrow space. */
 import type { Value } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
 
 export const MINUS = "\u2212";
 export const NARROW = "\u202f";

@@ -2,7 +2,7 @@
 import type { Row } from "../api/types";
 import type { Draft } from "../state/draft";
 import type { Outcome } from "../state/parameters";
-import { text } from "../text/en";
+import { text } from "../text";
 import { full } from "./format";
 import type { RowView, spanOf } from "./row-state";
 

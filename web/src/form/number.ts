@@ -1,5 +1,5 @@
 /** Owns text ↔ number: what people type, what a row allows, and why a value is not allowed. */
-import { text } from "../text/en";
+import { text } from "../text";
 import { decimalsOf, number, withUnit } from "./format";
 
 export interface Span {
@@ -92,6 +92,12 @@ export function nearest(value: number, span: Span): number {
   const low = span.minimum ?? Number.NEGATIVE_INFINITY;
   const high = span.maximum ?? Number.POSITIVE_INFINITY;
   return Math.min(high, Math.max(low, Math.round(value * span.perUnit) / span.perUnit));
+}
+
+/** How far a press of an arrow key, or a notch of the wheel, goes: a unit; ten with Shift, a tenth with Alt. */
+export function stepOf(span: Span, held: { shiftKey: boolean; altKey: boolean }): number {
+  if (held.shiftKey) return 10;
+  return held.altKey ? Math.max(0.1, 1 / span.perUnit) : 1;
 }
 
 // A typed value is shown as typed, even between two steps; a limit with the register's decimals.

@@ -1,6 +1,6 @@
 /** Owns what a save will do to the horn, told from what will be in ROM, not from what is in RAM now. */
 import type { Value } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
 
 export type Prediction = "soft_start" | "hold" | "off" | "brake" | "unknown";
 

@@ -2,7 +2,7 @@
 import type { Row } from "../api/types";
 import type { Draft } from "../state/draft";
 import type { KnownReading, Outcome } from "../state/parameters";
-import { text } from "../text/en";
+import { text } from "../text";
 import { age, full, minute } from "./format";
 import type { Span } from "./number";
 

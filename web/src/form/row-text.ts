@@ -1,7 +1,7 @@
 /** Owns a value of a row as text where no reading of a servo is at hand: snapshots, profiles, comparisons, the audit. */
 import type { Value } from "../api/types";
 import { catalog } from "../state/catalog";
-import { text } from "../text/en";
+import { text } from "../text";
 import { full, NONE, withUnit } from "./format";
 
 /** What a row is called; its key while the catalogue is not there, or does not know it. */

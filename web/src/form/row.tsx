@@ -6,11 +6,14 @@ import type { Draft } from "../state/draft";
 import { servo } from "../state/fleet";
 import { up } from "../state/link";
 import type { Sheet } from "../state/parameters";
-import { text } from "../text/en";
+import { text } from "../text";
+import { editing as words } from "../text/topics";
 import { ChoiceBox, SwitchBox } from "./choice-box";
-import { bare, full } from "./format";
+import { bare, decimalsOf, full, number } from "./format";
+import { Help } from "./help";
 import { Marker } from "./marker";
 import { Message } from "./message";
+import { nearest } from "./number";
 import { NumberBox } from "./number-box";
 import { spanOf, viewOf } from "./row-state";
 import { Ruler } from "./ruler";
@@ -26,10 +29,16 @@ interface Props {
   locked: boolean;
 }
 
+/** Register and raw value, for whoever has a pointer; "?" shows them to everybody. */
+function tooltip(row: Row, reading: { raw: number | null } | undefined): string {
+  return `${row.name}, ${words.help.raw} ${reading?.raw ?? words.help.unread}. ${row.description}`;
+}
+
 const asNumber = (value: unknown) => (typeof value === "number" ? value : null);
 
 export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
   const beginning = useSignal(false);
+  const explained = useSignal(false);
   const reading = sheet.reading(row.key).value;
   const draft = sheet.drafts.get(row.key);
   const outcome = sheet.outcomes.value.get(row.key);
@@ -61,9 +70,24 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         <Marker state={state} />
       </span>
       <span role="rowheader" class="p-name">
-        <label for={`box-${row.key}`} title={row.description}>
-          {row.label}
-        </label>
+        <span class="p-title">
+          <label for={`box-${row.key}`} title={tooltip(row, reading)}>
+            {row.label}
+          </label>
+          <button
+            type="button"
+            class="help-button"
+            aria-expanded={explained.value}
+            aria-controls={`help-${row.key}`}
+            aria-label={words.help.open(row.label)}
+            data-testid={`help-${row.key}`}
+            onClick={() => {
+              explained.value = !explained.value;
+            }}
+          >
+            ?
+          </button>
+        </span>
         <small id={noteId}>
           {row.name}, §{row.section}
           {(quiet ? "" : view.words) !== "" && (
@@ -85,7 +109,10 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         <Editor {...{ sheet, row, span, draft, reading, stage, commit, noteId, beginning }} locked={locked} />
       </span>
       <span role="cell" class="p-range">
-        <Range {...{ row, span, draft, reading }} />
+        <Range
+          {...{ row, span, draft, reading, stage, commit }}
+          frozen={locked || sheet.busy.value !== null}
+        />
       </span>
       <Held label={text.rows.ram} value={bare(reading?.value, span)} extra="p-ram" />
       <Held
@@ -98,6 +125,7 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         value={row.access === "r" ? "" : bare(reading?.default, span)}
         extra="p-default"
       />
+      {explained.value && <Help {...{ row, span, reading }} />}
       {!quiet && (
         <Message
           {...{ row, span, draft, outcome, view, onRetry }}
@@ -178,6 +206,7 @@ function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commi
       describedBy={`${noteId} message-${row.key}`}
       onDraft={stage}
       onCommit={commit}
+      onRevert={() => sheet.drafts.revert(row.key)}
       onBeginning={value => {
         beginning.value = value;
       }}
@@ -185,11 +214,12 @@ function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commi
   );
 }
 
-type RangeProps = Pick<EditorProps, "row" | "span" | "draft"> & {
+type RangeProps = Pick<EditorProps, "row" | "span" | "draft" | "stage" | "commit"> & {
   reading: { value: unknown; default: unknown } | undefined;
+  frozen: boolean;
 };
 
-function Range({ row, span, draft, reading }: RangeProps) {
+function Range({ row, span, draft, reading, stage, commit, frozen }: RangeProps) {
   if (row.kind !== "number" || row.access !== "rw") return null;
   const held = asNumber(reading?.value);
   const standard = asNumber(reading?.default);
@@ -199,5 +229,10 @@ function Range({ row, span, draft, reading }: RangeProps) {
   const code = draft && !draft.verdict.ok ? draft.verdict.code : null;
   const label = text.rows.ruler(full(held, span), full(scale.low, span), full(scale.high, span));
   const beyond = code === "above" || code === "below" ? code : null;
-  return <Ruler {...{ scale, held, standard, staged, beyond, label }} />;
+  const drag = (value: number) => {
+    const put = nearest(value, span);
+    stage({ text: number(put, decimalsOf(span.perUnit)), verdict: { ok: true, value: put } });
+  };
+  const way = frozen || held === null ? {} : { onDrag: drag, onDrop: commit };
+  return <Ruler {...{ scale, held, standard, staged, beyond, label }} {...way} />;
 }

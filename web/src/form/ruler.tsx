@@ -1,5 +1,9 @@
-/** Owns the drawing of a row's range: ink bar = RAM, blue ring = staged, open triangle = default, chevron = beyond. */
-import { placeOf, type Scale } from "./scale";
+/**
+ * Owns the drawing of a row's range: ink bar = RAM, blue ring = staged, open triangle = default, chevron = beyond.
+ * It can be dragged with the pointer, which stages a value; the box beside it is the same by keyboard.
+ */
+import { useRef } from "preact/hooks";
+import { placeOf, type Scale, valueAt } from "./scale";
 
 interface Props {
   scale: Scale;
@@ -8,17 +12,51 @@ interface Props {
   staged: number | null;
   beyond: "above" | "below" | null;
   label: string;
+  /** Told the value under the pointer while it drags; absent where the range is only looked at. */
+  onDrag?: (value: number) => void;
+  onDrop?: () => void;
 }
 
 const WIDTH = 112;
 const LINE = 13;
 const PARTS = 10;
 
-export function Ruler({ scale, held, standard, staged, beyond, label }: Props) {
+/** A finger that only scrolls past must not change a value: it has to begin at the mark. */
+const NEAR = 24;
+
+export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, onDrop }: Props) {
   const x = (value: number) => placeOf(value, scale) * WIDTH;
+  const drawing = useRef<SVGSVGElement>(null);
+  const dragging = useRef(false);
+  const follow = (event: PointerEvent) => {
+    const left = drawing.current?.getBoundingClientRect().left ?? 0;
+    onDrag?.(valueAt((event.clientX - left - 8) / WIDTH, scale));
+  };
+  const begin = (event: PointerEvent) => {
+    const mark = staged ?? held;
+    const left = drawing.current?.getBoundingClientRect().left ?? 0;
+    if (!onDrag || mark === null || event.button !== 0) return;
+    if (event.pointerType !== "mouse" && Math.abs(event.clientX - left - 8 - x(mark)) > NEAR) return;
+    dragging.current = true;
+    drawing.current?.setPointerCapture(event.pointerId);
+    event.preventDefault();
+    if (event.pointerType === "mouse") follow(event);
+  };
+  const end = () => {
+    if (!dragging.current) return;
+    dragging.current = false;
+    onDrop?.();
+  };
   return (
     <svg
-      class="ruler"
+      ref={drawing}
+      class={onDrag ? "ruler drag" : "ruler"}
+      onPointerDown={begin}
+      onPointerMove={event => {
+        if (dragging.current) follow(event);
+      }}
+      onPointerUp={end}
+      onPointerCancel={end}
       width={WIDTH + 20}
       height="28"
       viewBox={`-8 0 ${WIDTH + 20} 28`}

@@ -1,6 +1,6 @@
 /** Owns the save bar: how many changes on which servo, and buttons that say what they do beside their verb. */
 import { up } from "../state/link";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";

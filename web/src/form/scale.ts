@@ -27,3 +27,17 @@ export function scaleOf(span: Span, values: readonly (number | null)[]): Scale |
 export function placeOf(value: number, scale: Scale): number {
   return Math.min(1, Math.max(0, (value - scale.low) / (scale.high - scale.low)));
 }
+
+/** Steps a drag falls on: round ones, about as many as there are pixels. */
+const STEPS = 100;
+
+/** The value at a place (0 to 1) of the scale, on a round step. */
+export function valueAt(place: number, scale: Scale): number {
+  const span = scale.high - scale.low;
+  const exact = scale.low + Math.min(1, Math.max(0, place)) * span;
+  if (place <= 0 || place >= 1) return exact;
+  const rough = span / STEPS;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map(one => one * power).find(one => one >= rough - 1e-9) ?? rough;
+  return Math.min(scale.high, Math.max(scale.low, Number((Math.round(exact / step) * step).toFixed(6))));
+}

@@ -5,12 +5,13 @@ import { channelOf } from "../state/bus-now";
 import { connectOpen } from "../state/connect";
 import { bus } from "../state/desk";
 import { findings, watchDoctor } from "../state/doctor";
-import { text } from "../text/en";
-import { words } from "../text/en/bus";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Findings } from "./bus-doctor";
-import { ConnectButton, type Picker, PickerCards, usePicker } from "./bus-picker";
+import { ConnectButton, isDemo, type Picker, PickerCards, usePicker } from "./bus-picker";
+import "../style/bus.css";
 import "../style/bus-connect.css";
 
 const said = words.connectDialog;
@@ -66,7 +67,7 @@ function NothingUsable({ picker }: { picker: Picker }) {
   useEffect(() => watchDoctor().end, []);
   const list = picker.adapters.value;
   const wrong = findings.value.filter(one => one.severity !== "ok");
-  if (list === null || list.some(one => one.usable) || wrong.length === 0) return null;
+  if (list === null || list.some(one => one.usable && !isDemo(one)) || wrong.length === 0) return null;
   return (
     <section class="connect-doctor">
       <h3>{said.doctor}</h3>

@@ -9,7 +9,7 @@ import { monotonic, now } from "../state/clock";
 import { bus } from "../state/desk";
 import { up } from "../state/link";
 import type { Watched } from "../telemetry/bus-history";
-import { words } from "../text/en/bus";
+import { bus as words } from "../text/topics";
 
 const said = words.counters;
 

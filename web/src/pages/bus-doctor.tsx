@@ -10,7 +10,7 @@ import { withWord } from "../state/frame-filter";
 import { up } from "../state/link";
 import { box } from "../state/monitor";
 import { go, pathOf } from "../state/route";
-import { words } from "../text/en/bus";
+import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Scroll } from "../ui/scroll";

@@ -2,7 +2,7 @@
 import { number } from "../form/format";
 import { withWord } from "../state/frame-filter";
 import { box, chosen, feed } from "../state/monitor";
-import { words } from "../text/en/bus";
+import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { endsOf, leaves, lineOf, shortType, spaced } from "./bus-row-text";
 

@@ -7,8 +7,8 @@ import { log } from "../state/bus-log";
 import { channelOf, retryIn } from "../state/bus-now";
 import { connectOpen } from "../state/connect";
 import { bus } from "../state/desk";
-import { text } from "../text/en";
-import { words } from "../text/en/bus";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
@@ -85,7 +85,8 @@ export function BusHead() {
 }
 
 function facts(state: Bus): string {
-  const word = words.state[state.state];
+  const word =
+    state.state === "active" && state.trouble !== null ? words.trouble.over : words.state[state.state];
   if (state.state === "disconnected" || state.bitrate === null) return word;
   const rate = text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 3 : 0));
   const point =
@@ -101,9 +102,9 @@ function Trouble({ state }: { state: Bus }) {
   if (state.trouble === null && state.state !== "lost" && state.state !== "bus_off") return null;
   return (
     <section class="bus-trouble" role="alert" data-testid="bus-trouble">
-      <Glyph kind={state.state === "passive" ? "warning" : "failure"} />
+      <Glyph kind={state.state === "passive" || state.state === "active" ? "warning" : "failure"} />
       <div>
-        <p class="strong">{words.state[state.state]}</p>
+        <p class="strong">{state.state === "active" ? words.trouble.over : words.state[state.state]}</p>
         {state.trouble !== null && <Remedy text={state.trouble} />}
       </div>
       {waits !== null && (

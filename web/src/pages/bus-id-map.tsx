@@ -1,7 +1,7 @@
 /** Owns the ruled row of all node ids: which are taken, by whom there is, and which are pinned. */
 import type { Allocation } from "../api/bus-types";
 import { all } from "../state/fleet";
-import { words } from "../text/en/bus";
+import { bus as words } from "../text/topics";
 
 const LAST = 127;
 const LABELS = [1, 25, 50, 75, 100, 125];

@@ -7,7 +7,7 @@ import { withProblems } from "../state/frame-filter";
 import { onKey } from "../state/keys";
 import { up } from "../state/link";
 import * as monitor from "../state/monitor";
-import { words } from "../text/en/bus";
+import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";

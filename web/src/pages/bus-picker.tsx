@@ -10,8 +10,8 @@ import { monotonic, now } from "../state/clock";
 import type { Kind } from "../state/condition";
 import { bus } from "../state/desk";
 import { poll } from "../state/poll";
-import { text } from "../text/en";
-import { words } from "../text/en/bus";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
@@ -47,7 +47,7 @@ export function usePicker(): Picker {
   useEffect(() => {
     const look = async () => {
       try {
-        picker.adapters.value = await ask<Adapter[]>("GET", "/bus/adapters");
+        picker.adapters.value = inOrder(await ask<Adapter[]>("GET", "/bus/adapters"));
         picker.listProblem.value = null;
         picker.chosen.value = chosenOf(picker.adapters.value, picker.chosen.peek());
       } catch (error) {
@@ -58,6 +58,16 @@ export function usePicker(): Picker {
     return poll(ASK_MS, look).end;
   }, []);
   return picker;
+}
+
+/** Simulated servos in the server itself: always there, and never what somebody plugged in. */
+export function isDemo(one: Adapter): boolean {
+  return one.address.startsWith("memory:");
+}
+
+/** What is plugged in first, the demo last. */
+export function inOrder(list: readonly Adapter[]): Adapter[] {
+  return [...list.filter(one => !isDemo(one)), ...list.filter(isDemo)];
 }
 
 /** The card that is chosen: the one there was while it can be used, else the first that is not connected already. */
@@ -135,10 +145,17 @@ export function PickerCards({ picker }: { picker: Picker }) {
           <Glyph kind="failure" size={14} /> {said.failed(picker.listProblem.value)}
         </p>
       )}
-      {list !== null && list.length === 0 && (
+      {list?.every(isDemo) && (
         <div data-testid="no-adapter">
           <p class="strong">{said.nothing}</p>
           <p class="second">{said.nothingLine}</p>
+          <ul class="adapter-checks" aria-label={said.nothing}>
+            {said.checks.map(check => (
+              <li key={check}>
+                <Remedy text={check} />
+              </li>
+            ))}
+          </ul>
         </div>
       )}
       <div role="radiogroup" aria-label={said.adapters} class="adapters" data-testid="adapters">
@@ -192,8 +209,12 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
           }}
         />
         <span class="adapter-name">
-          <span class="strong">{one.name}</span>
-          <small class="mono">{one.address}</small>
+          <span class="strong">{isDemo(one) ? said.demo : one.name}</span>
+          {isDemo(one) ? (
+            <small class="wraps">{said.demoLine}</small>
+          ) : (
+            <small class="mono">{one.address}</small>
+          )}
         </span>
         <span class="adapter-state">
           <Glyph kind={GLYPH[one.state]} />
@@ -279,7 +300,8 @@ function Other({ picker }: { picker: Picker }) {
 
 export function ConnectButton({ picker, onOpen }: { picker: Picker; onOpen?: () => void }) {
   const wish = picker.wish.value;
-  const name = channelOf(wish?.address);
+  const picked = picker.adapters.value?.find(one => one.address === wish?.address);
+  const name = picked && isDemo(picked) ? said.demoName : channelOf(wish?.address);
   const open = async () => {
     if (await picker.open()) onOpen?.();
   };

@@ -1,7 +1,6 @@
 /** Owns how a remedy is shown: its sentence, and its command as something to copy. */
-import { useSignal } from "@preact/signals";
-import { words } from "../text/en/bus";
-import { Icon } from "../ui/icon";
+import { bus as words } from "../text/topics";
+import { Copy } from "../ui/copy";
 
 export type Piece = { text: string } | { command: string };
 
@@ -40,38 +39,11 @@ export function Remedy({ text }: { text: string }) {
   );
 }
 
-const COPIED_MS = 2000;
-
 function Command({ command }: { command: string }) {
-  const copied = useSignal(false);
-  const copy = async () => {
-    copied.value = await toClipboard(command);
-    if (copied.value) setTimeout(() => (copied.value = false), COPIED_MS);
-  };
   return (
     <div class="command">
       <code class="mono">{command}</code>
-      <button type="button" class="tool" onClick={() => void copy()}>
-        <Icon name={copied.value ? "tick" : "copy"} size={15} />
-        <span aria-live="polite">{copied.value ? words.connectDialog.copied : words.connectDialog.copy}</span>
-      </button>
+      <Copy what={command} words={words.connectDialog} />
     </div>
   );
-}
-
-/** The clipboard is there only on https and on this machine; elsewhere the old way still works. */
-async function toClipboard(text: string): Promise<boolean> {
-  try {
-    await navigator.clipboard.writeText(text);
-    return true;
-  } catch {
-    const box = document.createElement("textarea");
-    box.value = text;
-    box.className = "hidden-text";
-    document.body.append(box);
-    box.select();
-    const done = document.execCommand("copy");
-    box.remove();
-    return done;
-  }
 }

@@ -2,7 +2,7 @@
 import type { DecodedTransfer, RawFrame } from "../api/bus-types";
 import { grouped } from "../form/format";
 import type { FeedRow } from "../telemetry/frame-feed";
-import { words } from "../text/en/bus";
+import { bus as words } from "../text/topics";
 
 export interface Line {
   time: string;

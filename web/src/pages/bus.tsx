@@ -7,9 +7,10 @@ import { complaints, watchDoctor } from "../state/doctor";
 import type { Poll } from "../state/poll";
 import { go, pathOf } from "../state/route";
 import { narrow } from "../state/screen";
-import { text } from "../text/en";
-import { words } from "../text/en/bus";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
 import { Glyph } from "../ui/glyph";
+import { Panel } from "../ui/panel";
 import { ConnectHere } from "./bus-connect";
 import { BusStrip } from "./bus-counters";
 import { Doctor } from "./bus-doctor";
@@ -50,7 +51,11 @@ export function BusPage({ hash }: { hash: string }) {
       <div class="page" data-testid="bus-page">
         <BusHead />
         <div class="bus-split">
-          {!narrow.value && <Doctor onLook={look} />}
+          {!narrow.value && (
+            <Panel>
+              <Doctor onLook={look} />
+            </Panel>
+          )}
           <div class="scroll">
             <ConnectHere />
             {narrow.value && <Doctor onLook={look} />}
@@ -62,20 +67,30 @@ export function BusPage({ hash }: { hash: string }) {
   return (
     <div class="page" data-testid="bus-page">
       <BusHead />
-      {!narrow.value && <BusStrip />}
+      {!narrow.value && (
+        <Panel>
+          <BusStrip />
+        </Panel>
+      )}
       <div class="bus-split">
-        {!narrow.value && <Doctor onLook={look} />}
+        {!narrow.value && (
+          <Panel>
+            <Doctor onLook={look} />
+          </Panel>
+        )}
         <div class="bus-parts">
           <Parts parts={parts} chosen={part} />
-          {part === "doctor" && (
-            <div class="scroll">
-              <BusStrip />
-              <Doctor onLook={look} />
-            </div>
-          )}
-          {part === "monitor" && <Monitor />}
-          {part === "nodes" && <Nodes />}
-          {part === "ids" && <NodeIds onChanged={() => table.current?.now()} />}
+          <Panel key={part}>
+            {part === "doctor" && (
+              <div class="scroll">
+                <BusStrip />
+                <Doctor onLook={look} />
+              </div>
+            )}
+            {part === "monitor" && <Monitor />}
+            {part === "nodes" && <Nodes />}
+            {part === "ids" && <NodeIds onChanged={() => table.current?.now()} />}
+          </Panel>
         </div>
       </div>
     </div>

@@ -15,7 +15,7 @@ import {
 import { change, count, draft, wanted } from "../state/commission-draft";
 import { stopped } from "../state/desk";
 import { servo } from "../state/fleet";
-import { words } from "../text/en/commission";
+import { commission as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";

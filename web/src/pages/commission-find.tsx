@@ -7,8 +7,8 @@ import { candidates, candidatesProblem, show, take, unfinished } from "../state/
 import { change, draft } from "../state/commission-draft";
 import { bus, connected } from "../state/desk";
 import { all, type KnownServo, nameOf, pending } from "../state/fleet";
-import { text } from "../text/en";
-import { words } from "../text/en/commission";
+import { text } from "../text";
+import { commission as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Scroll } from "../ui/scroll";

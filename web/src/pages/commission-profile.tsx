@@ -6,7 +6,7 @@ import { loadProfiles, profiles, profilesProblem } from "../state/commission";
 import { change, draft, wanted } from "../state/commission-draft";
 import { servo } from "../state/fleet";
 import { pathOf } from "../state/route";
-import { words } from "../text/en/commission";
+import { commission as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { follow } from "../ui/rail";

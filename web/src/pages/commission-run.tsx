@@ -8,7 +8,7 @@ import { draft, startAnew } from "../state/commission-draft";
 import { kindOf, merged, resumableOf, tally, type Unit } from "../state/commission-units";
 import type { Kind } from "../state/condition";
 import { nameOf, servo } from "../state/fleet";
-import { words } from "../text/en/commission";
+import { commission as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";

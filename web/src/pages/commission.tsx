@@ -12,7 +12,7 @@ import {
 } from "../state/commission";
 import { change, count, draft, type Step, wanted } from "../state/commission-draft";
 import { connection } from "../state/link";
-import { words } from "../text/en/commission";
+import { commission as words } from "../text/topics";
 import { Icon } from "../ui/icon";
 import { CheckStep } from "./commission-check";
 import { FindStep } from "./commission-find";

@@ -5,7 +5,7 @@ import { number } from "../form/format";
 import { connectOpen } from "../state/connect";
 import { bus, connected } from "../state/desk";
 import { pending, replaceAll } from "../state/fleet";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
 import { Dial } from "../ui/dial";
 

@@ -15,7 +15,7 @@ import {
 import { all, type KnownServo, loaded, nameOf, servo } from "../state/fleet";
 import { connection } from "../state/link";
 import { go, pathOf } from "../state/route";
-import { words } from "../text/en/faults";
+import { faults as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { follow } from "../ui/rail";

@@ -7,7 +7,7 @@ import { saving } from "../state/apply";
 import { now } from "../state/clock";
 import { angleOf, nameOf, servo } from "../state/fleet";
 import { ended, jobs } from "../state/jobs";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";

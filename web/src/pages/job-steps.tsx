@@ -2,7 +2,7 @@
 import type { JobStep } from "../api/types";
 import { withUnit } from "../form/format";
 import { textOf } from "../state/commission-units";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Glyph } from "../ui/glyph";
 import { Icon, Spinner } from "../ui/icon";
 

@@ -2,7 +2,7 @@
 import { useRef } from "preact/hooks";
 import { angle as angleText } from "../form/format";
 import { touch } from "../state/screen";
-import { text } from "../text/en";
+import { text } from "../text";
 import type { Limits } from "../ui/dial";
 import { angleAt, arc, hornPath, polar, ticks, turns, unwrap } from "../ui/polar";
 
@@ -35,11 +35,10 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
   const handle = onDrag && !locked && limits ? polar(RIM, shown) : null;
 
   const follow = (event: PointerEvent) => {
-    const box = face.current?.getBoundingClientRect();
-    if (!box || !limits || dragged.current === null) return;
-    const scale = 436 / box.width;
-    const x = (event.clientX - box.left) * scale - 218;
-    const y = (event.clientY - box.top) * scale - 218;
+    const drawn = face.current?.getScreenCTM();
+    if (!drawn || !limits || dragged.current === null) return;
+    const x = (event.clientX - drawn.e) / drawn.a;
+    const y = (event.clientY - drawn.f) / drawn.d;
     const wanted = unwrap(angleAt(x, y), dragged.current);
     const next = Math.round(Math.min(limits.cw, Math.max(limits.ccw, wanted)) * 10) / 10;
     // A drag across the far side of a short arc would jump from one end to the other: it stops at its own end.
@@ -60,7 +59,15 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
   };
 
   return (
-    <svg ref={face} class="jog-dial" viewBox="-218 -218 436 436" role="img" aria-label={angleText(angle)}>
+    <svg
+      ref={face}
+      class="jog-dial"
+      viewBox="-218 -218 436 436"
+      data-testid="jog-dial"
+      role={onDrag && limits ? "slider" : "img"}
+      aria-label={onDrag && limits ? text.motion.dial : angleText(angle)}
+      {...(onDrag && limits ? slider(shown, limits, angle, command) : {})}
+    >
       <defs>
         <pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">
           <path d="M0 0V6" stroke="var(--edge)" stroke-width="2" />
@@ -81,7 +88,7 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
       <path d={MIDDLE} stroke="var(--edge)" />
       <path d={MAJOR} stroke="var(--ink-2)" stroke-width="1.5" />
       {NAMES.map(name => {
-        const at = polar(RIM + 24, name);
+        const at = polar(RIM + 25, name);
         const inside = !limits || (name >= limits.ccw && name <= limits.cw);
         return (
           <text
@@ -89,7 +96,7 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
             x={at.x}
             y={at.y + 5}
             text-anchor="middle"
-            font-size="14"
+            font-size="16"
             fill={inside ? "var(--ink)" : "var(--ink-3)"}
           >
             {name === 0 ? "0°" : angleText(name).replace(".0", "").replace("+", "")}
@@ -126,8 +133,8 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
           onPointerMove={follow}
           onPointerUp={end}
           onPointerCancel={end}
+          onLostPointerCapture={end}
           data-testid="jog-handle"
-          aria-label={text.motion.dial}
         >
           <circle r={touch.value ? 32 : 24} fill="transparent" />
           <circle r="15" fill="var(--intent)" />
@@ -141,6 +148,19 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
       )}
     </svg>
   );
+}
+
+/** The dial as a slider: its keys are the jog pad's, which moves by steps and within the limits. */
+function slider(shown: number, limits: Limits, angle: number | null, command: number | null) {
+  const at = Math.round(Math.min(limits.cw, Math.max(limits.ccw, shown)) * 10) / 10;
+  return {
+    // Preact writes attributes of SVG as they are spelt here.
+    tabindex: 0,
+    "aria-valuemin": limits.ccw,
+    "aria-valuemax": limits.cw,
+    "aria-valuenow": at,
+    "aria-valuetext": text.motion.dialText(angleText(command), angleText(angle)),
+  };
 }
 
 function Horn({ angle, stale }: { angle: number; stale: boolean }) {

@@ -1,11 +1,13 @@
 /** Owns what stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
+import { signal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
 import { angle } from "../form/format";
 import { now } from "../state/clock";
 import { lease, stopped } from "../state/desk";
 import { angleOf, type KnownServo, nameOf } from "../state/fleet";
 import { limitsOf } from "../state/here";
 import { enableMotion, holder, motion, refusal } from "../state/motion";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
@@ -15,9 +17,19 @@ import { isStale } from "./servo-row";
 
 const TakeOver = lazy<{ uid: string }>(() => import("./take-over").then(file => file.TakeOver));
 
-export function MotionGate({ one }: { one: KnownServo }) {
+interface Props {
+  one: KnownServo;
+  /** What stands between the sentences and the button: who moves with it. */
+  children?: ComponentChildren;
+}
+
+/** Set by what chooses a group: turns motion on for all of it. Null: for the one servo alone. */
+export const enableAll = signal<{ label: string; act: () => void } | null>(null);
+
+export function MotionGate({ one, children }: Props) {
   const present = motion.value;
   const name = nameOf(one);
+  const group = children ? enableAll.value : null;
   const asking = present.phase === "asking";
   const against = hindrance(one);
   const others = present.phase === "waiting" || heldByOther() > 0;
@@ -46,15 +58,16 @@ export function MotionGate({ one }: { one: KnownServo }) {
             <Glyph kind="warning" size={15} /> {against}
           </p>
         )}
+        {against === null && !others && children}
         <Button
           look="primary"
           testid="enable-motion"
           live
           disabled={asking || against !== null || (others && present.phase !== "held")}
-          onClick={() => void enableMotion(one.uid)}
+          onClick={() => (group ? group.act() : void enableMotion(one.uid))}
         >
           {asking && <Spinner />}
-          {asking ? text.motion.asking : text.motion.enable(name)}
+          {asking ? text.motion.asking : (group?.label ?? text.motion.enable(name))}
         </Button>
       </div>
     </section>

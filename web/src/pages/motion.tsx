@@ -1,17 +1,21 @@
 /** Owns the Motion page of one servo: off until it is asked for, each visit anew; then jog and plot. */
 import { useEffect } from "preact/hooks";
-import { loaded, nameOf, servo } from "../state/fleet";
+import type { TorqueMode } from "../api/types";
+import { loaded, nameOf, peekServo, servo } from "../state/fleet";
 import { connection } from "../state/link";
-import { endMotion, motion } from "../state/motion";
+import { endMotion, membersOf, motion } from "../state/motion";
 import { sheetOf } from "../state/parameters";
 import { go, pathOf } from "../state/route";
 import { narrow } from "../state/screen";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
-import { JogPad } from "./jog-pad";
+import { lazy } from "../ui/lazy";
 import { MotionGate } from "./motion-gate";
 import { ServoHead } from "./servo-head";
 import { SidePanel } from "./side-panel";
+
+const JogPad = lazy<{ uid: string; torque: TorqueMode }>(() => import("./jog-pad").then(file => file.JogPad));
+const GroupChoice = lazy<{ uid: string }>(() => import("./motion-group").then(file => file.GroupChoice));
 
 export function MotionPage({ uid }: { uid: string }) {
   const one = servo(uid);
@@ -40,11 +44,17 @@ export function MotionPage({ uid }: { uid: string }) {
   const on = present.phase === "on" && present.uid === uid;
   return (
     <div class="page">
-      {on && <MotionBand name={nameOf(one)} />}
+      {on && <MotionBand names={membersOf(present).map(each => nameOf(peekServo(each)))} />}
       <ServoHead one={one} page="motion" />
       <div class="split motion-split">
         <div class="scroll motion-main">
-          {on ? <JogPad uid={uid} torque={present.torque} /> : <MotionGate one={one} />}
+          {on ? (
+            <JogPad uid={uid} torque={present.torque} />
+          ) : (
+            <MotionGate one={one}>
+              <GroupChoice uid={uid} />
+            </MotionGate>
+          )}
         </div>
         {!narrow.value && <SidePanel uid={uid} />}
       </div>
@@ -52,11 +62,11 @@ export function MotionPage({ uid }: { uid: string }) {
   );
 }
 
-function MotionBand({ name }: { name: string }) {
+function MotionBand({ names }: { names: string[] }) {
   return (
     <section class="motion-band" data-testid="motion-band">
       <span class="k-intent">●</span>
-      <b>{text.motion.band(name)}</b>
+      <b>{names.length === 1 ? text.motion.band(names[0] ?? "") : text.motion.bandAll(names.join(", "))}</b>
       <span class="second touch-hide">{text.motion.bandText}</span>
       <span class="grow" />
       <Button testid="disable-motion" onClick={() => endMotion(null)}>

@@ -5,7 +5,7 @@ import { ask, problemOf } from "../api/client";
 import type { Servo } from "../api/types";
 import { change } from "../state/fleet";
 import { up } from "../state/link";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Icon } from "../ui/icon";
 
 const LONGEST = 64;

@@ -4,15 +4,17 @@ import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
 import { NONE } from "../form/format";
 import { ParameterRow } from "../form/row";
-import { apply } from "../state/apply";
 import { type Catalog, catalog } from "../state/catalog";
 import { servo } from "../state/fleet";
 import { up } from "../state/link";
 import type { Sheet } from "../state/parameters";
 import { go, pathOf } from "../state/route";
-import { text } from "../text/en";
+import { text } from "../text";
+import { editing } from "../text/topics";
 import { Button } from "../ui/button";
 import { Icon } from "../ui/icon";
+
+const said = editing.fold;
 
 interface Props {
   sheet: Sheet;
@@ -20,11 +22,13 @@ interface Props {
   hash: string;
   wanted: Signal<string>;
   changedOnly: boolean;
+  onRetry: () => void;
 }
 
-export function Rows({ sheet, tab, hash, wanted, changedOnly }: Props) {
+export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) {
   const table = useRef<HTMLDivElement>(null);
   const unlocked = useSignal(false);
+  const unfolded = useSignal(false);
   const known = catalog.value;
   const has = sheet.keys.value;
   const here = tab.value;
@@ -62,21 +66,35 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly }: Props) {
     if (row) go(pathOf("parameters", sheet.uid, row.key), true);
   };
   const experts = rows.filter(row => row.expert);
+  // Whoever looks for one, or changed one, sees it; a tab that is just looked through keeps them folded.
+  const sought =
+    wanted.value !== "" || changedOnly || experts.some(row => row.key === hash || row.name === hash);
+  const folded = !unfolded.value && !sought;
   return (
     <div class="scroll" ref={table}>
       <div role="table" class="params" aria-label={text.params.title}>
         <Head />
         {rows.map(row => (
           <>
-            {row === experts[0] && !unlocked.value && <Locked row={row} unlocked={unlocked} />}
-            <ParameterRow
-              key={row.key}
-              sheet={sheet}
-              row={row}
-              onGoTo={goTo}
-              onRetry={() => void apply(sheet)}
-              locked={row.expert && !unlocked.value}
-            />
+            {row === experts[0] && (
+              <Experts
+                rows={experts}
+                folded={folded}
+                fixed={sought}
+                unfolded={unfolded}
+                unlocked={unlocked}
+              />
+            )}
+            {!(row.expert && folded) && (
+              <ParameterRow
+                key={row.key}
+                sheet={sheet}
+                row={row}
+                onGoTo={goTo}
+                onRetry={onRetry}
+                locked={row.expert && !unlocked.value}
+              />
+            )}
           </>
         ))}
       </div>
@@ -134,22 +152,47 @@ function Head() {
   );
 }
 
-function Locked({ row, unlocked }: { row: Row; unlocked: Signal<boolean> }) {
+interface ExpertsProps {
+  rows: readonly Row[];
+  folded: boolean;
+  /** Somebody looks for one of them: nothing to fold. */
+  fixed: boolean;
+  unfolded: Signal<boolean>;
+  unlocked: Signal<boolean>;
+}
+
+/** What stands before rows the maker advises not to change: which they are, folded; why, and the lock, unfolded. */
+function Experts({ rows, folded, fixed, unfolded, unlocked }: ExpertsProps) {
   return (
-    <div role="row" class="locked small second">
+    <div role="row" class="locked small second" data-testid="experts">
       <Icon name="lock" size={16} />
       <span role="cell">
-        <b>{text.params.locked}</b> {row.advice}
+        {said.what(rows.map(row => row.label).join(", "))} {rows[0]?.advice}
       </span>
       <span role="cell" class="plain-cell">
-        <Button
-          testid="unlock-expert"
-          onClick={() => {
-            unlocked.value = true;
-          }}
-        >
-          {text.params.unlock}
-        </Button>
+        {!fixed && (
+          <button
+            type="button"
+            class="button"
+            aria-expanded={!folded}
+            data-testid="unfold-expert"
+            onClick={() => {
+              unfolded.value = folded;
+            }}
+          >
+            {folded ? said.show(rows.length) : said.hide}
+          </button>
+        )}
+        {!folded && !unlocked.value && (
+          <Button
+            testid="unlock-expert"
+            onClick={() => {
+              unlocked.value = true;
+            }}
+          >
+            {text.params.unlock}
+          </Button>
+        )}
       </span>
     </div>
   );

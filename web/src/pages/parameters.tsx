@@ -1,10 +1,10 @@
 /** Owns the Parameters page of one servo: head, tabs, rows, live panel, save bar and its dialogs. */
 import { useSignal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import { willBe } from "../form/change-list";
 import { predict, sideEffect } from "../form/prediction";
 import { SaveBar } from "../form/save-bar";
-import { apply, applyAndSave, saving, sheetProblem } from "../state/apply";
+import { apply, applyAndSave, lastWritten, saving, sheetProblem } from "../state/apply";
 import { catalog } from "../state/catalog";
 import { staged, wrong } from "../state/draft";
 import { loaded, nameOf, servo } from "../state/fleet";
@@ -13,10 +13,11 @@ import { connection } from "../state/link";
 import { type Sheet, sheetOf } from "../state/parameters";
 import { go, pathOf } from "../state/route";
 import { narrow } from "../state/screen";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
 import { Search } from "../ui/search";
 import { Segments } from "../ui/segments";
+import { AskBackDialog, asking, type Question } from "./ask-back";
 import { JobDialog } from "./job-dialog";
 import { Rows } from "./parameter-rows";
 import { DiffDialog, SaveDialog } from "./save-dialogs";
@@ -24,6 +25,7 @@ import { ServoHead } from "./servo-head";
 import { SidePanel } from "./side-panel";
 import { LIVE_TAB, Tabs } from "./tabs";
 import { TorqueOff } from "./torque-off";
+import { UndoLine } from "./undo";
 
 type Filter = "all" | "changed";
 
@@ -34,6 +36,8 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   const filter = useSignal<Filter>("all");
   const tab = useSignal("");
   const open = useSignal<"none" | "diff" | "save">("none");
+  const question = useSignal<Question | null>(null);
+  const askBack = useMemo(() => asking(question), []);
   const round = connection.value;
   const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
 
@@ -44,6 +48,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   useEffect(() => {
     // What was saved or refused on the last visit is no news on this one.
     if (sheet.busy.peek() === null) sheet.outcomes.value = new Map();
+    lastWritten.value = null;
     const forget = [
       onKey("Ctrl+S", () => {
         if (changedKeys(sheet, uid).length > 0) open.value = "diff";
@@ -110,10 +115,12 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
             hash={hash}
             wanted={wanted}
             changedOnly={filter.value === "changed"}
+            onRetry={() => void apply(sheet, { askBack })}
           />
         )}
         {(!narrow.value || tab.value === LIVE_TAB) && <SidePanel uid={uid} />}
       </div>
+      <UndoLine sheet={sheet} name={name} online={one.online} askBack={askBack} />
       {(total > 0 || problem !== null) && (
         <SaveBar
           name={name}
@@ -133,7 +140,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           onDiff={() => {
             open.value = "diff";
           }}
-          onApply={() => void apply(sheet)}
+          onApply={() => void apply(sheet, { askBack })}
           onSave={() => {
             open.value = "save";
           }}
@@ -149,10 +156,11 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           onClose={close}
           onConfirm={() => {
             close();
-            void applyAndSave(sheet, changed);
+            void applyAndSave(sheet, changed, { askBack });
           }}
         />
       )}
+      {question.value && <AskBackDialog name={name} count={values.size} question={question.value} />}
       {saving.value && <JobDialog uid={uid} />}
     </div>
   );

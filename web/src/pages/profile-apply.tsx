@@ -5,8 +5,8 @@ import type { Profile, SafetyWord } from "../api/config-types";
 import type { Change, Job } from "../api/types";
 import { all, nameOf, servo } from "../state/fleet";
 import { ended, jobs, setJob, settled } from "../state/jobs";
-import { text } from "../text/en";
-import { words } from "../text/en/records";
+import { text } from "../text";
+import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
@@ -29,9 +29,18 @@ interface Applied {
 const appliedOf = (job: Job | null): Applied[] =>
   (job?.result as { servos?: Applied[] } | null | undefined)?.servos ?? [];
 
-export function ApplyDialog({ one, onClose }: { one: Profile; onClose: () => void }) {
+interface Props {
+  one: Profile;
+  /** Servos ticked from the start. */
+  uids?: readonly string[];
+  onClose: () => void;
+}
+
+export function ApplyDialog({ one, uids = [], onClose }: Props) {
   const online = all.value.filter(each => each.online && each.model !== null);
-  const chosen = useSignal<ReadonlySet<string>>(new Set());
+  const chosen = useSignal<ReadonlySet<string>>(
+    new Set(uids.filter(uid => online.some(each => each.uid === uid))),
+  );
   const save = useSignal(false);
   const goOn = useSignal(false);
   const agreed = useSignal<readonly SafetyWord[]>([]);

@@ -7,7 +7,7 @@ import { up } from "../state/link";
 import { sheetOf } from "../state/parameters";
 import { staleAfter, watched } from "../state/watch";
 import { telemetry } from "../telemetry/store";
-import { text } from "../text/en";
+import { text } from "../text";
 import { UnitMark } from "../ui/unit-mark";
 
 export interface Live {

@@ -8,7 +8,8 @@ import { catalog } from "../state/catalog";
 import { all, nameOf, servo } from "../state/fleet";
 import { connection } from "../state/link";
 import { Asked, auditQuery } from "../state/records";
-import { words } from "../text/en/records";
+import { auditWord, reasonText } from "../state/records-words";
+import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Icon } from "../ui/icon";
 import { Scroll } from "../ui/scroll";
@@ -76,7 +77,7 @@ export function Audit() {
           label={said.action}
           value={action.value}
           testid="audit-action"
-          options={[any, ...seen.value.map(word => ({ key: word, label: said.action_(word) }))]}
+          options={[any, ...seen.value.map(word => ({ key: word, label: auditWord(word) }))]}
           onChoose={value => {
             action.value = value;
           }}
@@ -125,13 +126,26 @@ export function Audit() {
   );
 }
 
-const WELL = new Set(["applied", "succeeded", "verified", "unchanged", "ok", "done"]);
+const WELL = new Set([
+  "taken",
+  "released",
+  "accepted",
+  "applied",
+  "succeeded",
+  "verified",
+  "unchanged",
+  "ok",
+  "done",
+]);
+
+const SNAPSHOT = new Set(["save", "restart", "factory_reset", "snapshot"]);
 
 function Row({ one }: { one: AuditRow }) {
   const known = servo(one.uid);
   const key = one.key ?? "";
   const show = (value: unknown) => valueText(key, value);
-  const changed = one.after != null || one.before != null;
+  // What stands there is the number of a snapshot, not a value that was changed.
+  const changed = !(key === "" && SNAPSHOT.has(one.action)) && (one.after != null || one.before != null);
   return (
     <tr data-testid={`audit-${one.id}`}>
       <td class="r-when">
@@ -139,7 +153,7 @@ function Row({ one }: { one: AuditRow }) {
         <small>{one.by}</small>
       </td>
       <td>
-        {said.action_(one.action)}
+        {auditWord(one.action)}
         {key !== "" && (
           <small>
             {labelOf(key)} {addressOf(key)}
@@ -156,8 +170,10 @@ function Row({ one }: { one: AuditRow }) {
         )}
       </td>
       <td>
-        <span class={WELL.has(one.outcome) ? "" : "strong"}>{said.action_(one.outcome)}</span>
-        {one.detail !== "" && <small>{one.detail}</small>}
+        <span class={WELL.has(one.outcome) ? "" : "strong"}>{auditWord(one.outcome)}</span>
+        {one.detail !== "" && (
+          <small>{one.action === "snapshot" ? reasonText(one.detail) : one.detail}</small>
+        )}
       </td>
     </tr>
   );

@@ -4,7 +4,7 @@ import type { ComponentChildren } from "preact";
 import type { BundleContent } from "../api/lab-types";
 import { full, MINUS } from "../form/format";
 import type { Line } from "../state/bundle";
-import { words } from "../text/en/recorder";
+import { recorder as words } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import { labelOf, relative, rowOf } from "./records-bundle-words";
 

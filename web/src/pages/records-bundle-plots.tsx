@@ -7,7 +7,7 @@ import { decimalsOf, number, withUnit } from "../form/format";
 import { samples } from "../plots/trace";
 import { type Curve, TracePlot } from "../plots/trace-plot";
 import { type Line, type Panel, panelsOf, USUAL } from "../state/bundle";
-import { words } from "../text/en/recorder";
+import { recorder as words } from "../text/topics";
 import { labelOf, relative, rowOf } from "./records-bundle-words";
 import { Choice } from "./records-parts";
 

@@ -9,7 +9,7 @@ import { firstServo, type Line, lineOf, ticksOf } from "../state/bundle";
 import { channelOf } from "../state/bus-now";
 import { Asked } from "../state/records";
 import { go, pathOf } from "../state/route";
-import { words } from "../text/en/recorder";
+import { recorder as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";

@@ -7,8 +7,8 @@ import { openDrift } from "../state/drift";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { pathOf } from "../state/route";
-import { text } from "../text/en";
-import { words } from "../text/en/records";
+import { text } from "../text";
+import { records as words } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
 import { follow } from "../ui/rail";
@@ -41,7 +41,9 @@ export function Inventory() {
                 <th class="right">{head.id}</th>
                 <th>{head.seen}</th>
                 <th class="right">{head.snapshots}</th>
-                <th />
+                <th>
+                  <span class="hidden-text">{head.drift}</span>
+                </th>
               </tr>
             </thead>
             <tbody>

@@ -1,7 +1,7 @@
 /** Owns what the parts of Records share: instants, what could not be read, what is not there yet. */
 import type { ComponentChildren } from "preact";
 import { clock, date } from "../form/format";
-import { words } from "../text/en/records";
+import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 

@@ -10,7 +10,7 @@ import { jobs, setJob } from "../state/jobs";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { go, pathOf } from "../state/route";
-import { words } from "../text/en/records";
+import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";

@@ -6,10 +6,11 @@ import type { Comparison, KnownServo, Profile, Restored, Snapshot } from "../api
 import { addressOf, labelOf, valueText } from "../form/row-text";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
+import { reasonText } from "../state/records-words";
 import { pathOf } from "../state/route";
 import { narrow } from "../state/screen";
-import { text } from "../text/en";
-import { words } from "../text/en/records";
+import { text } from "../text";
+import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
@@ -92,7 +93,7 @@ export function Snapshots({ uid }: { uid: string }) {
                   >
                     <span class="r-at">{instant(each.at)}</span>
                     <span class="r-why">
-                      <span>{each.reason}</span>
+                      <span>{reasonText(each.reason)}</span>
                       <small>
                         {each.automatic ? said.automatic : said.byHand}, {said.by(each.by)},{" "}
                         {words.rows(Object.keys(each.values).length)}

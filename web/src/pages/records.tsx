@@ -3,8 +3,8 @@
 import { openIn } from "../state/bundle";
 import { partOf } from "../state/records";
 import { go, pathOf } from "../state/route";
-import { words as recorder } from "../text/en/recorder";
-import { words } from "../text/en/records";
+import { recorder, records as words } from "../text/topics";
+import { Panel } from "../ui/panel";
 import { Segments } from "../ui/segments";
 import { Audit } from "./records-audit";
 import { Inventory } from "./records-inventory";
@@ -36,11 +36,13 @@ export function RecordsPage({ hash }: { hash: string }) {
           ]}
         />
       </div>
-      {part === "snapshots" && (uid === null ? <Inventory /> : <Snapshots key={uid} uid={uid} />)}
-      {part === "profiles" && <Profiles />}
-      {part === "reports" && <Reports />}
-      {part === "recorder" && <Recorder open={openIn(hash)} />}
-      {part === "audit" && <Audit />}
+      <Panel key={part}>
+        {part === "snapshots" && (uid === null ? <Inventory /> : <Snapshots key={uid} uid={uid} />)}
+        {part === "profiles" && <Profiles />}
+        {part === "reports" && <Reports />}
+        {part === "recorder" && <Recorder open={openIn(hash)} />}
+        {part === "audit" && <Audit />}
+      </Panel>
     </div>
   );
 }

@@ -1,6 +1,6 @@
 /** Owns the links to a job's report: as files, and as a page to print. */
 import { API } from "../api/client";
-import { words } from "../text/en/commission";
+import { commission as words } from "../text/topics";
 import { Icon } from "../ui/icon";
 
 const said = words.report;

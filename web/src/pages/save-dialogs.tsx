@@ -7,7 +7,7 @@ import { now } from "../state/clock";
 import { angleOf, type KnownServo, nameOf } from "../state/fleet";
 import { limitsOf } from "../state/here";
 import type { Sheet } from "../state/parameters";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
 import { Dial } from "../ui/dial";
 import { Dialog } from "../ui/dialog";

@@ -4,7 +4,7 @@ import { NONE } from "../form/format";
 import { all, type KnownServo, nameOf } from "../state/fleet";
 import { conditionHere } from "../state/here";
 import { go, type Page, pathOf } from "../state/route";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
 import { LiveDial } from "./servo-row";

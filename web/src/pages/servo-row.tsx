@@ -10,8 +10,9 @@ import { conditionHere, limitsOf, polled } from "../state/here";
 import { connection, up } from "../state/link";
 import { sheetOf } from "../state/parameters";
 import { pathOf } from "../state/route";
+import { isSelected, select } from "../state/selection";
 import { telemetry } from "../telemetry/store";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Dial } from "../ui/dial";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
@@ -41,6 +42,17 @@ export function ServoRow({ uid }: { uid: string }) {
       data-kind={condition.kind}
       data-state={one.state}
     >
+      <span role="cell" class="c-tick">
+        <label class="tick-cell">
+          <input
+            type="checkbox"
+            aria-label={text.servos.select(nameOf(one))}
+            data-testid={`select-${uid}`}
+            checked={isSelected(uid)}
+            onChange={event => select([uid], event.currentTarget.checked)}
+          />
+        </label>
+      </span>
       <span role="cell" class="c-dial">
         <LiveDial one={one} size={56} />
       </span>

@@ -1,19 +1,29 @@
 /** Owns the Servos page: every servo a row, who is waiting for a node id, and what to do when there is none. */
-import { useComputed, useSignal } from "@preact/signals";
+import { untracked, useComputed, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { watchAllocations } from "../state/allocations";
+import { now } from "../state/clock";
 import { needsAttention } from "../state/condition";
 import { connected } from "../state/desk";
-import { all, type KnownServo, loaded, nameOf } from "../state/fleet";
-import { conditionHere } from "../state/here";
+import { all, angleOf, type KnownServo, loaded, nameOf, peekServo, servo } from "../state/fleet";
+import { conditionHere, polled } from "../state/here";
 import { up } from "../state/link";
-import { text } from "../text/en";
+import { selected } from "../state/selection";
+import { type Column, ordered, type Sorting, severity, standsStill } from "../state/servo-order";
+import { text } from "../text";
 import { Button } from "../ui/button";
+import { lazy } from "../ui/lazy";
 import { Search } from "../ui/search";
 import { Segments } from "../ui/segments";
 import { EmptyServos, Reconnect } from "./empty-servos";
+import { SelectionBar } from "./selection-bar";
 import { ServoRow } from "./servo-row";
+import { Head } from "./servos-head";
 import { Waiting } from "./waiting";
+import "../style/selection.css";
+
+const ManyPlot = lazy<{ uids: readonly string[] }>(() => import("./many-plot").then(file => file.ManyPlot));
+const WallOfHorns = lazy<{ uids: readonly string[] }>(() => import("./wall").then(file => file.WallOfHorns));
 
 type Filter = "all" | "attention" | "unsaved";
 
@@ -21,6 +31,10 @@ export function ServosPage() {
   useEffect(() => watchAllocations().end, []);
   const filter = useSignal<Filter>("all");
   const wanted = useSignal("");
+  const model = useSignal("");
+  const sorting = useSignal<Sorting | null>(null);
+  const view = useSignal<"list" | "wall">("list");
+  const plotting = useSignal(false);
   const counts = useComputed(() => ({
     known: all.value.length,
     online: all.value.filter(one => one.online).length,
@@ -28,16 +42,23 @@ export function ServosPage() {
     unsaved: all.value.filter(one => one.unsaved.length > 0).length,
   })).value;
   // Only the list of uids goes down: a row redraws itself.
-  const shown = useComputed(() =>
+  const found = useComputed(() =>
     all.value
       .filter(one => matches(one, wanted.value) && passes(one, filter.value))
+      .filter(one => model.value === "" || one.model === model.value)
       .map(one => one.uid)
       .join(" "),
-  ).value;
-  const uids = shown === "" ? [] : shown.split(" ");
+  );
+  const shown = useComputed(() => sorted(words(found.value), sorting.value).join(" ")).value;
+  const uids = words(shown);
+  const models = words(
+    useComputed(() => [...new Set(all.value.flatMap(one => one.model ?? []))].sort().join(" ")).value,
+  );
+  const chosen = selected.value;
   const showAll = () => {
     filter.value = "all";
     wanted.value = "";
+    model.value = "";
   };
   return (
     <div class="page">
@@ -67,14 +88,44 @@ export function ServosPage() {
                 { key: "unsaved", label: text.servos.unsaved(counts.unsaved) },
               ]}
             />
+            {models.length > 1 && (
+              <select
+                class="field"
+                aria-label={text.servos.model}
+                data-testid="filter-model"
+                value={model.value}
+                onChange={event => {
+                  model.value = event.currentTarget.value;
+                }}
+              >
+                <option value="">{text.servos.everyModel}</option>
+                {models.map(one => (
+                  <option key={one} value={one}>
+                    {one}
+                  </option>
+                ))}
+              </select>
+            )}
+            <Segments<"list" | "wall">
+              label={text.servos.view}
+              chosen={view.value}
+              onChoose={key => {
+                view.value = key;
+              }}
+              options={[
+                { key: "list", label: text.servos.list },
+                { key: "wall", label: text.servos.wall },
+              ]}
+            />
           </>
         )}
       </div>
       <div class="scroll">
         {counts.known > 0 && !connected.value && <Reconnect />}
-        {counts.known > 0 && (
+        {counts.known > 0 && view.value === "wall" && uids.length > 0 && <WallOfHorns uids={uids} />}
+        {counts.known > 0 && view.value === "list" && (
           <div role="table" aria-label={text.servos.title} class="servos">
-            <Head />
+            <Head shown={uids} sorting={sorting} />
             {uids.map(uid => (
               <ServoRow key={uid} uid={uid} />
             ))}
@@ -87,40 +138,19 @@ export function ServosPage() {
         )}
         <Waiting />
         {counts.known === 0 && <EmptyServos loading={!loaded.value} />}
-        {counts.known > 0 && <p class="small dim below">{text.servos.more}</p>}
+        {counts.known > 0 && view.value === "list" && <p class="small dim below">{text.servos.more}</p>}
       </div>
-    </div>
-  );
-}
-
-function Head() {
-  const head = text.servos.head;
-  return (
-    <div role="row" class="servo-grid servo-head">
-      <span role="columnheader" class="c-angle right">
-        {head.angle}
-      </span>
-      <span role="columnheader" class="c-name">
-        {head.servo}
-      </span>
-      <span role="columnheader" class="c-ids">
-        {head.ids}
-      </span>
-      <span role="columnheader" class="c-health">
-        {head.health}
-      </span>
-      <span role="columnheader" class="c-spark">
-        {head.recent}
-      </span>
-      <span role="columnheader" class="c-supply">
-        {head.supply}
-      </span>
-      <span role="columnheader" class="c-age">
-        {head.age}
-      </span>
-      <span role="columnheader" class="c-rom">
-        {head.rom}
-      </span>
+      {plotting.value && chosen.length > 0 && (
+        <div class="selection-plot">
+          <ManyPlot uids={chosen} />
+        </div>
+      )}
+      <SelectionBar
+        plotting={plotting.value}
+        onPlot={() => {
+          plotting.value = !plotting.value;
+        }}
+      />
     </div>
   );
 }
@@ -130,6 +160,37 @@ function matches(one: KnownServo, wanted: string): boolean {
   if (words === "") return true;
   const facts = [nameOf(one), one.serial, one.uid, one.model, one.servo_id, one.node_id];
   return facts.some(fact => fact !== null && String(fact).toLowerCase().includes(words));
+}
+
+function words(joined: string): string[] {
+  return joined === "" ? [] : joined.split(" ");
+}
+
+/** By a live figure once, so that rows stay where they are; by anything else as it changes. */
+function sorted(uids: readonly string[], by: Sorting | null): readonly string[] {
+  if (by === null) return uids;
+  if (!standsStill(by.column)) return ordered(uids, by.way, uid => factOf(servo(uid), by.column));
+  return untracked(() => ordered(uids, by.way, uid => factOf(peekServo(uid), by.column)));
+}
+
+function factOf(one: KnownServo | undefined, column: Column): number | string | null {
+  if (!one) return null;
+  switch (column) {
+    case "angle":
+      return angleOf(one, now.value).value;
+    case "name":
+      return nameOf(one);
+    case "ids":
+      return one.servo_id;
+    case "health":
+      return severity(conditionHere(one).kind);
+    case "supply":
+      return polled(one, "current_voltage").value;
+    case "age":
+      return angleOf(one, now.value).age;
+    case "rom":
+      return -((one.drift ?? []).length > 0 ? 1000 : one.unsaved.length);
+  }
 }
 
 function passes(one: KnownServo, filter: Filter): boolean {

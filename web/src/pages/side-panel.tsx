@@ -3,20 +3,30 @@ import { useEffect } from "preact/hooks";
 import { openDrift } from "../state/drift";
 import { servo } from "../state/fleet";
 import { watch } from "../state/watch";
-import { text } from "../text/en";
-import { AnglePlot } from "../ui/angle-plot";
+import { text } from "../text";
 import { Glyph } from "../ui/glyph";
+import { lazy } from "../ui/lazy";
+import { Panel } from "../ui/panel";
 import { Readouts } from "./readouts";
 import { ViewFrame } from "./view-frame";
+
+/** Fetched when first shown: with it comes all that draws axes. */
+const AnglePlot = lazy<{ uid: string }>(() => import("../ui/angle-plot").then(file => file.AnglePlot));
 
 export function SidePanel({ uid }: { uid: string }) {
   useEffect(() => watch(uid), [uid]);
   return (
     <aside class="side">
       <DriftLine uid={uid} />
-      <ViewFrame uid={uid} />
-      <Readouts uid={uid} />
-      <AnglePlot uid={uid} />
+      <Panel>
+        <ViewFrame uid={uid} />
+      </Panel>
+      <Panel>
+        <Readouts uid={uid} />
+      </Panel>
+      <Panel>
+        <AnglePlot uid={uid} />
+      </Panel>
     </aside>
   );
 }

@@ -6,7 +6,7 @@ import { staged, wrong } from "../state/draft";
 import { servo } from "../state/fleet";
 import type { Sheet } from "../state/parameters";
 import { narrow } from "../state/screen";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Icon } from "../ui/icon";
 
 /** On a narrow screen the live panel is a tab of its own. */

@@ -4,7 +4,7 @@ import { ask, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
 import { servo } from "../state/fleet";
 import { sheetOf } from "../state/parameters";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "../ui/button";
 
 export function TorqueOff({ uid }: { uid: string }) {

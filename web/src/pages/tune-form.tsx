@@ -9,7 +9,7 @@ import { limitsOf } from "../state/here";
 import { sheetOf } from "../state/parameters";
 import { lasts, pathOf } from "../state/step-runs";
 import { cancelTest, stagedGains, startTest, test, testing, testProblem } from "../state/tune";
-import { words } from "../text/en/tune";
+import { tune as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { JobSteps } from "./job-steps";

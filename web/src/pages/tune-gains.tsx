@@ -8,7 +8,7 @@ import { sheetOf } from "../state/parameters";
 import { go, pathOf } from "../state/route";
 import { GAINS, letter, SYMPTOMS, type Symptom, shown, takeBack } from "../state/step-runs";
 import { applyGains, discardGains, overlay, stage, stagedGains, testing } from "../state/tune";
-import { words } from "../text/en/tune";
+import { tune as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";

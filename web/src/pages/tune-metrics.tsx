@@ -4,7 +4,7 @@ import type { Value } from "../api/types";
 import { full, number, signed, withUnit } from "../form/format";
 import { catalog } from "../state/catalog";
 import * as lab from "../state/step-runs";
-import { words } from "../text/en/tune";
+import { tune as words } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import { ms, Swatch } from "./tune-plot";
 

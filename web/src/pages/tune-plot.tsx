@@ -8,7 +8,7 @@ import { shape } from "../plots/shapes";
 import { stepPicture } from "../plots/step-picture";
 import { TracePlot } from "../plots/trace-plot";
 import * as lab from "../state/step-runs";
-import { words } from "../text/en/tune";
+import { tune as words } from "../text/topics";
 import { Segments } from "../ui/segments";
 
 const FIRST_S = 0.3;

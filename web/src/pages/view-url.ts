@@ -1,19 +1,28 @@
-/** Owns the address of the 3D view and how well it may be drawn on this machine. */
+/** Owns the address of a 3D frame and how well it may be drawn on this machine. */
+import { ROOT } from "../api/root";
 
 export type Quality = "high" | "low";
 
 interface Wish {
-  uid: string;
+  key: string;
+  uid: string | null;
   theme: "light" | "dark";
   quality: Quality;
 }
 
 /** The address of the frame. Its socket goes to the same origin, so nothing else is named here. */
-export function viewUrl({ uid, theme, quality }: Wish): string {
-  const query = new URLSearchParams({ theme, quality, select: uid });
+export function viewUrl({ key, uid, theme, quality }: Wish): string {
+  const query = new URLSearchParams({ theme, quality });
+  if (uid !== null) query.set("select", uid);
   if (theme === "dark") query.set("darkMode", "");
   if (quality === "low") query.set("fixedDpr", "1");
-  return `/viser/?${query.toString()}`;
+  return `${ROOT}/viser/${key}/?${query.toString()}`;
+}
+
+/** A name for one frame that nobody else has or guesses: its picture and its wishes are its own. */
+export function newKey(): string {
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(bytes, byte => byte.toString(16).padStart(2, "0")).join("");
 }
 
 let found: Quality | null | undefined;

@@ -2,7 +2,7 @@
 import { age } from "../form/format";
 import { now } from "../state/clock";
 import { pending } from "../state/fleet";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Glyph } from "../ui/glyph";
 import { Icon, Spinner } from "../ui/icon";
 

@@ -1,9 +1,10 @@
 /** Owns a plot of traces that are finished: real samples over time, targets, bands, marks; zoomed by dragging. */
 import uPlot from "uplot";
+import { clip, colourOf, ground, lineOf, projection, upright } from "./draw";
 import { everyFrame } from "./frames";
 import { type Palette, palette } from "./palette";
 import { shape } from "./shapes";
-import { extent, inSight, nearest, type Samples, thin } from "./trace";
+import { extent, nearest, type Samples } from "./trace";
 
 export interface Curve {
   samples: Samples;
@@ -167,7 +168,7 @@ export class TracePlot {
         ],
         series: [{}, { paths: () => null, points: { show: false } }],
         hooks: {
-          drawClear: [plot => this.#ground(plot, colours)],
+          drawClear: [plot => ground(plot, colours)],
           draw: [plot => this.#draw(plot, colours)],
           setCursor: [plot => this.#say(plot)],
         },
@@ -196,19 +197,10 @@ export class TracePlot {
     return [low - room, high + room];
   }
 
-  #ground(plot: uPlot, colours: Palette): void {
-    const { ctx, bbox } = plot;
-    ctx.fillStyle = colours.well;
-    ctx.fillRect(bbox.left, bbox.top, bbox.width, bbox.height);
-  }
-
   #draw(plot: uPlot, colours: Palette): void {
-    const { ctx, bbox } = plot;
+    const { ctx } = plot;
     const ratio = devicePixelRatio || 1;
-    ctx.save();
-    ctx.beginPath();
-    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-    ctx.clip();
+    clip(plot);
     for (const band of this.#picture.bands ?? []) this.#band(plot, band, colours);
     for (const mark of this.#picture.marks ?? []) this.#mark(plot, mark, colours);
     for (const curve of this.#picture.curves) this.#curve(plot, curve, colours);
@@ -239,14 +231,7 @@ export class TracePlot {
     const { ctx, bbox } = plot;
     const ratio = devicePixelRatio || 1;
     const x = Math.round(plot.valToPos(mark.t, "x", true));
-    ctx.strokeStyle = colours.ink3;
-    ctx.lineWidth = ratio;
-    ctx.setLineDash([2 * ratio, 3 * ratio]);
-    ctx.beginPath();
-    ctx.moveTo(x, bbox.top);
-    ctx.lineTo(x, bbox.top + bbox.height);
-    ctx.stroke();
-    ctx.setLineDash([]);
+    upright(plot, x, colours.ink3);
     ctx.fillStyle = colours.ink2;
     ctx.font = `${12 * ratio}px ${colours.font}`;
     ctx.textAlign = "left";
@@ -257,38 +242,15 @@ export class TracePlot {
   #curve(plot: uPlot, curve: Curve, colours: Palette): void {
     const { ctx, bbox } = plot;
     const ratio = devicePixelRatio || 1;
-    const { t, v } = curve.samples;
-    const min = plot.scales.x?.min ?? 0;
-    const max = plot.scales.x?.max ?? 1;
-    const [first, end] = inSight(t, min, max);
-    const indices = thin(curve.samples, first, end, Math.max(50, Math.round(bbox.width / ratio)));
-    const line = new Path2D();
-    let down = false;
-    let lastY = 0;
-    for (const i of indices) {
-      const value = v[i] ?? Number.NaN;
-      if (Number.isNaN(value)) {
-        down = false;
-        continue;
-      }
-      const x = plot.valToPos(t[i] ?? 0, "x", true);
-      const y = plot.valToPos(value, "y", true);
-      if (!down) line.moveTo(x, y);
-      else {
-        if (curve.held) line.lineTo(x, lastY);
-        line.lineTo(x, y);
-      }
-      down = true;
-      lastY = y;
-    }
-    if (curve.held && down) line.lineTo(bbox.left + bbox.width, lastY);
-    ctx.strokeStyle = colourOf(curve, colours);
+    const line = lineOf(plot, projection(plot), curve.samples, { held: curve.held === true });
+    if (curve.held && line.end) line.path.lineTo(bbox.left + bbox.width, line.end.y);
+    ctx.strokeStyle = colourOf(curve.colour, colours);
     ctx.lineWidth = (curve.bold ? 2.2 : curve.dashed ? 1.6 : 1.5) * ratio;
     ctx.lineJoin = "round";
     ctx.setLineDash(curve.dashed ? [7 * ratio, 5 * ratio] : []);
-    ctx.stroke(line);
+    ctx.stroke(line.path);
     ctx.setLineDash([]);
-    if (!curve.dashed && !curve.held) this.#points(plot, curve, first, end, colours);
+    if (!curve.dashed && !curve.held) this.#points(plot, curve, line.first, line.last, colours);
   }
 
   /** Every sample where there is room for them; else, where curves have shapes, one now and then. */
@@ -314,7 +276,7 @@ export class TracePlot {
       const y = plot.valToPos(value, "y", true) / ratio;
       all.addPath(outline, new DOMMatrix().scale(ratio).translate(x, y));
     }
-    ctx.fillStyle = colourOf(curve, colours);
+    ctx.fillStyle = colourOf(curve.colour, colours);
     ctx.fill(all);
   }
 
@@ -334,7 +296,7 @@ export class TracePlot {
     const y = Math.min(low, Math.max(high, plot.valToPos(value, "y", true) + side * 18 * ratio));
     const half = (TAG_PX / 2) * ratio;
     ctx.fillStyle = colours.well;
-    ctx.strokeStyle = colourOf(curve, colours);
+    ctx.strokeStyle = colourOf(curve.colour, colours);
     ctx.lineWidth = 1.5 * ratio;
     ctx.beginPath();
     ctx.roundRect(x - half, y - half, 2 * half, 2 * half, 2 * ratio);
@@ -363,10 +325,4 @@ export class TracePlot {
     });
     this.#readout.textContent = this.#text.at(at, values);
   }
-}
-
-function colourOf(curve: Curve, colours: Palette): string {
-  if (curve.colour === "ink") return colours.ink;
-  if (curve.colour === "intent") return colours.intent;
-  return colours.series[curve.colour % colours.series.length] ?? colours.ink;
 }

@@ -38,35 +38,48 @@ export function inSight(t: Float64Array, from: number, to: number): [number, num
  * The indices to draw of `first` up to `end`: all of them while there are at most four a pixel column, else of each
  * column its first, lowest, highest and last. Every index is a sample that was taken; gaps are kept.
  */
-export function thin(one: Samples, first: number, end: number, columns: number): Uint32Array {
+export function thin(
+  one: Samples,
+  first: number,
+  end: number,
+  columns: number,
+  span = (one.t[end - 1] ?? 0) - (one.t[first] ?? 0),
+): Uint32Array {
   const count = Math.max(0, end - first);
   if (count <= 4 * columns) return Uint32Array.from({ length: count }, (_, i) => first + i);
-  const from = one.t[first] ?? 0;
-  const span = Math.max(1e-9, (one.t[end - 1] ?? 0) - from);
+  // Columns stand still in time: a picture that moves on would flicker if they moved with it.
+  const width = Math.max(1e-9, span) / columns;
   const kept: number[] = [];
-  let column = -1;
-  let picks: number[] = [];
+  let column = Number.NaN;
+  // Of the column under way: its first, lowest, highest and last; -1 when there is none.
+  const picks: [number, number, number, number] = [-1, -1, -1, -1];
   const flush = () => {
-    for (const at of [...new Set(picks)].sort((a, b) => a - b)) kept.push(at);
+    const [earliest, low, high, latest] = picks;
+    if (earliest < 0) return;
+    let last = -1;
+    for (const at of [earliest, Math.min(low, high), Math.max(low, high), latest]) {
+      if (at > last) kept.push(at);
+      last = at;
+    }
+    picks[0] = -1;
   };
   for (let i = first; i < end; i++) {
-    const here = Math.min(columns - 1, Math.floor((((one.t[i] ?? 0) - from) / span) * columns));
+    const here = Math.floor((one.t[i] ?? 0) / width);
     const value = one.v[i] ?? Number.NaN;
     if (Number.isNaN(value)) {
       flush();
       kept.push(i);
-      picks = [];
-      column = -1;
+      column = Number.NaN;
       continue;
     }
     if (here !== column) {
       flush();
       column = here;
-      picks = [i, i, i, i];
+      picks.fill(i);
       continue;
     }
-    if (value < (one.v[picks[1] ?? i] ?? 0)) picks[1] = i;
-    if (value > (one.v[picks[2] ?? i] ?? 0)) picks[2] = i;
+    if (value < (one.v[picks[1]] ?? 0)) picks[1] = i;
+    if (value > (one.v[picks[2]] ?? 0)) picks[2] = i;
     picks[3] = i;
   }
   flush();

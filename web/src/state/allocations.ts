@@ -3,7 +3,7 @@ import { signal } from "@preact/signals";
 import type { Allocation } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
 import type { Allocations } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
 import { monotonic } from "./clock";
 import { nameOf, pending, servo } from "./fleet";
 import { type Poll, poll } from "./poll";

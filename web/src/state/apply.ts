@@ -1,9 +1,10 @@
 /** Owns writing: staged edits to RAM in one PATCH, RAM to ROM by a job, and what each row is told of it. */
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
+import type { SafetyWord } from "../api/config-types";
 import type { Change, Job, ParametersPatched, Value } from "../api/types";
 import { full } from "../form/format";
-import { text } from "../text/en";
+import { text } from "../text";
 import { catalog } from "./catalog";
 import { staged } from "./draft";
 import { peekServo } from "./fleet";
@@ -16,7 +17,20 @@ export const saving = signal<{ uid: string; job: string; keys: string[]; shown: 
 /** A problem of the whole sheet rather than of a row. */
 export const sheetProblem = signal<{ uid: string; text: string } | null>(null);
 
+/** What the last write of a servo's page changed in RAM, to be written back; gone on the next visit. */
+export interface Written {
+  at: number;
+  changes: readonly Change[];
+}
+
+export const lastWritten = signal<{ uid: string; written: Written } | null>(null);
+
+/** Asks whoever sits here; null is no, a word is a yes to what the server wants to hear. */
+export type AskBack = (problem: Problem) => Promise<SafetyWord | null>;
+
 export interface ApplyOptions {
+  askBack?: AskBack;
+
   /** These rows alone; other drafts stay drafts. */
   only?: readonly string[];
   headers?: Record<string, string>;
@@ -28,18 +42,28 @@ export async function apply(sheet: Sheet, options: ApplyOptions = {}): Promise<b
   const all = staged(sheet.drafts.map.peek(), key => sheet.held(key));
   const values = new Map([...all].filter(([key]) => options.only?.includes(key) ?? true));
   if (values.size === 0) return true;
+  return write(sheet, values, options);
+}
+
+/** Writes these values to RAM, all or nothing, staged or not. */
+export async function write(
+  sheet: Sheet,
+  values: ReadonlyMap<string, Wanted>,
+  options: ApplyOptions = {},
+): Promise<boolean> {
+  sheetProblem.value = null;
   sheet.busy.value = "applying";
   sheet.setOutcomes([...values.keys()].map(key => [key, { kind: "pending" }]));
   try {
-    const answer = await ask<ParametersPatched>("PATCH", `/servos/${sheet.uid}/parameters`, {
-      body: { values: Object.fromEntries(values) },
-      headers: { "If-Match": sheet.revision, ...options.headers },
-      timeout_ms: 30_000,
-    });
+    const answer = await patch(sheet, values, options, []);
     sheet.revision = answer.revision;
+    const changes = answer.changes.filter(change => change.verdict !== "unchanged" && change.before !== null);
+    if (answer.outcome === "applied" && changes.length > 0) {
+      lastWritten.value = { uid: sheet.uid, written: { at: Date.now() / 1000, changes } };
+    }
     return take(sheet, answer);
   } catch (error) {
-    refuse(sheet, [...values.keys()], problemOf(error));
+    refuse(sheet, [...values.keys()], problemOf(error), options.askBack !== undefined);
     return false;
   } finally {
     await sheet.load();
@@ -47,7 +71,52 @@ export async function apply(sheet: Sheet, options: ApplyOptions = {}): Promise<b
   }
 }
 
-function take(sheet: Sheet, answer: ParametersPatched): boolean {
+export type Wanted = boolean | number | string;
+
+/** Sends it; and again, with one more word, each time somebody agrees to what the server asks back. */
+async function patch(
+  sheet: Sheet,
+  values: ReadonlyMap<string, Wanted>,
+  options: ApplyOptions,
+  confirm: readonly SafetyWord[],
+): Promise<ParametersPatched> {
+  try {
+    return await ask<ParametersPatched>("PATCH", `/servos/${sheet.uid}/parameters`, {
+      body: { values: Object.fromEntries(values), ...(confirm.length > 0 ? { confirm } : {}) },
+      headers: { "If-Match": sheet.revision, ...options.headers },
+      timeout_ms: 30_000,
+    });
+  } catch (error) {
+    const problem = problemOf(error);
+    const word =
+      problem.code === "needs_confirmation" ? await askSomebody(sheet, values, options, problem) : null;
+    if (word === null || confirm.includes(word)) throw error;
+    return patch(sheet, values, options, [...confirm, word]);
+  }
+}
+
+/** While somebody thinks about it nothing is being written, and no row says so. */
+async function askSomebody(
+  sheet: Sheet,
+  values: ReadonlyMap<string, Wanted>,
+  options: ApplyOptions,
+  problem: Problem,
+): Promise<SafetyWord | null> {
+  if (!options.askBack) return null;
+  const say = (outcome: Outcome | null) => sheet.setOutcomes([...values.keys()].map(key => [key, outcome]));
+  say(null);
+  sheet.busy.value = null;
+  const word = await options.askBack(problem);
+  sheet.busy.value = "applying";
+  say({ kind: "pending" });
+  return word;
+}
+
+/** Takes the answer of a write of some rows: drafts that are done go, each row is told. Answers whether all is well. */
+export function take(
+  sheet: Sheet,
+  answer: Pick<ParametersPatched, "outcome" | "changes" | "failure">,
+): boolean {
   const culprits = answer.changes.filter(
     change => !WELL.has(change.verdict) && change.verdict !== "rolled_back",
   );
@@ -83,10 +152,16 @@ function failure(change: Change, culprits: Change[], why: string | null): Outcom
   return { kind: "failed", what: text.rows.notWritten(reason), rest: holds };
 }
 
-function refuse(sheet: Sheet, keys: string[], problem: Problem): void {
+/** Tells rows that nothing was written, and why: the row the problem names, or all of them. */
+export function refuse(sheet: Sheet, keys: string[], problem: Problem, declined = false): void {
   const named = [problem.facts.key, problem.facts.parameter].find(
     fact => typeof fact === "string" && keys.includes(fact),
   );
+  // Whoever was asked said no: it stays staged, and nothing is wrong with it.
+  if (problem.code === "needs_confirmation" && declined) {
+    sheet.setOutcomes(keys.map(key => [key, null]));
+    return;
+  }
   if (problem.code === "stale_revision") {
     sheetProblem.value = { uid: sheet.uid, text: text.rows.staleRevision };
     sheet.setOutcomes(keys.map(key => [key, null]));
@@ -98,8 +173,8 @@ function refuse(sheet: Sheet, keys: string[], problem: Problem): void {
 }
 
 /** Writes what is staged, then RAM to ROM. The dialog follows the job; the rows are told when it has ended. */
-export async function applyAndSave(sheet: Sheet, keys: string[]): Promise<void> {
-  if (!(await apply(sheet))) return;
+export async function applyAndSave(sheet: Sheet, keys: string[], options: ApplyOptions = {}): Promise<void> {
+  if (!(await apply(sheet, options))) return;
   sheet.busy.value = "saving";
   try {
     const job = await ask<Job>("POST", `/servos/${sheet.uid}/save`, {

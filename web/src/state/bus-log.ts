@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import type { LogFile, LogFormat, LogState } from "../api/bus-types";
 import { API, ask, problemOf } from "../api/client";
-import { text } from "../text/en";
+import { text } from "../text";
 import { type Poll, poll } from "./poll";
 
 const ASK_MS = 1000;

@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { FaultRow, Row, Schema } from "../api/types";
+import { text } from "../text";
 
 export interface Tab {
   key: string;
@@ -24,18 +25,31 @@ const ELSEWHERE = new Set(["command", "status", "operation", "faults"]);
 /** The production date is part of what a servo is. */
 const MERGED: Readonly<Record<string, string>> = { production: "product" };
 
+/** A row with the names it has in the page's language; the server's where it has none. */
+function named(row: Row): Row {
+  const choices = row.choices.map(one => ({ ...one, label: text.table.choices[one.key] ?? one.label }));
+  return { ...row, label: text.table.rows[row.key] ?? row.label, choices };
+}
+
+/** A fault with its name and advice in the page's language; the server's where it has none. */
+export function namedFault<T extends Pick<FaultRow, "key" | "label" | "advice">>(fault: T): T {
+  const { faults, advice } = text.table;
+  return { ...fault, label: faults[fault.key] ?? fault.label, advice: advice[fault.key] ?? fault.advice };
+}
+
 export function build(schema: Schema): Catalog {
-  const rows = new Map(schema.parameters.filter(row => row.access !== "w").map(row => [row.key, row]));
+  const readable = schema.parameters.filter(row => row.access !== "w");
+  const rows = new Map(readable.map(row => [row.key, named(row)]));
   const tabs = schema.groups
     .filter(group => !ELSEWHERE.has(group.key) && !(group.key in MERGED))
     .map(group => ({
       key: group.key,
-      label: group.label,
+      label: text.table.groups[group.key] ?? group.label,
       description: group.description,
       rows: [...rows.values()].filter(row => (MERGED[row.group] ?? row.group) === group.key),
     }))
     .filter(tab => tab.rows.length > 0);
-  return { revision: schema.revision, tabs, rows, faults: schema.faults };
+  return { revision: schema.revision, tabs, rows, faults: schema.faults.map(namedFault) };
 }
 
 export async function loadCatalog(revision?: string): Promise<void> {

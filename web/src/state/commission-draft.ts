@@ -1,7 +1,7 @@
 /** Owns the draft of the wizard: who was chosen, what each is to become, how far one came; it survives a reload. */
 import { signal } from "@preact/signals";
 import type { Candidate, Commissioning, OnAnomaly, SafetyWord } from "../api/config-types";
-import { words } from "../text/en/commission";
+import { commission as words } from "../text/topics";
 
 export type Step = "find" | "identify" | "profile" | "check";
 

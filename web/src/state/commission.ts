@@ -3,7 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
 import type { Candidates, Forecast, Profile, SafetyWord } from "../api/config-types";
 import type { Job } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
 import { monotonic } from "./clock";
 import { change, choose, draft, propose, request, wanted } from "./commission-draft";
 import { all, angleOf, nameOf, peekServo, pending, servo } from "./fleet";

@@ -1,7 +1,7 @@
 /** Owns what is said of a servo's health: one kind (shape and colour), a headline and a line on what to do. */
 import type { FaultRow, Stop, Value } from "../api/types";
 import { age, clock, number, withUnit } from "../form/format";
-import { text } from "../text/en";
+import { text } from "../text";
 import type { KnownServo } from "./fleet";
 
 export type Kind = "ok" | "notice" | "warning" | "protected" | "failure" | "busy" | "identifying" | "offline";

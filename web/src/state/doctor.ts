@@ -2,7 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import type { Finding } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
-import { text } from "../text/en";
+import { text } from "../text";
 import { monotonic } from "./clock";
 import { type Poll, poll } from "./poll";
 

@@ -38,6 +38,11 @@ export class Drafts {
     if (draft?.verdict.ok && draft.verdict.value === held) this.drop([key]);
   }
 
+  /** Takes back what was typed since the box was entered; before the first key there is nothing to take back. */
+  revert(key: string): void {
+    if (this.#editing === key) this.undo();
+  }
+
   drop(keys: Iterable<string>): void {
     const next = new Map(this.map.peek());
     let changed = false;

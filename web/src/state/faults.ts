@@ -2,7 +2,8 @@
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Fault } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
+import { namedFault } from "./catalog";
 import { holder } from "./motion";
 
 export interface Line extends Fault {
@@ -26,7 +27,7 @@ export async function readFaults(uid: string): Promise<void> {
   try {
     const found = await ask<Fault[]>("GET", `/servos/${uid}/faults`);
     if (rounds.get(uid) !== round) return;
-    kept.value = new Map(kept.peek()).set(uid, found);
+    kept.value = new Map(kept.peek()).set(uid, found.map(namedFault));
     trouble.value = null;
   } catch (error) {
     if (rounds.get(uid) === round) trouble.value = text.problem(problemOf(error));

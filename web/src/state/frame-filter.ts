@@ -1,6 +1,6 @@
 /** Owns the monitor's filter box: its words, what the server is asked for them, and what is wrong with them. */
 import type { FrameFilter } from "../api/bus-types";
-import { words } from "../text/en/bus";
+import { bus as words } from "../text/topics";
 
 export type Wanted = Omit<FrameFilter, "view">;
 

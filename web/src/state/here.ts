@@ -30,8 +30,8 @@ export function limitsOf(uid: string): Limits | null {
   return cw === null || ccw === null ? null : { cw, ccw };
 }
 
-/** Figures polled seldom are old after this. */
-const POLLED_STALE_S = 15;
+/** Temperature and voltage are asked for every 2 s: old after twice that, and the time an answer is on its way. */
+const POLLED_STALE_S = 5;
 
 /** A figure the server polls seldom, from the stream or from the parameters, whichever is fresher. */
 export function polled(one: KnownServo, key: string): { value: number | null; stale: boolean } {

@@ -1,6 +1,7 @@
 /** The stop keys: Esc everywhere, Space where it means nothing else; and the page's own keys. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import { listen, onKey, type StopKey } from "./keys";
+import { lastUid, parse, pathOf } from "./route";
 
 let stops: StopKey[];
 let forget: () => void;
@@ -79,5 +80,35 @@ describe("other keys", () => {
     expect(diff).toHaveBeenCalledOnce();
     expect(undo).toHaveBeenCalledOnce();
     for (const end of ends) end();
+  });
+});
+
+describe("g, then a letter", () => {
+  const uid = `${"0".repeat(31)}a`;
+
+  test.each([
+    ["s", "/servos"],
+    ["c", "/commission"],
+    ["p", `/servos/${uid}/parameters`],
+    ["m", `/servos/${uid}/motion`],
+    ["t", `/servos/${uid}/tune`],
+    ["f", "/faults"],
+    ["b", "/bus"],
+    ["r", "/records"],
+    ["a", "/api-page"],
+  ])("g %s goes to %s", (letter, path) => {
+    lastUid.value = uid;
+    press("text", "g");
+    press("text", letter);
+    expect(location.pathname).toBe(path);
+    expect(pathOf(parse(path, "").page, parse(path, "").uid)).toBe(path);
+  });
+
+  test("goes nowhere while typing, nor without the g", () => {
+    press("text", "g");
+    press("text", "s");
+    for (const key of ["g", "b"]) press("box", key);
+    press("text", "b");
+    expect(location.pathname).toBe("/servos");
   });
 });

@@ -1,7 +1,7 @@
 /** Owns the keyboard: Stop first and everywhere, then the page's own keys. */
 
 import { uids } from "./fleet";
-import { go, lastUid, pathOf } from "./route";
+import { go, lastUid, type Page, pathOf } from "./route";
 
 type Act = (event: KeyboardEvent) => void;
 
@@ -87,13 +87,27 @@ function newest(key: string, event: KeyboardEvent): boolean {
   return act !== undefined;
 }
 
+const PAGES: Readonly<Record<string, Page>> = {
+  s: "servos",
+  c: "commission",
+  p: "parameters",
+  m: "motion",
+  t: "tune",
+  f: "faults",
+  b: "bus",
+  r: "records",
+  a: "api",
+};
+
+/** Pages of one servo; the others show all of them. */
+const OF_A_SERVO: ReadonlySet<Page> = new Set(["parameters", "motion", "tune"]);
+
 function follow(key: string): boolean {
+  const page = PAGES[key];
+  if (page === undefined) return false;
   const uid = lastUid.peek() ?? uids.peek()[0] ?? null;
-  if (key === "s") go(pathOf("servos", null));
-  else if (key === "p" && uid) go(pathOf("parameters", uid));
-  else if (key === "m" && uid) go(pathOf("motion", uid));
-  else if (key === "f") go(pathOf("faults", null));
-  else if (key === "b") go(pathOf("bus", null));
-  else return false;
+  go(pathOf(page, OF_A_SERVO.has(page) ? uid : null));
+  // From here Tab goes through the new page, and a screen reader begins to read it.
+  document.querySelector("main")?.focus();
   return true;
 }

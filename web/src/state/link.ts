@@ -10,6 +10,7 @@ import { addEvent, bus, setLease, stop } from "./desk";
 import * as fleet from "./fleet";
 import { setJob } from "./jobs";
 import { hear } from "./parameters";
+import { look, onSignIn } from "./session";
 
 export interface Link {
   state: LinkState;
@@ -58,6 +59,8 @@ export const live = new Live({
   onMessage: receive,
   onState: state => {
     link.value = { state, since: monotonic() };
+    // A socket that is refused does not say why to a page.
+    if (state === "down") void look();
     if (state === "up") {
       connection.value += 1;
       void refetch();
@@ -74,6 +77,7 @@ function receive(message: ServerMessage): void {
     case "hello":
       if (Math.abs(message.utc_offset - utcOffset) > SAME_CLOCK_S) telemetry.clear();
       utcOffset = message.utc_offset;
+      telemetry.utcOffset = utcOffset;
       version.value = message.version;
       demo.value = message.demo;
       void loadCatalog(message.schema_revision).catch(() => undefined);
@@ -139,6 +143,7 @@ async function refetch(): Promise<void> {
 
 export function startLink(): void {
   live.start();
+  onSignIn(() => live.hurry());
   addEventListener("online", () => live.hurry());
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) live.hurry();

@@ -214,6 +214,34 @@ describe("motion", () => {
     expect(sent).toContain("DELETE /leases/L");
   });
 
+  test("what was given up before it was answered energises nobody, whatever was asked for since", async () => {
+    const usual = fetch;
+    const other = "d".repeat(32);
+    let late: (answer: Response) => void = () => undefined;
+    let asked = 0;
+    vi.stubGlobal("fetch", (url: string, init: RequestInit) => {
+      if (!url.endsWith("/leases") || asked++ > 0) return usual(url, init);
+      return new Promise<Response>(resolve => {
+        late = resolve;
+      });
+    });
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    const first = enableMotion(other);
+    endMotion(null);
+    const second = enableMotion(UID);
+    late(
+      new Response(
+        JSON.stringify({ id: "late", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3 }),
+      ),
+    );
+    await first;
+    await second;
+    expect(motion.value).toMatchObject({ phase: "on", uid: UID, lease: "L" });
+    expect(sent).toContain("DELETE /leases/late");
+    expect(sent.filter(one => one.includes(other) && one.includes('"on"'))).toEqual([]);
+    expect(said.mock.calls.flat()).not.toContainEqual({ type: "heartbeat", lease: "late" });
+  });
+
   test("the lease passing to somebody else is checked, not guessed", async () => {
     const said = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);

@@ -3,13 +3,14 @@ import { effect, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
 import type { Caution, Commanded, Lease, Reading, TakeOverState, TorqueMode } from "../api/types";
 import { telemetry } from "../telemetry/store";
-import { text } from "../text/en";
+import { text } from "../text";
 import { monotonic } from "./clock";
 import { lease as heldLease, stopped } from "./desk";
 import { angleOf, peekServo } from "./fleet";
 import { live, onRefusal, up } from "./link";
 import { Newest } from "./newest";
 import { onLeave } from "./route";
+import { signed } from "./session";
 
 export type Motion =
   | { phase: "off"; why: string | null }
@@ -18,7 +19,7 @@ export type Motion =
   | { phase: "waiting"; uid: string; request: string; from: string; endsAt: number }
   /** Motion control is ours and torque is off: it came later than it was asked for, so nothing begins by itself. */
   | { phase: "held"; uid: string; lease: string }
-  | { phase: "on"; uid: string; lease: string; torque: TorqueMode };
+  | { phase: "on"; uid: string; lease: string; torque: TorqueMode; others: readonly string[] };
 
 export const motion = signal<Motion>({ phase: "off", why: null });
 
@@ -41,6 +42,21 @@ export interface Question {
 /** A move that is not made before somebody has agreed to what will happen. */
 export const question = signal<Question | null>(null);
 
+export interface Profile {
+  speed_deg_s: number;
+  accel_deg_s2: number;
+}
+
+/** Servos that are commanded in one message with this one: how, is for the part of the page that began it. */
+export interface Together {
+  /** Holds all where they are, under the lease; torque is on. */
+  begin: (lease: string) => Promise<void>;
+  move: (angle: number, lease: string, profile: Profile | null) => Promise<Commanded>;
+  drag: (angle: number, lease: string, profile: Profile | null) => void;
+}
+
+export const together = signal<Together | null>(null);
+
 /** How a jog goes: at a limited speed in degrees a second, or (null) as fast as the servo can. */
 export const pace = signal<number | null>(60);
 /** A jog is at its speed after a quarter of a second. */
@@ -60,44 +76,55 @@ export function holder(): string {
   try {
     const kept = sessionStorage.getItem(key) ?? String(1 + Math.floor(Math.random() * 999));
     sessionStorage.setItem(key, kept);
-    return text.motion.holder(kept);
+    return signed(text.motion.holder(kept));
   } catch {
-    return text.motion.holder("1");
+    return signed(text.motion.holder("1"));
   }
 }
 
-/** Takes the lease and turns torque on. Nothing moves: the servo holds where it stands. */
-export async function enableMotion(uid: string): Promise<void> {
+/** Takes the lease and turns torque on. Nothing moves: the servo holds where it stands, and so do `others` with it. */
+export async function enableMotion(
+  uid: string,
+  others: readonly string[] = [],
+  group: Together | null = null,
+): Promise<void> {
   const before = motion.peek();
   if (before.phase !== "off" && before.phase !== "held") return;
-  motion.value = { phase: "asking", uid };
+  const asking: Motion = { phase: "asking", uid };
+  // Given up, and perhaps asked for anew since: then this is not ours to go on with.
+  const still = () => motion.peek() === asking;
+  motion.value = asking;
   refusal.value = null;
+  const members = [uid, ...others];
   try {
     const lease =
       before.phase === "held"
         ? before.lease
         : (await ask<Lease>("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
-    if (motion.peek().phase !== "asking") {
-      await release(uid, lease);
+    if (!still()) {
+      await release(members, lease);
       return;
     }
     startBeat(lease);
     try {
-      await torque(uid, "on", lease);
+      await energise(members, group, lease);
     } catch (error) {
-      await release(uid, lease);
+      if (still()) stopBeat();
+      await release(members, lease);
       throw error;
     }
-    if (motion.peek().phase !== "asking") {
-      await release(uid, lease);
+    if (!still()) {
+      await release(members, lease);
       return;
     }
     setpoint.value = presentAngle(uid);
-    motion.value = { phase: "on", uid, lease, torque: "on" };
+    together.value = group;
+    motion.value = { phase: "on", uid, lease, torque: "on", others };
   } catch (error) {
+    if (!still()) return;
     stopBeat();
     refusal.value = text.problem(problemOf(error));
-    if (motion.peek().phase === "asking") motion.value = { phase: "off", why: null };
+    motion.value = { phase: "off", why: null };
   }
 }
 
@@ -122,8 +149,19 @@ export async function keepMotion(request: string): Promise<void> {
 /** Ends motion: torque off, lease given back. Lives on while the page goes away. */
 export function endMotion(why: string | null): void {
   const present = motion.peek();
-  if (present.phase === "on") void torqueOff(present.uid);
+  if (present.phase === "on") for (const uid of membersOf(present)) void torqueOff(uid);
   forgetMotion(why);
+}
+
+/** Everybody whose torque is on by this page. */
+export function membersOf(present: Motion): readonly string[] {
+  return present.phase === "on" ? [present.uid, ...present.others] : [];
+}
+
+async function energise(members: readonly string[], group: Together | null, lease: string): Promise<void> {
+  // One after the other: the first that refuses is named, and nobody after it is energised.
+  for (const uid of members) await torque(uid, "on", lease);
+  await group?.begin(lease);
 }
 
 /** Ends motion where torque is already taken care of, by Stop or by the server; only the lease is given back, unless it is `gone`. */
@@ -135,6 +173,7 @@ export function forgetMotion(why: string | null, gone = false): void {
   setpoint.value = null;
   question.value = null;
   warnings.value = [];
+  together.value = null;
   motion.value = { phase: "off", why };
   if (!gone && (present.phase === "on" || present.phase === "held")) void giveBack(present.lease);
   if (present.phase === "waiting") void withdraw(present.request);
@@ -151,9 +190,8 @@ export async function withdraw(request: string): Promise<void> {
   if (end?.lease_id) await giveBack(end.lease_id);
 }
 
-async function release(uid: string, lease: string): Promise<void> {
-  stopBeat();
-  await Promise.allSettled([torqueOff(uid), giveBack(lease)]);
+async function release(members: readonly string[], lease: string): Promise<void> {
+  await Promise.allSettled([...members.map(torqueOff), giveBack(lease)]);
 }
 
 function torqueOff(uid: string): Promise<unknown> {
@@ -174,17 +212,21 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
   refusal.value = null;
   warnings.value = [];
   try {
-    await torque(present.uid, mode, present.lease);
-    if (motion.peek().phase !== "on") return;
+    const members = membersOf(present);
+    if (mode === "on") await energise(members, together.peek(), present.lease);
+    else await Promise.all(members.map(uid => torque(uid, "off", present.lease)));
+    const now = motion.peek();
+    if (now.phase !== "on" || now.lease !== present.lease) return;
     setpoint.value = mode === "on" ? presentAngle(present.uid) : null;
     motion.value = { ...present, torque: mode };
   } catch (error) {
+    // Half a group that pulls is worse than none.
+    if (mode === "on") for (const uid of membersOf(present)) void torqueOff(uid);
     refusal.value = text.problem(problemOf(error));
   }
 }
 
-function profile(): { speed_deg_s: number; accel_deg_s2: number } | null {
-  const speed = pace.peek();
+export function profileOf(speed: number | null): Profile | null {
   return speed === null ? null : { speed_deg_s: speed, accel_deg_s2: speed / SPEED_UP_S };
 }
 
@@ -197,8 +239,13 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
   question.value = null;
   const before = setpoint.peek();
   setpoint.value = angle;
-  const limited = profile();
+  const limited = profileOf(pace.peek());
   try {
+    const group = together.peek();
+    if (group) {
+      warnings.value = (await group.move(angle, present.lease, limited)).warnings ?? [];
+      return;
+    }
     const answer = await ask<Commanded>("POST", `/servos/${present.uid}/command`, {
       body: {
         type: "angle",
@@ -234,11 +281,15 @@ async function putQuestion(uid: string, angle: number, problem: Problem): Promis
 const drags = new Newest<number>(DRAG_PERIOD_MS, angle => {
   const present = motion.peek();
   if (present.phase !== "on") return;
-  live.send({
-    type: "command",
-    lease: present.lease,
-    commands: [{ uid: present.uid, type: "angle", value: angle, profile: profile() }],
-  });
+  const limited = profileOf(pace.peek());
+  const group = together.peek();
+  if (group) group.drag(angle, present.lease, limited);
+  else
+    live.send({
+      type: "command",
+      lease: present.lease,
+      commands: [{ uid: present.uid, type: "angle", value: angle, profile: limited, hold: null }],
+    });
 });
 
 /** An angle command of a drag, over the socket: the newest wins, at most thirty a second. */
@@ -250,7 +301,7 @@ export function dragTo(angle: number): void {
   drags.put(angle);
 }
 
-function presentAngle(uid: string): number | null {
+export function presentAngle(uid: string): number | null {
   const one = peekServo(uid);
   const told = one ? angleOf(one, monotonic()) : telemetry.latest(uid, "current_angle", monotonic());
   return told?.value ?? null;

@@ -61,6 +61,16 @@ export class Sheet {
     this.outcomes.value = next;
   }
 
+  /** What the server knows of every row, asked for by whoever has it. */
+  take(revision: string, parameters: Readonly<Record<string, Reading>>): void {
+    batch(() => {
+      this.revision = revision;
+      for (const reading of Object.values(parameters)) this.put(reading);
+      this.keys.value = Object.keys(parameters);
+      this.problem.value = null;
+    });
+  }
+
   /** Reads what the server knows; with `refresh` it asks the bus. */
   async load(refresh = false): Promise<void> {
     try {
@@ -68,12 +78,7 @@ export class Sheet {
         "GET",
         `/servos/${this.uid}/parameters${refresh ? "?refresh=true" : ""}`,
       );
-      batch(() => {
-        this.revision = answer.revision;
-        for (const reading of Object.values(answer.parameters)) this.put(reading);
-        this.keys.value = Object.keys(answer.parameters);
-        this.problem.value = null;
-      });
+      this.take(answer.revision, answer.parameters);
     } catch (error) {
       this.problem.value = problemOf(error);
     }

@@ -3,7 +3,7 @@ import { type Signal, signal } from "@preact/signals";
 import { type Problem, problemOf } from "../api/client";
 import type { SafetyWord } from "../api/config-types";
 import type { Job } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
 import { settled } from "./jobs";
 
 /** Something to be asked for: null until it is there. The newest question wins. */

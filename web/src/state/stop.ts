@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Stop } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
 import { stop } from "./desk";
 import { live, up } from "./link";
 import { forgetMotion, holder } from "./motion";

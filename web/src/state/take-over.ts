@@ -1,8 +1,8 @@
 /** Owns getting motion control that somebody else has: asked for, with a countdown, or taken with a reason. */
 import { ask, problemOf } from "../api/client";
 import type { Lease, TakeOverState } from "../api/types";
-import { text } from "../text/en";
-import { words } from "../text/en/take-over";
+import { text } from "../text";
+import { takeOver as words } from "../text/topics";
 import { monotonic } from "./clock";
 import { lease as heldLease } from "./desk";
 import { hold, holder, motion, refusal, TTL_S, withdraw } from "./motion";

@@ -4,7 +4,7 @@ import { ask, problemOf } from "../api/client";
 import type { RunOverlay, StepRun, StepTestWish } from "../api/lab-types";
 import type { Job, Value } from "../api/types";
 import { decimalsOf, number } from "../form/format";
-import { text } from "../text/en";
+import { text } from "../text";
 import { apply } from "./apply";
 import { catalog } from "./catalog";
 import { staged } from "./draft";

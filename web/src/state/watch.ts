@@ -27,30 +27,41 @@ const OWNER = `page-${Math.random().toString(36).slice(2, 12)}`;
 const TTL_S = 10;
 const AGAIN_MS = 4000;
 
-async function wish(uid: string, channels: string[], still: () => boolean): Promise<void> {
-  try {
-    const grant = await ask<TelemetryGrant>("PUT", `/servos/${uid}/telemetry`, {
-      body: { channels, rate_hz: RATE_HZ, owner: OWNER, ttl_s: TTL_S },
-      keepalive: channels.length === 0,
-    });
-    if (still()) watched.value = { uid, ...grant };
-  } catch {
-    // The plot says that nothing comes; it is asked for again soon.
-  }
-}
+let wishes = 0;
 
-/** Polls a servo while the tab is looked at, anew after each connection; the answer ends it. */
-export function watch(uid: string): () => void {
+/**
+ * Has channels of a servo polled while the tab is looked at, said anew after each connection. `take` is told what is
+ * granted. The answer ends it, and what it took of the bus is free again.
+ */
+export function wish(
+  uid: string,
+  channels: readonly string[],
+  rateHz: number,
+  take: (grant: TelemetryGrant) => void,
+): () => void {
   const shown = signal(!document.hidden);
   const look = () => {
     shown.value = !document.hidden;
   };
   document.addEventListener("visibilitychange", look);
+  // The server unites the wishes of several owners: each gets what it asked for.
+  const owner = `${OWNER}_${++wishes}`;
   let over = false;
+  const put = async (wanted: readonly string[]) => {
+    try {
+      const grant = await ask<TelemetryGrant>("PUT", `/servos/${uid}/telemetry`, {
+        body: { channels: wanted, rate_hz: rateHz, owner, ttl_s: TTL_S },
+        keepalive: wanted.length === 0,
+      });
+      if (!over) take(grant);
+    } catch {
+      // The plot says that nothing comes; it is asked for again soon.
+    }
+  };
   const end = effect(() => {
     const wanted = up.value && shown.value && connection.value > 0;
     if (!wanted) return undefined;
-    const say = () => void wish(uid, CHANNELS, () => !over);
+    const say = () => void put(channels);
     say();
     const again = setInterval(say, AGAIN_MS);
     return () => clearInterval(again);
@@ -59,8 +70,18 @@ export function watch(uid: string): () => void {
     over = true;
     end();
     document.removeEventListener("visibilitychange", look);
+    void put([]);
+  };
+}
+
+/** Polls what is shown of a servo that is looked at; the answer ends it. */
+export function watch(uid: string): () => void {
+  const end = wish(uid, CHANNELS, RATE_HZ, grant => {
+    watched.value = { uid, ...grant };
+  });
+  return () => {
+    end();
     watched.value = null;
-    void wish(uid, [], () => false);
   };
 }
 

@@ -1,31 +1,90 @@
-/** Owns the export of recent samples as CSV: one row a sample time, one column a channel, gaps empty. */
+/** Owns samples as CSV, out and in: one row a sample time, one column a channel, a gap is an empty cell. */
 import type { TelemetryStore } from "./store";
 
-/** Times are seconds relative to the newest sample; a point is the decimal sign, as programs expect. */
-export function toCsv(
-  store: TelemetryStore,
-  uid: string,
-  channels: readonly string[],
-  seconds: number,
-): string {
-  const newest = Math.max(
-    ...channels.map(key => store.ring(uid, key).lastTime).filter(t => !Number.isNaN(t)),
-  );
+export interface Column {
+  uid: string;
+  channel: string;
+  /** What the column is called; it ends with the channel. */
+  head: string;
+}
+
+/**
+ * The samples of a part of time (the server's clock, both ends included), as `telemetry.csv` of the server has them:
+ * `t_utc`, `t_s`, then a cell a channel. A point is the decimal sign, as programs expect.
+ */
+export function toCsv(store: TelemetryStore, columns: readonly Column[], from: number, to: number): string {
   const rows = new Map<number, (number | null)[]>();
-  channels.forEach((key, column) => {
-    const { t, v } = store.ring(uid, key).since(newest - seconds);
+  columns.forEach((one, place) => {
+    const { t, v } = store.ring(one.uid, one.channel).since(from);
     for (let i = 0; i < t.length; i++) {
       const at = t[i] ?? 0;
-      const row = rows.get(at) ?? new Array<number | null>(channels.length).fill(null);
+      if (at < from || at > to) continue;
+      const row = rows.get(at) ?? new Array<number | null>(columns.length).fill(null);
       const value = v[i] ?? Number.NaN;
-      row[column] = Number.isNaN(value) ? null : value;
+      row[place] = Number.isNaN(value) ? null : value;
       rows.set(at, row);
     }
   });
   const lines = [...rows.entries()]
     .sort(([a], [b]) => a - b)
     .map(([at, row]) =>
-      [(at - newest).toFixed(4), ...row.map(value => (value === null ? "" : String(value)))].join(","),
+      [utc(store, at), at.toFixed(6), ...row.map(value => (value === null ? "" : String(value)))].join(","),
     );
-  return [["t_s", ...channels].join(","), ...lines, ""].join("\r\n");
+  return [["t_utc", "t_s", ...columns.map(one => quoted(one.head))].join(","), ...lines, ""].join("\r\n");
+}
+
+function utc(store: TelemetryStore, at: number): string {
+  const ms = (at + store.utcOffset) * 1000;
+  return Number.isFinite(ms) ? new Date(ms).toISOString() : "";
+}
+
+// A name is what somebody typed: a spreadsheet must not take it for a formula.
+function quoted(head: string): string {
+  const plain = /^[=+\-@\t\r]/.test(head) ? `'${head}` : head;
+  return /[",\r\n]/.test(plain) ? `"${plain.replaceAll('"', '""')}"` : plain;
+}
+
+export interface Recorded {
+  /** Of each column its heading, its times and its values; NaN is a gap. */
+  columns: { head: string; t: Float64Array; v: Float64Array }[];
+  /** What the times lack to UTC, NaN when the file does not say. */
+  utcOffset: number;
+}
+
+/** A file of this kind, read; null when it is none. Lines that are no samples are left out. */
+export function fromCsv(text: string): Recorded | null {
+  const lines = text.split(/\r?\n/);
+  const heads = cells((lines[0] ?? "").replace(/^\uFEFF/, ""));
+  const time = heads.indexOf("t_s");
+  const utcAt = heads.indexOf("t_utc");
+  if (time < 0) return null;
+  const found = heads.map(head => ({ head, t: [] as number[], v: [] as number[] }));
+  let utcOffset = Number.NaN;
+  let before = Number.NEGATIVE_INFINITY;
+  for (const line of lines.slice(1)) {
+    const row = cells(line);
+    const at = Number(row[time] || Number.NaN);
+    if (!Number.isFinite(at) || at <= before) continue;
+    before = at;
+    if (Number.isNaN(utcOffset) && utcAt >= 0) utcOffset = Date.parse(row[utcAt] ?? "") / 1000 - at;
+    row.forEach((cell, place) => {
+      const value = Number(cell);
+      if (cell === "" || place === time || place === utcAt || !Number.isFinite(value)) return;
+      found[place]?.t.push(at);
+      found[place]?.v.push(value);
+    });
+  }
+  const columns = found
+    .filter(one => one.t.length > 0)
+    .map(one => ({ head: one.head, t: Float64Array.from(one.t), v: Float64Array.from(one.v) }));
+  return columns.length === 0 ? null : { columns, utcOffset };
+}
+
+function cells(line: string): string[] {
+  if (!line.includes('"')) return line.split(",");
+  const out: string[] = [];
+  for (const found of line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,]*))/g)) {
+    out.push(found[1] === undefined ? (found[2] ?? "") : found[1].replaceAll('""', '"'));
+  }
+  return out;
 }

@@ -54,3 +54,41 @@ describe("Ring", () => {
     expect(() => new Ring(0)).toThrow(RangeError);
   });
 });
+
+describe("a ring that grows", () => {
+  const growing = () => new Ring(4, { most: 16, seconds: 10 });
+  test("holds the seconds it is for, and not more than it may", () => {
+    const ring = growing();
+    for (let i = 0; i < 100; i++) ring.push(i, i);
+    expect(ring.capacity).toBe(16);
+    expect(ring.lastTime - ring.firstTime).toBeGreaterThanOrEqual(10);
+    const fast = growing();
+    for (let i = 0; i < 1000; i++) fast.push(i / 100, i);
+    expect(fast.capacity).toBe(16);
+    expect([...fast.all().t]).toEqual(Array.from({ length: 16 }, (_, i) => (984 + i) / 100));
+  });
+
+  test("takes a past before its oldest sample, of which what is newer stays out", () => {
+    const ring = growing();
+    ring.push(5, 50);
+    ring.push(6, 60);
+    ring.prepend([1, 2, 3, 5.5], [10, Number.NaN, 30, 55]);
+    expect([...ring.all().t]).toEqual([1, 2, 3, 5, 6]);
+    expect([...ring.all().v]).toEqual([10, Number.NaN, 30, 50, 60]);
+    ring.push(7, 70);
+    expect(ring.lastValue).toBe(70);
+    ring.prepend(
+      Array.from({ length: 40 }, (_, i) => i / 50),
+      new Array(40).fill(1),
+    );
+    expect(ring.length).toBe(16);
+    expect(ring.lastTime).toBe(7);
+  });
+
+  test("takes a past while it is empty", () => {
+    const ring = growing();
+    ring.prepend([1, 2], [1, 2]);
+    ring.push(3, 3);
+    expect([...ring.all().t]).toEqual([1, 2, 3]);
+  });
+});

@@ -5,22 +5,34 @@ export interface Window {
   v: Float64Array;
 }
 
+/** How far a ring may grow, and what for: to hold `seconds` of samples, in at most `most` of them. */
+export interface Growth {
+  most: number;
+  seconds: number;
+}
+
 /**
  * Each sample is written twice, one capacity apart, so any run of up to `capacity` samples is contiguous and a
  * plot can take it as it is. A gap is a sample with v = NaN.
  */
 export class Ring {
-  readonly capacity: number;
+  #capacity: number;
+  #growth: Growth;
   #t: Float64Array;
   #v: Float64Array;
   #next = 0;
   #length = 0;
 
-  constructor(capacity: number) {
+  constructor(capacity: number, growth: Growth = { most: capacity, seconds: 0 }) {
     if (!Number.isInteger(capacity) || capacity < 1) throw new RangeError("a ring needs room for a sample");
-    this.capacity = capacity;
+    this.#capacity = capacity;
+    this.#growth = growth;
     this.#t = new Float64Array(2 * capacity);
     this.#v = new Float64Array(2 * capacity);
+  }
+
+  get capacity(): number {
+    return this.#capacity;
   }
 
   get length(): number {
@@ -30,12 +42,35 @@ export class Ring {
   /** Adds a sample. One that is not newer than the last is left out: time only goes forward here. */
   push(t: number, v: number): boolean {
     if (this.#length > 0 && t <= this.lastTime) return false;
-    const at = this.#next;
-    this.#t[at] = this.#t[at + this.capacity] = t;
-    this.#v[at] = this.#v[at + this.capacity] = v;
-    this.#next = (at + 1) % this.capacity;
-    this.#length = Math.min(this.capacity, this.#length + 1);
+    if (this.#length === this.#capacity && t - this.firstTime < this.#growth.seconds) {
+      const { t: times, v: values } = this.all();
+      this.#rebuild(2 * this.#capacity, times, values);
+    }
+    this.#put(t, v);
     return true;
+  }
+
+  /** Adds what was before the oldest sample, oldest first; what is newer than that is left out. */
+  prepend(t: ArrayLike<number>, v: ArrayLike<number>): void {
+    const { t: times, v: values } = this.all();
+    const until = times[0] ?? Number.POSITIVE_INFINITY;
+    let count = 0;
+    while (count < t.length && (t[count] ?? Number.POSITIVE_INFINITY) < until) count++;
+    const room = Math.max(this.#capacity, this.#growth.most) - times.length;
+    const first = Math.max(0, count - room);
+    if (count === first) return;
+    const total = times.length + count - first;
+    const allTimes = new Float64Array(total);
+    const allValues = new Float64Array(total);
+    for (let i = first; i < count; i++) {
+      allTimes[i - first] = t[i] ?? 0;
+      allValues[i - first] = v[i] ?? Number.NaN;
+    }
+    allTimes.set(times, count - first);
+    allValues.set(values, count - first);
+    let capacity = this.#capacity;
+    while (capacity < total) capacity *= 2;
+    this.#rebuild(capacity, allTimes, allValues);
   }
 
   clear(): void {
@@ -48,6 +83,11 @@ export class Ring {
     return this.#length === 0 ? Number.NaN : (this.#t[this.#last] ?? Number.NaN);
   }
 
+  /** Time of the oldest sample, NaN while empty. */
+  get firstTime(): number {
+    return this.#length === 0 ? Number.NaN : (this.#t[this.#end - this.#length] ?? Number.NaN);
+  }
+
   /** Value of the newest sample, NaN while empty or in a gap. */
   get lastValue(): number {
     return this.#length === 0 ? Number.NaN : (this.#v[this.#last] ?? Number.NaN);
@@ -55,7 +95,7 @@ export class Ring {
 
   /** The samples not older than `from`, oldest first, plus the one before so that a line enters at the edge. */
   since(from: number): Window {
-    const end = this.#next === 0 ? 2 * this.capacity : this.#next + this.capacity;
+    const end = this.#end;
     const oldest = end - this.#length;
     let low = oldest;
     let high = end;
@@ -68,7 +108,33 @@ export class Ring {
     return { t: this.#t.subarray(begin, end), v: this.#v.subarray(begin, end) };
   }
 
+  /** All samples, oldest first. */
+  all(): Window {
+    return this.since(Number.NEGATIVE_INFINITY);
+  }
+
+  #put(t: number, v: number): void {
+    const at = this.#next;
+    this.#t[at] = this.#t[at + this.#capacity] = t;
+    this.#v[at] = this.#v[at + this.#capacity] = v;
+    this.#next = (at + 1) % this.#capacity;
+    this.#length = Math.min(this.#capacity, this.#length + 1);
+  }
+
+  #rebuild(wanted: number, times: Float64Array, values: Float64Array): void {
+    const capacity = Math.max(this.#capacity, Math.min(wanted, this.#growth.most));
+    this.#t = new Float64Array(2 * capacity);
+    this.#v = new Float64Array(2 * capacity);
+    this.#capacity = capacity;
+    this.clear();
+    for (let i = 0; i < times.length; i++) this.#put(times[i] ?? 0, values[i] ?? Number.NaN);
+  }
+
   get #last(): number {
-    return this.#next === 0 ? this.capacity - 1 : this.#next - 1;
+    return this.#next === 0 ? this.#capacity - 1 : this.#next - 1;
+  }
+
+  get #end(): number {
+    return this.#next === 0 ? 2 * this.#capacity : this.#next + this.#capacity;
   }
 }

@@ -1,7 +1,6 @@
-/** The store: ages on our clock from times on the server's, and the CSV made of it. */
+/** The store: ages on our clock from times on the server's; how much is kept. */
 import { describe, expect, test } from "vitest";
-import { toCsv } from "./csv";
-import { TelemetryStore } from "./store";
+import { KEPT_S, TelemetryStore } from "./store";
 
 describe("TelemetryStore", () => {
   test("tells the age of the newest sample by the least delayed batch", () => {
@@ -35,10 +34,16 @@ describe("TelemetryStore", () => {
     expect(store.serverTime(1)).toBeNaN();
   });
 
-  test("exports one row a time, gaps empty, newest at 0", () => {
+  test("an hour of 50 Hz takes no more room than its longest window", () => {
     const store = new TelemetryStore();
-    store.push("a", "x", [10, 11, 12], [1, null, 3], 0);
-    store.push("a", "y", [11, 12], [5, 6], 0);
-    expect(toCsv(store, "a", ["x", "y"], 1.5)).toBe("t_s,x,y\r\n-2.0000,1,\r\n-1.0000,,5\r\n0.0000,3,6\r\n");
+    let most = 0;
+    for (let i = 0; i < 50 * 3600; i++) {
+      store.push("a", "angle", [i / 50], [i % 90], i / 50);
+      most = Math.max(most, store.ring("a", "angle").capacity);
+    }
+    const ring = store.ring("a", "angle");
+    expect(ring.capacity).toBe(most);
+    expect(most).toBeLessThanOrEqual(32_768);
+    expect(ring.lastTime - ring.firstTime).toBeGreaterThanOrEqual(KEPT_S);
   });
 });

@@ -1,8 +1,10 @@
 /** Owns the rings by servo and channel, and the relation of the server's clock to ours. No signals here. */
 import { Ring } from "./ring";
 
-/** 40 s at 250 Hz. */
-const CAPACITY = 10_000;
+/** Room at first, and what a ring grows to: the longest window of a plot, at most of 200 samples a second. */
+const CAPACITY = 512;
+export const KEPT_S = 330;
+const GROWTH = { most: 65_536, seconds: KEPT_S };
 
 export interface Sample {
   value: number;
@@ -14,6 +16,8 @@ export class TelemetryStore {
   #rings = new Map<string, Ring>();
   #offset = Number.POSITIVE_INFINITY;
   #offsetAt = 0;
+  /** What the server's clock lacks to UTC, in seconds; NaN until it is told. */
+  utcOffset = Number.NaN;
 
   /** Takes a batch of one channel; `arrived` is our monotonic clock in seconds. */
   push(uid: string, channel: string, t: number[], v: (number | null)[], arrived: number): void {
@@ -26,11 +30,23 @@ export class TelemetryStore {
     if (last !== undefined) this.#align(arrived - last, arrived);
   }
 
+  /** Takes what was before the oldest sample of a channel; NaN is a gap. */
+  pushPast(uid: string, channel: string, t: ArrayLike<number>, v: ArrayLike<number>): void {
+    this.ring(uid, channel).prepend(t, v);
+  }
+
+  /** Takes a channel that is all there, of a recording, however long it is. */
+  keep(uid: string, channel: string, t: ArrayLike<number>, v: ArrayLike<number>): void {
+    const ring = new Ring(Math.max(1, t.length));
+    for (let i = 0; i < t.length; i++) ring.push(t[i] ?? 0, v[i] ?? Number.NaN);
+    this.#rings.set(`${uid}/${channel}`, ring);
+  }
+
   ring(uid: string, channel: string): Ring {
     const name = `${uid}/${channel}`;
     let ring = this.#rings.get(name);
     if (!ring) {
-      ring = new Ring(CAPACITY);
+      ring = new Ring(CAPACITY, GROWTH);
       this.#rings.set(name, ring);
     }
     return ring;

@@ -18,6 +18,11 @@ export const text = {
   ...parameters,
   ...live,
 
+  /** By key, names for what the server's tables name in English already. */
+  table: { rows: {}, groups: {}, choices: {}, faults: {}, advice: {} } as Readonly<
+    Record<"rows" | "groups" | "choices" | "faults" | "advice", Readonly<Record<string, string>>>
+  >,
+
   /** What a refusal of the server means for whoever sits here. */
   problem(problem: Problem): string {
     const facts = problem.facts;
@@ -26,10 +31,22 @@ export const text = {
         return text.motion.heldBy(String(facts.holder ?? "Somebody else"), facts.expires_in_s);
       case "stopped":
         return text.motion.whileStopped;
+      case "bus_disconnected":
+        return "No bus is connected. Connect an adapter.";
+      case "bus_read_only":
+        return "This bus is a recording: nothing is written to it. Connect a real one.";
+      case "unknown_servo":
+        return "This servo is not known here any more.";
+      case "stale_revision":
+        return "Somebody else changed this servo meanwhile. Look at what it holds now, then do it again.";
+      case "lease_required":
+        return "Take motion control first.";
+      case "configuration_lost":
+        return "The servo lost what it had saved and runs on defaults. Restore a snapshot (Records), or save what it holds now.";
       case "no_link":
         return "hornbill does not answer.";
       case "unauthorized":
-        return "hornbill wants a token. Open the page with the address it printed.";
+        return "hornbill wants a token. Sign in on this page.";
       default:
         return problem.message;
     }

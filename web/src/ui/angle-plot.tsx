@@ -1,115 +1,122 @@
-/** Owns the plot panel: signal, achieved of requested rate, window, pause, export, and the plot itself. */
+/** Owns the plot of one servo: angle and command at first, any channel it has beside them, or a recording of them. */
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
-import "uplot/dist/uPlot.min.css";
-import { age, number, withUnit } from "../form/format";
+import { useEffect, useMemo } from "preact/hooks";
+import type { TelemetryGrant } from "../api/types";
+import { number } from "../form/format";
 import { liveOf } from "../pages/readouts";
-import { AnglePlotter } from "../plots/plot";
-import { monotonic, now } from "../state/clock";
+import { channelsOf, curvesOf } from "../plots/channels";
+import { lanesOf } from "../plots/lane";
+import { Span } from "../plots/span";
+import { catalog } from "../state/catalog";
+import { monotonic } from "../state/clock";
 import { nameOf, servo } from "../state/fleet";
-import { CHANNELS, watched } from "../state/watch";
-import { toCsv } from "../telemetry/csv";
+import { sheetOf } from "../state/parameters";
+import { CHANNELS, RATE_HZ, watched, wish } from "../state/watch";
 import { telemetry } from "../telemetry/store";
-import { text } from "../text/en";
-import { Icon } from "./icon";
+import { plots as words } from "../text/topics";
+import { PlotPanel } from "./plot-panel";
+import { PlotPicker } from "./plot-picker";
+import { type Recording, RecordingFile, RecordingPlot } from "./plot-recording";
 
-const WINDOWS = [10, 30] as const;
+const FIRST = ["current_angle", "command_angle"];
 
 export function AnglePlot({ uid }: { uid: string }) {
-  const box = useRef<HTMLDivElement>(null);
-  const plotter = useRef<AnglePlotter | null>(null);
-  const pausedAt = useSignal<number | null>(null);
-  const seconds = useSignal<number>(WINDOWS[0]);
-  const said = text.side;
-  useEffect(() => {
-    if (!box.current) return undefined;
-    const drawn = new AnglePlotter(box.current, telemetry, uid, {
-      angle: said.curveAngle,
-      command: said.curveCommand,
-      now: said.now,
-      seconds: before => said.before(number(before, 0)),
-      degrees: value => withUnit(number(value, 0), "°"),
-    });
-    plotter.current = drawn;
-    return () => drawn.destroy();
-  }, [uid]);
-  const grant = watched.value?.uid === uid ? watched.value : null;
+  const span = useMemo(() => new Span(() => telemetry.serverTime(monotonic())), [uid]);
+  const chosen = useSignal<readonly string[]>(FIRST);
+  const hz = useSignal(RATE_HZ);
+  const open = useSignal(false);
+  const recording = useSignal<Recording | null>(null);
+  const grant = useWish(uid, chosen.value, hz.value);
+  const one = servo(uid);
+  const has = sheetOf(uid).keys.value;
+  const known = catalog.value;
+  const offered = useMemo(() => channelsOf(known?.rows.values() ?? [], has), [known, has]);
+  const lanes = useMemo(() => {
+    const drawn = offered.filter(channel => chosen.value.includes(channel.key));
+    return lanesOf(curvesOf(uid, drawn));
+  }, [uid, offered, chosen.value]);
   const quiet = grant !== null && liveOf(uid, "current_angle").stale;
-  useEffect(() => {
-    if (!plotter.current) return;
-    plotter.current.pausedAt = pausedAt.value;
-    plotter.current.seconds = seconds.value;
-    plotter.current.rateHz = grant?.granted_hz ?? 10;
-  });
-  const paused = pausedAt.value;
-  const note = grant?.note ?? null;
-  const nothing = note !== null && grant?.channels.length === 0;
-  return (
-    <section class="plot-panel">
-      <header>
-        <b>{said.angle}</b>
-        <span class="second small">
-          {note !== null && !nothing
-            ? note
-            : quiet
-              ? text.servos.noData
-              : grant
-                ? said.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0))
-                : said.rateUnknown}
-        </span>
-        <span class="grow" />
-        {paused !== null && (
-          <span class="small k-intent">{said.paused(age(Math.max(0, now.value - paused)))}</span>
-        )}
-        <button
-          type="button"
-          class="tool"
-          aria-label={said.window}
-          onClick={() => {
-            seconds.value = seconds.value === WINDOWS[0] ? WINDOWS[1] : WINDOWS[0];
-          }}
-        >
-          {said.windowS(seconds.value)}
-        </button>
-        <button
-          type="button"
-          class="tool"
-          data-testid="plot-pause"
-          aria-pressed={paused !== null}
-          onClick={() => {
-            pausedAt.value = paused === null ? monotonic() : null;
-          }}
-        >
-          <Icon name={paused === null ? "pause" : "play"} size={15} />
-          {paused === null ? said.pause : said.resume}
-        </button>
-        <button type="button" class="tool" data-testid="plot-export" onClick={() => save(uid, seconds.value)}>
-          <Icon name="download" size={15} />
-          {said.export}
-        </button>
-      </header>
-      {nothing && (
-        <p class="plot plot-note second" data-testid="plot-note">
-          {note}
-        </p>
-      )}
-      <div
-        ref={box}
-        hidden={nothing}
-        class="plot"
-        data-testid="plot-angle"
-        role="img"
-        aria-label={said.plotLabel(nameOf(servo(uid)))}
+  const name = nameOf(one);
+  if (recording.value) {
+    return (
+      <RecordingPlot
+        recording={recording.value}
+        onClose={() => {
+          recording.value = null;
+        }}
       />
-    </section>
+    );
+  }
+  const nothing = grant !== null && grant.note !== null && grant.channels.length === 0;
+  const title = lanes.flatMap(lane => lane.curves.map(curve => curve.name)).join(", ");
+  const measured = lanes.flatMap(lane => lane.curves.filter(curve => !curve.dashed)).map(curve => curve.name);
+  return (
+    <PlotPanel
+      title={measured.join(", ") || words.angle}
+      note={nothing ? "" : rateOf(grant, quiet)}
+      lanes={lanes}
+      span={span}
+      label={words.label(title || words.angle, name)}
+      file={name}
+      testid="plot-angle"
+      tools={
+        <button
+          type="button"
+          class="tool"
+          data-testid="plot-channels"
+          aria-expanded={open.value}
+          onClick={() => {
+            open.value = !open.value;
+          }}
+        >
+          {words.channels}
+        </button>
+      }
+      {...(nothing
+        ? {
+            instead: (
+              <p class="plot plot-note second" data-testid="plot-note">
+                {grant.note}
+              </p>
+            ),
+          }
+        : {})}
+    >
+      {open.value && (
+        <PlotPicker
+          {...{ offered, name, chosen, hz }}
+          file={
+            <RecordingFile
+              onOpen={found => {
+                recording.value = found;
+                open.value = false;
+              }}
+            />
+          }
+        />
+      )}
+    </PlotPanel>
   );
 }
 
-function save(uid: string, seconds: number): void {
-  const file = new Blob([toCsv(telemetry, uid, CHANNELS, seconds)], { type: "text/csv" });
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(file);
-  link.download = `${nameOf(servo(uid)).replace(/[^\w-]+/g, "_")}.csv`;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+function rateOf(grant: TelemetryGrant | null, quiet: boolean): string {
+  if (grant?.note) return grant.note;
+  if (quiet) return words.noData;
+  return grant ? words.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0)) : words.waiting;
+}
+
+/** What the panel asks for anyway is enough for most plots; for more there is a wish as long as the plot wants it. */
+function useWish(uid: string, channels: readonly string[], hz: number): TelemetryGrant | null {
+  const own = useSignal<TelemetryGrant | null>(null);
+  const more = hz !== RATE_HZ || channels.some(key => !CHANNELS.includes(key));
+  const wanted = channels.join(" ");
+  useEffect(() => {
+    own.value = null;
+    if (!more || wanted === "") return undefined;
+    return wish(uid, wanted.split(" "), hz, grant => {
+      own.value = grant;
+    });
+  }, [uid, wanted, hz, more]);
+  const usual = watched.value?.uid === uid ? watched.value : null;
+  return more ? own.value : usual;
 }

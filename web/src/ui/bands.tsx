@@ -6,8 +6,9 @@ import { now } from "../state/clock";
 import { lease, stop } from "../state/desk";
 import { link, up } from "../state/link";
 import { endMotion, holder, keepMotion, motion } from "../state/motion";
+import { signedOut } from "../state/session";
 import { clearStop, unsent } from "../state/stop";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Button } from "./button";
 import { Dialog } from "./dialog";
 import { Glyph } from "./glyph";
@@ -42,7 +43,8 @@ export function Bands() {
 
 function LinkBand() {
   const { state, since } = link.value;
-  if (state === "up") return null;
+  // Not signed in is no lost link: the page says what is missing where it can be given.
+  if (state === "up" || signedOut.value) return null;
   const waited = Math.max(0, Math.floor(now.value - since));
   if (state === "connecting" && waited < 1) return null;
   return (

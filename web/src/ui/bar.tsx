@@ -10,9 +10,10 @@ import { conditionHere } from "../state/here";
 import { holder, motion } from "../state/motion";
 import { lastUid, pathOf } from "../state/route";
 import { narrow } from "../state/screen";
-import { text } from "../text/en";
+import { text } from "../text";
 import { Glyph } from "./glyph";
 import { Mark } from "./icon";
+import { Panel } from "./panel";
 import { follow } from "./rail";
 import { StopButton } from "./stop";
 
@@ -23,10 +24,13 @@ export function TopBar() {
         <Mark />
         <span>{text.name}</span>
       </div>
-      <BusCell />
-      {!narrow.value && <LoadCell />}
-      <CountsCell />
-      <MotionCell />
+      {/* Stop is not among what can fail with them. */}
+      <Panel>
+        <BusCell />
+        {!narrow.value && <LoadCell />}
+        <CountsCell />
+        <MotionCell />
+      </Panel>
       <div class="bar-fill" />
       <StopButton />
     </header>
@@ -45,8 +49,10 @@ function BusCell() {
     state.bitrate === null || narrow.value
       ? ""
       : `, ${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
-  const well = state.state === "active";
-  const word = text.bar.busState[state.state];
+  // Nothing is wrong with a recording that is over, but nothing comes of it any more.
+  const over = state.state === "active" && state.trouble !== null;
+  const well = state.state === "active" && !over;
+  const word = over ? text.bar.over : text.bar.busState[state.state];
   const waits = retryIn.value;
   return (
     <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)} data-testid="bar-bus">
@@ -148,10 +154,26 @@ function MotionCell() {
   const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
   return (
     <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
-      <span class="cap">{asked ? text.bar.asks(asked.by, left) : text.bar.motion}</span>
-      <span class="val">{motionWords()}</span>
+      <span class="cap">{asked ? text.bar.asks(asked.by, left) : motionCaption()}</span>
+      <span class="val" title={motionWords()}>
+        {motionWords()}
+      </span>
     </a>
   );
+}
+
+/** The seconds another holder has left; the time of our own stands on the Motion page. */
+function leftOfOther(): number | null {
+  const held = lease.value;
+  if (!held || stopped.value || motion.value.phase === "on" || held.holder === holder()) return null;
+  const left = Math.ceil(held.endsAt - now.value);
+  return left > 0 ? left : null;
+}
+
+/** Narrow: the name below may need both its lines, so the seconds stand up here. */
+function motionCaption(): string {
+  const left = leftOfOther();
+  return narrow.value && left !== null ? text.bar.motionLeft(left) : text.bar.motion;
 }
 
 function motionWords(): string {
@@ -162,5 +184,6 @@ function motionWords(): string {
   if (!held) return text.bar.nobody;
   const left = Math.ceil(held.endsAt - now.value);
   if (left <= 0) return text.bar.nobody;
-  return held.holder === holder() ? text.bar.you : text.bar.held(held.holder, left);
+  if (held.holder === holder()) return text.bar.you;
+  return narrow.value ? held.holder : text.bar.held(held.holder, left);
 }

@@ -12,7 +12,8 @@ interface Props {
   testid?: string;
 }
 
-const FOCUSABLE = "button:not(:disabled), input:not(:disabled), select, textarea, a[href], [tabindex='0']";
+const FOCUSABLE =
+  "button:not(:disabled), input:not(:disabled), select:not(:disabled), textarea:not(:disabled), a[href], summary, [tabindex='0']";
 
 export function Dialog({ title, subtitle, children, foot, onClose, testid }: Props) {
   const box = useRef<HTMLDivElement>(null);
@@ -27,14 +28,18 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
     const forget = onKey("Escape", () => close.current());
     return () => {
       forget();
+      // What opened it may be gone by now, or be off: the page is next to it then.
       if (before instanceof HTMLElement && before.isConnected) before.focus();
+      if (document.activeElement === document.body) document.querySelector("main")?.focus();
     };
   }, []);
 
   // Keeps Tab inside; Stop stays in reach by Esc, Space and pointer.
   const cycle = (event: KeyboardEvent) => {
     if (event.key !== "Tab" || !box.current) return;
-    const all = [...box.current.querySelectorAll<HTMLElement>(FOCUSABLE)];
+    const all = [...box.current.querySelectorAll<HTMLElement>(FOCUSABLE)].filter(
+      one => one.getClientRects().length > 0,
+    );
     const edge = event.shiftKey ? all[0] : all.at(-1);
     if (document.activeElement === edge || !box.current.contains(document.activeElement)) {
       event.preventDefault();

@@ -3,8 +3,12 @@ import { useSignal } from "@preact/signals";
 import { clock } from "../form/format";
 import type { Kind } from "../state/condition";
 import { type BenchEvent, events } from "../state/desk";
-import { text } from "../text/en";
+import { session } from "../state/session";
+import { text } from "../text";
 import { Glyph } from "./glyph";
+import { lazy } from "./lazy";
+
+const SignedIn = lazy(() => import("../pages/login").then(file => file.SignedIn));
 
 const KIND: Record<BenchEvent["level"], Kind | null> = {
   info: null,
@@ -47,6 +51,7 @@ export function Foot() {
             {open.value ? text.events.hide : text.events.all(events.value.length)}
           </button>
         )}
+        {session.value?.name && <SignedIn />}
       </div>
     </footer>
   );

@@ -22,6 +22,7 @@ const PATHS = {
   faults: "M9 2.5L16.5 15.5h-15zM9 7v4.2M9 13v.5",
   commission: "M2 4.2l1.4 1.4L6 3M8.5 4.5H16M2 9.7l1.4 1.4L6 8.5M8.5 10H16M2.5 15h2M8.5 15H16",
   records: "M4 1.5h7l3.5 3.5v11.5H4zM11 1.5V5h3.5M6.5 9h5M6.5 12.5h5",
+  api: "M5.5 4L1.5 9l4 5M12.5 4l4 5-4 5M10.5 3l-3 12",
   lock: "M4 8.5h10v7H4zM6 8.5V6a3 3 0 0 1 6 0v2.5",
 } as const;
 

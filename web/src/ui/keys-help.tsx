@@ -1,12 +1,39 @@
-/** Owns the list of keys. */
-import { text } from "../text/en";
+/** Owns the list of keys: those of the page that is shown, and those that work everywhere. */
+import { type Page, page } from "../state/route";
+import { text } from "../text";
+import { keys as words } from "../text/topics";
 import { Button } from "./button";
 import { Dialog } from "./dialog";
+import "../style/keys.css";
+
+type Line = readonly [key: string, what: string];
+
+const HERE: Partial<Record<Page, readonly Line[]>> = {
+  servos: [words.search, words.scroll],
+  matrix: [words.number, words.enter],
+  parameters: [words.search, words.select, words.number, words.enter, words.diff, words.undo],
+  motion: [words.jog, words.jogZero, words.jogEnter, words.jogHold],
+  tune: [words.number, words.enter],
+  bus: [words.search, words.monitor],
+  api: [words.search, words.scroll],
+};
+
+const PAGES: readonly Line[] = [
+  ["g s", text.nav.servos],
+  ["g c", text.nav.commission],
+  ["g p", text.nav.parameters],
+  ["g m", text.nav.motion],
+  ["g t", text.nav.tune],
+  ["g f", text.nav.faults],
+  ["g b", text.nav.bus],
+  ["g r", text.nav.records],
+  ["g a", text.nav.api],
+];
 
 export function KeysHelp({ onClose }: { onClose: () => void }) {
   return (
     <Dialog
-      title={text.keys.title}
+      title={words.title}
       onClose={onClose}
       testid="keys-dialog"
       foot={
@@ -15,9 +42,20 @@ export function KeysHelp({ onClose }: { onClose: () => void }) {
         </span>
       }
     >
+      <List title={words.here} lines={HERE[page.value] ?? [words.scroll]} />
+      <List title={words.everywhere} lines={words.stop} />
+      <List title={words.pages} lines={PAGES} />
+    </Dialog>
+  );
+}
+
+function List({ title, lines }: { title: string; lines: readonly Line[] }) {
+  return (
+    <>
+      <h3 class="keys-title">{title}</h3>
       <dl class="keys">
-        {text.keys.list.map(([key, what]) => (
-          <div key={key}>
+        {lines.map(([key, what]) => (
+          <div key={key + what}>
             <dt>
               {key.split(" ").map(one => (
                 <kbd key={one}>{one}</kbd>
@@ -27,6 +65,6 @@ export function KeysHelp({ onClose }: { onClose: () => void }) {
           </div>
         ))}
       </dl>
-    </Dialog>
+    </>
   );
 }

@@ -2,7 +2,8 @@
 import { type Signal, signal } from "@preact/signals";
 import type { ComponentType } from "preact";
 import { useEffect } from "preact/hooks";
-import { text } from "../text/en";
+import { text } from "../text";
+import { topicsLoaded } from "../text/language";
 import { Button } from "./button";
 
 /** A component that is fetched by `load` when it is first shown. */
@@ -11,14 +12,16 @@ export function lazy<Props extends object>(load: () => Promise<ComponentType<Pro
   const failed = signal(false);
   const fetchIt = () => {
     failed.value = false;
-    load().then(
-      component => {
-        found.value = component;
-      },
-      () => {
-        failed.value = true;
-      },
-    );
+    topicsLoaded()
+      .then(load)
+      .then(
+        component => {
+          found.value = component;
+        },
+        () => {
+          failed.value = true;
+        },
+      );
   };
   return function Fetched(props: Props) {
     useEffect(() => {

@@ -1,20 +1,37 @@
 /** Owns the left rail: the pages that exist, in the order of work, with what needs a look at their right. */
+import { useSignalEffect } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { stopped } from "../state/desk";
 import { complaints } from "../state/doctor";
-import { all, uids } from "../state/fleet";
+import { all, nameOf, servo, uids } from "../state/fleet";
 import { motion } from "../state/motion";
 import { go, lastUid, type Page, pathOf, route } from "../state/route";
 import { choose, type Wish, wish } from "../state/theme";
-import { text } from "../text/en";
+import { text } from "../text";
+import {
+  choose as chooseLanguage,
+  chosen as chosenLanguage,
+  LANGUAGES,
+  type Language,
+} from "../text/language";
 import { Glyph } from "./glyph";
 import { Icon, type IconName } from "./icon";
 import { Segments } from "./segments";
+
+/** What the tab of the browser says: the page, and whose it is. */
+function nameTab(): void {
+  const { page, uid } = route.value;
+  const one = uid === null ? undefined : servo(uid);
+  const words = [page === "matrix" ? text.nav.servos : text.nav[page], ...(one ? [nameOf(one)] : [])];
+  document.title = `${words.join(", ")} \u2013 ${text.name}`;
+}
 
 export function Rail({ onKeys }: { onKeys: () => void }) {
   const known = uids.value;
   const uid =
     lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : (known[0] ?? route.value.uid);
+  useSignalEffect(nameTab);
+  const language = chosenLanguage();
   const unsaved = all.value.reduce((sum, one) => sum + one.unsaved.length, 0);
   return (
     <aside class="rail" aria-label={text.nav.label}>
@@ -59,11 +76,12 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
           <BusBadge />
         </Item>
         <Item page="records" uid={null} icon="records" label={text.nav.records} />
+        <Item page="api" uid={null} icon="api" label={text.nav.api} />
       </nav>
       <div class="rail-foot">
         <button type="button" class="rail-item" onClick={onKeys} data-testid="keys">
           <Icon name="keys" />
-          <span>{text.keys.open}</span>
+          <span>{text.keys}</span>
           <kbd class="badge-key">?</kbd>
         </button>
         <Segments<Wish>
@@ -76,8 +94,26 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
             { key: "auto", label: text.theme.auto },
           ]}
         />
+        <Segments<Language>
+          label={text.language}
+          chosen={language}
+          onChoose={chooseLanguage}
+          options={[
+            { key: "en", label: LANGUAGES.en.name, lang: "en" },
+            { key: "ja", label: LANGUAGES.ja.name, lang: "ja" },
+          ]}
+        />
       </div>
     </aside>
+  );
+}
+
+/** For the keyboard: past bar and rail. A button, for what stands behind the # is a part of the page. */
+export function SkipLink() {
+  return (
+    <button type="button" class="skip" onClick={() => document.querySelector("main")?.focus()}>
+      {text.skip}
+    </button>
   );
 }
 
@@ -133,7 +169,7 @@ function Item({ page, uid, icon, label, children }: ItemProps) {
     <a
       class="rail-item"
       href={path}
-      aria-current={route.value.page === page ? "page" : undefined}
+      aria-current={shownBy(route.value.page) === page ? "page" : undefined}
       onClick={event => follow(event, path)}
     >
       <Icon name={icon} />
@@ -141,6 +177,11 @@ function Item({ page, uid, icon, label, children }: ItemProps) {
       {children}
     </a>
   );
+}
+
+/** The item a page belongs to: the matrix is reached from Servos and has none of its own. */
+function shownBy(page: Page): Page {
+  return page === "matrix" ? "servos" : page;
 }
 
 /** Follows a link inside the page, unless it was asked to open elsewhere. */

@@ -2,7 +2,8 @@
 
 interface Props<T extends string> {
   label: string;
-  options: readonly { key: T; label: string }[];
+  /** `lang`: of a label in another language than the page's. */
+  options: readonly { key: T; label: string; lang?: string }[];
   chosen: T;
   onChoose: (key: T) => void;
 }
@@ -16,6 +17,7 @@ export function Segments<T extends string>({ label, options, chosen, onChoose }:
           type="button"
           aria-pressed={option.key === chosen}
           onClick={() => onChoose(option.key)}
+          {...(option.lang ? { lang: option.lang } : {})}
         >
           {option.label}
         </button>

@@ -4,7 +4,7 @@ import { stopped } from "../state/desk";
 import { link } from "../state/link";
 import { narrow } from "../state/screen";
 import { pressStop } from "../state/stop";
-import { text } from "../text/en";
+import { text } from "../text";
 
 const pressed = signal(false);
 

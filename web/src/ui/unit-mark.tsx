@@ -1,6 +1,6 @@
 /** Owns the small mark at an angle whose unit on the bus is not sure: shape, tooltip, and a word for screen readers. */
 import type { Servo } from "../api/types";
-import { text } from "../text/en";
+import { text } from "../text";
 
 /** Nothing once the unit was measured or forced. */
 export function UnitMark({ one }: { one: Servo }) {

@@ -93,6 +93,7 @@ class Hands:
         return sum(one.verdict == "applied" for one in outcome.changes)
 
     async def save(self, run: Run, servo: Servo) -> None:
+        """Save it by a job of its own, and wait for its proof. Raises what that job ended with."""
         job = self._saving.save(servo, run.lease_id, by=run.by)
         await self.ended(job, servo)
 

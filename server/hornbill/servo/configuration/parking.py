@@ -59,6 +59,7 @@ class Parking:
         await self._hands.step(run, unit, "away", park)
 
     async def put_back(self, run: Run, unit: Unit) -> None:
+        """Give a servo that was moved aside its servo id again, unless somebody else holds it by now."""
         before, unit.aside = unit.aside, None
         name = f"aside {unit.place}"
         evidence = f"its servo ID {before} was put back"

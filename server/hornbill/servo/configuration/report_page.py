@@ -41,6 +41,7 @@ section { margin-top: 9mm; padding-top: 3mm; border-top: 2px solid #14191b }
   body { margin: 0; padding: 0; max-width: none }
   section { break-before: page; margin-top: 0; border-top: 0 }
   h1, h2, h3 { break-after: avoid }
+  .done, .failed { color: inherit }
 }
 """
 

@@ -28,6 +28,7 @@ export const words = {
     lost: "Adapter lost",
   },
   trouble: {
+    over: "Recording over",
     retry: (s: string) => `Next try in ${s}`,
     retrying: "Trying again",
   },
@@ -277,9 +278,17 @@ export const words = {
       in_use: "In use by another program",
       no_driver: "No driver",
     },
-    embedded: "Simulated servos, no hardware",
+    demo: "Demo",
+    demoLine:
+      "Simulated servos inside hornbill: nothing to plug in. They stay among the servos known until you forget them.",
+    demoName: "simulated servos",
     nothing: "No adapter is found.",
-    nothingLine: "Plug one in, or name its address.",
+    nothingLine: "Plug one in and it appears here. Until then: another address, or the demo.",
+    checks: [
+      "See whether the computer knows of it: `lsusb`",
+      "See whether its driver made a CAN interface: `ip -br link show type can`",
+      "A serial adapter (slcan) belongs to a group on Linux: `sudo usermod -aG dialout $USER`, then log in again.",
+    ],
     doctor: "What the doctor finds",
     failed: (why: string) => `The adapters could not be listed. ${why}`,
   },

@@ -12,12 +12,17 @@ export const nav = {
   unseen: "not acknowledged",
   bus: "Bus",
   records: "Records",
+  api: "API",
   label: "Pages",
   on: "on",
   stopped: "stopped",
 };
 
 export const theme = { label: "Theme", light: "Light", dark: "Dark", auto: "Auto" };
+
+export const language = "Language";
+
+export const skip = "Go to the page's content";
 
 export const bar = {
   bus: (address: string) => `Bus ${address}`.trim(),
@@ -30,6 +35,7 @@ export const bar = {
     bus_off: "Bus off",
     lost: "Adapter lost",
   },
+  over: "Recording over",
   bitrate: (mbit: string) => `${mbit}\u202fMbit/s`,
   retry: (word: string, s: number) => `${word}, next try in ${s}\u202fs`,
   load: (pct: string) => `Load ${pct}`,
@@ -38,6 +44,7 @@ export const bar = {
   servos: "Servos",
   noServos: "None yet",
   motion: "Motion control",
+  motionLeft: (left: number) => `Motion control, ${left}\u202fs left`,
   nobody: "Nobody",
   you: "You",
   youFor: (name: string) => `You, ${name}`,
@@ -113,6 +120,11 @@ export const lazy = {
   reload: "Load the page again",
 };
 
+export const panel = {
+  failed: (why: string) => `This part of the page failed: ${why}. Everything else goes on.`,
+  again: "Show it again",
+};
+
 export const events = {
   title: "Events",
   all: (n: number) => `All ${count(n, "event", "events")}`,
@@ -120,22 +132,4 @@ export const events = {
   hide: "Hide events",
 };
 
-export const keys = {
-  title: "Keys",
-  open: "Keys",
-  list: [
-    ["Esc", "Stop, everywhere. Closes a dialog too"],
-    ["Space", "Stop, unless you type or are on a button"],
-    ["?", "These keys"],
-    ["/", "Search"],
-    ["g s", "Servos"],
-    ["g p", "Parameters"],
-    ["g m", "Motion"],
-    ["g f", "Faults"],
-    ["g b", "Bus"],
-    ["Ctrl S", "Show the staged changes; never saves"],
-    ["Ctrl Z", "Take the last staged edit back"],
-    ["← →", "Jog by 1°, when the jog pad has focus. Shift 10°, Alt 0.1°"],
-    ["↑ ↓", "Change a number by one unit. Shift ×10, Alt ÷10"],
-  ] as const,
-};
+export const keys = "Keys";

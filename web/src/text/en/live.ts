@@ -13,19 +13,6 @@ export const side = {
   boardTolerance: "±5\u202f°C",
   supply: "Supply",
   supplyTolerance: "±0.5\u202fV",
-  rate: (got: string, asked: string) => `${got} of ${asked}\u202fHz`,
-  rateUnknown: "waiting for data",
-  pause: "Pause",
-  resume: "Go on",
-  paused: (age: string) => `Paused ${age} ago`,
-  export: "Export",
-  curveAngle: "angle",
-  curveCommand: "command",
-  window: "Window",
-  windowS: (s: number) => `${s}\u202fs`,
-  plotLabel: (name: string) => `Angle and command of ${name} over the last seconds`,
-  now: "now",
-  before: (s: string) => `${s}\u202fs`,
 };
 
 export const view = {
@@ -53,6 +40,8 @@ export const motion = {
   whileProtected: (name: string) => `${name} is protected: its output is off and comes back on by itself.`,
   whileUnknown: (name: string) => `hornbill does not know the model of ${name}, and does not move it.`,
   whileBusy: (name: string) => `${name} is busy. Wait until it is ready.`,
+  bandAll: (names: string) => `Motion is on for ${names}.`,
+  dialText: (command: string, angle: string) => `Command ${command}, horn at ${angle}`,
   band: (name: string) => `Motion is on for ${name} only.`,
   bandText:
     "It ends when you leave this page, hide the tab or lose the link: torque goes off within 3\u202fs.",
@@ -62,7 +51,7 @@ export const motion = {
   toGo: (deg: string) => `${deg} to go`,
   there: "At the command",
   drive: (rpm: string, pct: string) => `${rpm}, ${pct}`,
-  jog: "Jog pad: left and right arrows move by 1°, with Shift 10°, with Alt 0.1°",
+  jog: "Jog pad: left and right arrows move by 1°, with Shift 10°, with Alt 0.1°; 0 goes to 0°",
   dial: "Angle command, drag to move",
   steps: "Move by",
   value: "Angle",

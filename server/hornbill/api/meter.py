@@ -1,0 +1,92 @@
+"""Owns Meter: how long requests take and how many sockets are open, by route, counted before anything else is done."""
+
+from collections import Counter
+from time import perf_counter
+from typing import Final
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from hornbill.api.roles import route_of
+from hornbill.servo.counting import Spread
+
+BOUNDS_S: Final = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0, 60.0)
+
+_METHODS: Final = frozenset(("GET", "HEAD", "OPTIONS", "POST", "PUT", "PATCH", "DELETE"))
+_GONE: Final = 499
+"""Counted where the client went away before it was answered."""
+
+
+class Measures:
+    """What one application has counted. Bounded: routes come from the table of routes, never from a request."""
+
+    def __init__(self) -> None:
+        self.requests: dict[tuple[str, str, int], Spread] = {}
+        """By method, route and status."""
+        self.under_way = 0
+        self.sockets: Counter[str] = Counter()
+        """Open WebSockets by route."""
+
+    def took(self, method: str, route: str, status: int, took_s: float) -> None:
+        """One request was answered."""
+        spread = self.requests.get((method, route, status))
+        if spread is None:
+            spread = self.requests[method, route, status] = Spread(BOUNDS_S)
+        spread.add(took_s)
+
+
+class Meter:
+    """ASGI middleware, the outermost: what the guard refuses is counted too."""
+
+    def __init__(self, app: ASGIApp, measures: Measures, root_path: str = "") -> None:
+        """`root_path` as the guard's: where a proxy puts the application."""
+        self._app = app
+        self._measures = measures
+        self._root_path = root_path
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass it on, and note how it went."""
+        kind = scope["type"]
+        if kind == "http":
+            await self._request(scope, receive, send)
+        elif kind == "websocket":
+            await self._socket(scope, receive, send)
+        else:
+            await self._app(scope, receive, send)
+
+    async def _request(self, scope: Scope, receive: Receive, send: Send) -> None:
+        measures, began, status = self._measures, perf_counter(), _GONE
+
+        async def sending(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+            await send(message)
+
+        measures.under_way += 1
+        try:
+            await self._app(scope, receive, sending)
+        finally:
+            measures.under_way -= 1
+            method = scope["method"] if scope["method"] in _METHODS else "other"
+            measures.took(method, self._route(scope), status, perf_counter() - began)
+
+    async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        route, open_now = self._route(scope), False
+
+        async def sending(message: Message) -> None:
+            nonlocal open_now
+            if message["type"] == "websocket.accept":
+                open_now = True
+                self._measures.sockets[route] += 1
+            await send(message)
+
+        try:
+            await self._app(scope, receive, sending)
+        finally:
+            if open_now:
+                self._measures.sockets[route] -= 1
+
+    def _route(self, scope: Scope) -> str:
+        path, root = str(scope["path"]), self._root_path
+        below = path[len(root) :] if root and (path == root or path.startswith(root + "/")) else path
+        return route_of(scope.get("method", "GET"), below)

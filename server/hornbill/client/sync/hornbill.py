@@ -1,0 +1,193 @@
+"""Owns Hornbill: the client of one server, and the way to its servos."""
+
+# Made from hornbill.client.aio by `make generate`: change it there.
+
+import time
+from collections.abc import Mapping, Sequence
+from types import TracebackType
+from typing import Any, Literal, Self
+from urllib.parse import quote
+
+from hornbill.client import answers
+from hornbill.client.problems import TookTooLong, raised
+from hornbill.client.sync.connection import Connection
+from hornbill.client.sync.lease import Lease
+from hornbill.client.sync.servo import Progress, Servo
+from hornbill.errors import Conflict, Interrupted, InvalidValue, Unknown
+
+LOOK_S = 0.1
+"""How often something is looked at that is waited for."""
+
+
+class Hornbill(Connection):
+    """One server. Use it in a block; `url` and `token` come from HORNBILL_URL and HORNBILL_TOKEN unless given.
+
+    What it answers are the JSON objects of the API, typed in hornbill.client.answers. Every method raises the errors
+    of hornbill.errors, and NoServer.
+    """
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def servos(self) -> list[Servo]:
+        """Every servo the server has seen since its start."""
+        return [Servo(self, one) for one in self.ask("GET", "/servos")]
+
+    def find(
+        self,
+        *,
+        label: str | None = None,
+        serial: str | None = None,
+        servo_id: int | None = None,
+        uid: str | None = None,
+        within_s: float = 10.0,
+    ) -> Servo:
+        """The servo with this label, serial, servo id or unique id, once it is on the bus and identified.
+
+        Raises Unknown when it is not after `within_s`, and Conflict when several fit.
+        """
+        wanted: dict[str, str | int | None] = {"label": label, "serial": serial, "servo_id": servo_id, "uid": uid}
+        given = {key: value for key, value in wanted.items() if value is not None}
+        if not given:
+            raise InvalidValue("Say which servo: by label, serial, servo_id or uid.")
+        until = time.monotonic() + within_s
+        while True:
+            every: list[answers.Servo] = self.ask("GET", "/servos")
+            found = [one for one in every if given.items() <= {**one}.items()]
+            if len(found) > 1:
+                raise Conflict(f"{len(found)} servos have {_told(given)}. Name it by serial or uid.")
+            if found and found[0]["online"] and found[0]["state"] != "identifying":
+                return Servo(self, found[0])
+            if time.monotonic() > until:
+                raise Unknown("unknown_servo", _missing(given, found, every))
+            time.sleep(LOOK_S)
+
+    def look_up(self, name: str) -> Servo:
+        """The one servo with this label or serial, or whose unique id begins so, on the bus or not."""
+        every: list[answers.Servo] = self.ask("GET", "/servos")
+        begun = name.lower() or "nobody"
+        found = [one for one in every if name in (one["label"], one["serial"]) or one["uid"].startswith(begun)]
+        if len(found) == 1:
+            return Servo(self, found[0])
+        text = f"{len(found)} servos are" if found else "No servo is"
+        raise Unknown("unknown_servo", f"{text} known as {name!r}. 'hornbill list' shows them.")
+
+    def lease(
+        self, holder: str, *, ttl_s: float = 3.0, beat: bool = True, force: bool = False, reason: str = ""
+    ) -> Lease:
+        """Motion control for a block. `force` takes it from whoever has it, with a reason."""
+        return Lease(self, holder, ttl_s, beat=beat, force=force, reason=reason)
+
+    def stop(self, mode: Literal["off", "brake"] = "off", *, reason: str = "", within_s: float = 1.0) -> answers.Stop:
+        """Stop every servo now; needs no lease. Answers when all have confirmed, or after `within_s`.
+
+        The server goes on trying after that. Motion raises Stopped until `clear_stop`.
+        """
+        until = time.monotonic() + within_s
+        state: answers.Stop = self.ask("POST", "/stop", {"mode": mode, "reason": reason}, keyed=False, by=self.by)
+        while unconfirmed(state) and time.monotonic() < until:
+            time.sleep(LOOK_S / 2)
+            seen = self.stop_state()
+            if not seen["latched"]:  # somebody cleared it meanwhile
+                break
+            state = seen
+        return state
+
+    def stop_state(self) -> answers.Stop:
+        """The stop latch, and who has confirmed."""
+        return self.ask("GET", "/stop")
+
+    def clear_stop(self) -> answers.Stop:
+        """Clear the stop. Moves nothing and turns nothing on."""
+        return self.ask("DELETE", "/stop", by=self.by)
+
+    def command_many(
+        self,
+        commands: Sequence[tuple[Servo, Literal["angle", "speed", "torque"], float]],
+        *,
+        clamp: bool = False,
+        confirm: Sequence[str] = (),
+    ) -> answers.BurstSent:
+        """Commands that leave together, under a lease: all of them or none. Sent once."""
+        shown = [{"uid": servo.uid, "type": kind, "value": value} for servo, kind, value in commands]
+        body = {"commands": shown, "clamp": clamp, "confirm": list(confirm)}
+        return self.ask("POST", "/commands", body, once=True)
+
+    def wait(self, job: str, *, timeout_s: float | None = None, on_progress: Progress | None = None) -> answers.Job:
+        """Wait for a job by its id. Raises what it failed of, with the fact `job`; Interrupted when it was cancelled;
+        TookTooLong after `timeout_s`. `on_progress` is called with the job whenever it was looked at.
+        """
+        until = None if timeout_s is None else time.monotonic() + timeout_s
+        while True:
+            seen: answers.Job = self.ask("GET", f"/jobs/{job}")
+            if on_progress is not None:
+                on_progress(seen)
+            if seen["state"] == "succeeded":
+                return seen
+            if seen["state"] == "cancelled":
+                raise Interrupted(f"The {seen['kind']} job was cancelled.", job=seen)
+            if seen["state"] == "failed":
+                problem = seen["error"]
+                raise raised(500 if problem is None else problem["status"], {**(problem or {}), "job": seen})
+            if until is not None and time.monotonic() > until:
+                raise TookTooLong(f"The {seen['kind']} job is not done after {timeout_s:g} s.", job=seen)
+            time.sleep(LOOK_S)
+
+    def profiles(self) -> list[answers.Profile]:
+        """Every profile, by name."""
+        return self.ask("GET", "/profiles")
+
+    def put_profile(
+        self, name: str, values: Mapping[str, bool | int | float | str] | Servo, *, description: str = ""
+    ) -> answers.Profile:
+        """Keep values under a name, or those a servo holds (without its identity)."""
+        body: dict[str, Any] = {"description": description}
+        body |= {"from_uid": values.uid} if isinstance(values, Servo) else {"values": dict(values)}
+        return self.ask("PUT", f"/profiles/{quote(name, safe='')}", body)
+
+    def apply_profile(
+        self,
+        name: str,
+        servos: Sequence[Servo],
+        *,
+        dry_run: bool = False,
+        save: bool = False,
+        confirm: Sequence[str] = (),
+        on_progress: Progress | None = None,
+    ) -> answers.Job:
+        """Bring servos to a profile one by one, each all or nothing, and wait for it."""
+        body = {
+            "uids": [one.uid for one in servos], "dry_run": dry_run, "save": save, "confirm": list(confirm),
+        }  # fmt: skip
+        job: answers.Job = self.ask("POST", f"/profiles/{quote(name, safe='')}/apply", body)
+        return self.wait(job["id"], on_progress=on_progress)
+
+    def schema(self) -> answers.SchemaDocument:
+        """The parameter tables: every row with its unit, range and meaning, every model, every fault bit."""
+        return self.ask("GET", "/schema")
+
+    def doctor(self) -> list[answers.Finding]:
+        """What was looked at on the bus, severity ok included, worst first."""
+        return self.ask("GET", "/bus/doctor", all=True)
+
+
+def unconfirmed(state: answers.Stop) -> list[str]:
+    """Who has not confirmed a stop: servos by what they are called, and nodes that may be servos."""
+    names = [one["label"] or one["uid"][:8] for one in state["servos"] if not one["confirmed"]]
+    return names + [f"node {one['node_id']}" for one in state["nodes"] if not one["confirmed"]]
+
+
+def _told(given: Mapping[str, object]) -> str:
+    return ", ".join(f"{key} {value!r}" for key, value in given.items())
+
+
+def _missing(given: Mapping[str, object], found: list[answers.Servo], every: list[answers.Servo]) -> str:
+    if found:
+        return f"The servo with {_told(given)} is {found[0]['state']}. Look at its supply and its plug."
+    there = ", ".join(sorted(one["label"] or one["serial"] or one["uid"] for one in every)) or "nobody"
+    return f"No servo with {_told(given)} is on the bus. There is: {there}."

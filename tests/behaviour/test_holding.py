@@ -1,0 +1,235 @@
+"""Speed and torque while a button is held: however the release gets lost, it is braked, or its torque goes off."""
+
+import asyncio
+from dataclasses import replace
+
+import pytest
+
+from behaviour.rig import Rig, Socket, json, play, problem
+from hornbill.servo.servo import Servo
+from hornbill.sim.recipe import Recipe
+
+SPEEDY = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1, "timeout_action": 0})
+"""It keeps its last command for ever when nobody talks to it (0x26 is hold): nothing but hornbill ends a run."""
+
+FOR_S = 0.4
+
+
+async def ready(rig: Rig) -> tuple[Servo, str]:
+    servo = (await rig.ready())[0]
+    lease = await rig.lease()
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    return servo, lease
+
+
+def held(value: float, kind: str = "speed", *, renew: bool = False) -> dict[str, object]:
+    return {"type": kind, "value": value, "hold": {"for_s": FOR_S, "renew": renew}}
+
+
+def say(socket: Socket, servo: Servo, lease: str, value: float, *, renew: bool = False) -> None:
+    socket.say(type="command", lease=lease, commands=[{"uid": servo.uid, **held(value, renew=renew)}])
+
+
+def turns(rig: Rig, servo: Servo) -> bool:
+    return abs(rig.sim(servo).speed_rpm) > 5
+
+
+@pytest.mark.parametrize(("kind", "row"), [("speed", "0x01"), ("torque", "0x02")])
+def test_a_run_whose_release_never_comes_is_braked_when_its_time_is_over(kind: str, row: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        said = json(await rig.call("POST", f"/servos/{servo.uid}/command", held(20, kind), lease=lease))
+        assert "turns without end" in said["warnings"][0]
+        await asyncio.sleep(FOR_S * 0.8)
+        assert turns(rig, servo)
+        await asyncio.sleep(FOR_S * 0.2 + 0.02)
+        assert rig.writes()[-1] == (12, row, 0)
+        await asyncio.sleep(0.3)
+        assert not turns(rig, servo)
+        assert "nobody said in time" in rig.events("hold_ended")[0].text
+        assert json(await rig.call("GET", "/leases")) != [], "only the run ended"
+
+    play(scene, SPEEDY)
+
+
+def test_a_run_goes_on_as_long_as_it_is_asked_for_and_no_longer_than_its_time_after() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        page = Socket(rig.app)
+        page.say(type="heartbeat", lease=lease)
+        say(page, servo, lease, 30)
+        for _ in range(30):
+            await asyncio.sleep(0.1)
+            assert turns(rig, servo) or rig.sim(servo).angle_deg < 5
+            say(page, servo, lease, 30, renew=True)
+        starts = [one for one in rig.writes() if one[1] == "0x01"]
+        assert {raw for _, _, raw in starts} == {30}
+        # the page freezes: its socket stays open, its lease lives, and nothing more is said
+        await asyncio.sleep(FOR_S + 0.3)
+        assert not turns(rig, servo)
+        await page.close()
+
+    play(scene, SPEEDY)
+
+
+def test_what_was_held_up_on_its_way_does_not_begin_a_run_again() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        page = Socket(rig.app)
+        say(page, servo, lease, 30)
+        await asyncio.sleep(FOR_S + 0.3)
+        say(page, servo, lease, 30, renew=True)
+        assert (await page.hear("error"))["code"] == "busy"
+        path = f"/servos/{servo.uid}/command"
+        problem(await rig.call("POST", path, held(30, renew=True), lease=lease), "busy", 409)
+        await asyncio.sleep(0.3)
+        assert not turns(rig, servo)
+        await page.close()
+
+    play(scene, SPEEDY)
+
+
+def test_a_release_brakes_at_once() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        page = Socket(rig.app)
+        say(page, servo, lease, 30)
+        await asyncio.sleep(0.2)
+        say(page, servo, lease, 0)
+        await asyncio.sleep(0.02)
+        assert rig.writes()[-1] == (12, "0x01", 0)
+        await asyncio.sleep(FOR_S)
+        assert rig.events("hold_ended") == []
+        await page.close()
+
+    play(scene, SPEEDY)
+
+
+def test_a_release_does_not_wait_for_an_answer_to_what_it_ends() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        page = Socket(rig.app)
+        say(page, servo, lease, 30)
+        await asyncio.sleep(0.2)
+        rig.sim(servo).conditions.mute = True
+        say(page, servo, lease, 40, renew=True)  # it is heard, and never answered
+        await asyncio.sleep(0.02)
+        say(page, servo, lease, 0)
+        say(page, servo, lease, 0)
+        await asyncio.sleep(0.02)
+        assert rig.writes()[-1] == (12, "0x01", 0)
+        await asyncio.sleep(0.45)
+        assert rig.writes()[-1] == (12, "0x20", 1), "a brake that is not answered becomes torque off"
+        assert rig.sim(servo).output == 1
+        await page.close()
+
+    play(scene, SPEEDY)
+
+
+def test_a_brake_that_is_not_answered_becomes_torque_off_until_it_is() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        conditions = rig.sim(servo).conditions
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", held(30), lease=lease))
+        conditions.mute = True
+        await asyncio.sleep(FOR_S + 0.7)
+        after = [one for one in rig.writes() if one[1] == "0x20"]
+        assert len(after) > 5, "it is written again and again"
+        assert set(after[1:]) == {(12, "0x20", 1)}
+        conditions.mute = False
+        await asyncio.sleep(1.2)
+        assert rig.sim(servo).output == 1
+        assert not turns(rig, servo)
+
+    play(scene, SPEEDY)
+
+
+@pytest.mark.parametrize("end", ["socket", "lease", "stop"])
+def test_everything_that_ends_motion_ends_a_run_with_torque_off(end: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        page = Socket(rig.app)
+        page.say(type="heartbeat", lease=lease)
+        say(page, servo, lease, 30)
+        await asyncio.sleep(0.3)
+        if end == "socket":
+            await page.close()
+        elif end == "lease":
+            json(await rig.call("DELETE", f"/leases/{lease}"))
+        else:
+            page.say(type="stop")
+        await asyncio.sleep(0.1)
+        assert rig.sim(servo).output == 1
+        written = len(rig.writes())
+        await asyncio.sleep(FOR_S + 0.5)
+        assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}, "nothing is commanded after it"
+        if end != "socket":
+            await page.close()
+
+    play(scene, SPEEDY)
+
+
+def test_an_angle_commanded_since_is_not_braked_and_an_angle_cannot_be_held() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        path = f"/servos/{servo.uid}/command"
+        json(await rig.call("POST", path, held(10), lease=lease))
+        await asyncio.sleep(0.1)
+        json(await rig.call("POST", path, {"type": "angle", "value": 20}, lease=lease))
+        await asyncio.sleep(FOR_S + 1)
+        assert abs(rig.sim(servo).angle_deg - 20) < 1
+        assert not [one for one in rig.writes() if one[1:] == ("0x01", 0)]
+        problem(await rig.call("POST", path, held(10, "angle"), lease=lease), "invalid_value", 422)
+
+    play(scene, SPEEDY)
+
+
+def test_a_move_under_way_does_not_go_on_beside_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        freshen = rig.host.motion.freshen
+
+        async def slowly(servo: Servo, kind: str, max_age_s: float = 1.0) -> None:
+            """What is asked before an angle takes longer than what is asked before a speed."""
+            await freshen(servo, kind, max_age_s)
+            if kind == "angle":
+                await asyncio.sleep(0.1)
+
+        monkeypatch.setattr(rig.host.motion, "freshen", slowly)
+        profile = {"speed_deg_s": 20, "accel_deg_s2": 80}
+        body = {"type": "angle", "value": 90, "profile": profile}
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
+        page = Socket(rig.app)
+        await asyncio.sleep(0.35)  # in the middle of an angle
+        say(page, servo, lease, -30)
+        await asyncio.sleep(0.05)
+        written = len(rig.writes())
+        await asyncio.sleep(0.25)
+        assert {row for _, row, _ in rig.writes()[written:]} <= {"0x01"}
+        assert turns(rig, servo)
+        say(page, servo, lease, 0)
+        await asyncio.sleep(0.3)
+        assert not turns(rig, servo)
+        await page.close()
+
+    play(scene, SPEEDY)
+
+
+def test_a_run_is_refused_where_speed_control_is_off_and_beyond_the_limit() -> None:
+    async def scene(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        path = f"/servos/{servo.uid}/command"
+        problem(await rig.call("POST", path, held(1000), lease=lease), "out_of_range", 422)
+        await asyncio.sleep(FOR_S + 0.2)
+        assert rig.events("hold_ended") == [], "nothing ran"
+        assert rig.sim(servo).output == 0, "a refusal takes no torque"
+
+    play(scene, SPEEDY)
+    off = replace(SPEEDY, rom={"speed_torque_control": 0})
+
+    async def without(rig: Rig) -> None:
+        servo, lease = await ready(rig)
+        path = f"/servos/{servo.uid}/command"
+        problem(await rig.call("POST", path, held(10), lease=lease), "mode_off", 409)
+
+    play(without, off)

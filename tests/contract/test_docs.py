@@ -1,0 +1,83 @@
+"""Documentation and code agree: what is made is up to date, what is open is listed, every public name is told."""
+
+import ast
+import dataclasses
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from hornbill import generate_reference
+from hornbill.generate import documents
+from hornbill.schema.catalog import Catalog
+from hornbill.sim.behaviour import Behaviour
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "server" / "hornbill"
+REFERENCE = ROOT / "docs" / "reference"
+BY_HAND = {"file-formats.md", "fidelity.md"}
+FILES = [file for file in sorted(PACKAGE.rglob("*.py")) if "migrations" not in file.parts]
+
+
+@pytest.fixture(scope="module")
+def reference() -> dict[str, str]:
+    return generate_reference.pages(json.loads(documents(Catalog.load())["openapi.json"]))
+
+
+def test_the_reference_is_up_to_date(reference: dict[str, str]) -> None:
+    kept = {file.relative_to(REFERENCE).as_posix(): file for file in REFERENCE.rglob("*.md")}
+    assert set(kept) == set(reference) | BY_HAND, "run 'make generate', and remove what it no longer writes"
+    for path, text in reference.items():
+        assert kept[path].read_text(encoding="utf-8") == text, f"{path} is out of date: run 'make generate'"
+
+
+def test_the_reference_names_every_operation_and_every_command(reference: dict[str, str]) -> None:
+    document = json.loads(documents(Catalog.load())["openapi.json"])
+    pages = "\n".join(text for path, text in reference.items() if path.startswith("api/"))
+    told = set(re.findall(r"^## (GET|PUT|POST|PATCH|DELETE) (\S+)$", pages, re.MULTILINE))
+    row = re.compile(r"/servos/\{uid\}/parameters/[a-z0-9_]+$")
+    for path, operations in document["paths"].items():
+        short = path.removeprefix("/api/v1")
+        for method in operations:
+            assert (method.upper(), short) in told or row.match(short), f"{method} {path}"
+    for command in ("demo", "serve", "probe", "token add", "profile apply", "log start"):
+        assert f"\n## hornbill {command}\n" in reference["command-line.md"]
+
+
+def test_every_open_question_of_the_simulator_is_on_the_checklist() -> None:
+    page = (ROOT / "docs" / "explanation" / "hardware.md").read_text(encoding="utf-8")
+    for field in dataclasses.fields(Behaviour):
+        assert f"`{field.name}`" in page, f"docs/explanation/hardware.md does not say who can tell {field.name}"
+
+
+def test_what_the_checklist_says_a_probe_answers_it_does() -> None:
+    page = (ROOT / "docs" / "explanation" / "hardware.md").read_text(encoding="utf-8")
+    source = "".join(file.read_text(encoding="utf-8") for file in (PACKAGE / "probe").glob("*.py"))
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in line.split("|")]
+        if len(cells) == 5 and not cells[2].startswith(("no", "probe", "---")):
+            for switch in re.findall(r"`(\w+)`", cells[3]):
+                assert f'"{switch}"' in source, f"no answer of the probe decides {switch}"
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
+def test_every_public_name_says_what_it_is(file: Path) -> None:
+    missing: list[str] = []
+
+    def look(nodes: list[ast.stmt], within: str) -> None:
+        for node in nodes:
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)) and not node.name.startswith(
+                "_"
+            ):
+                again = any(
+                    getattr(one, "attr", getattr(one, "id", "")) in ("setter", "overload", "override")
+                    for one in node.decorator_list
+                )
+                if not ast.get_docstring(node) and not again:
+                    missing.append(f"{within}{node.name}, line {node.lineno}")
+                if isinstance(node, ast.ClassDef):
+                    look(node.body, f"{within}{node.name}.")
+
+    look(ast.parse(file.read_text(encoding="utf-8")).body, "")
+    assert missing == [], f"{file.relative_to(PACKAGE)}: no docstring"

@@ -1,0 +1,84 @@
+"""Owns how a command in a guide is run: its blocks of shell, what they need, and a bench to run them on.
+
+A block is ```bash. Its first line may be a comment that says what keeps it from being run here, or how it is run:
+`# needs hardware`, `# needs root`, `# needs Docker`, `# needs a checkout`, `# runs until Ctrl-C`; several with commas.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+WRITTEN = "61-466861"
+"""The serial the guides show."""
+NEEDS = ("needs hardware", "needs root", "needs Docker", "needs a checkout")
+ENDLESS = "runs until Ctrl-C"
+
+
+@dataclass(frozen=True)
+class Block:
+    """One block of shell of a guide, from `line`."""
+
+    file: Path
+    line: int
+    script: str
+
+    @property
+    def marks(self) -> list[str]:
+        """What its first line says of it."""
+        first = self.script.split("\n", 1)[0]
+        found = [one.strip() for one in first.removeprefix("#").split(",")] if first.startswith("# ") else []
+        return [one for one in found if one == ENDLESS or one.startswith("needs ")]
+
+    @property
+    def needs(self) -> str:
+        """What keeps it from being run here; empty when nothing does."""
+        return ", ".join(one for one in self.marks if one != ENDLESS)
+
+    def __str__(self) -> str:
+        return f"{self.file.relative_to(ROOT)}:{self.line}"
+
+
+def blocks(file: Path, language: str = "bash") -> list[Block]:
+    """The blocks of one language in a guide, in order."""
+    text = file.read_text(encoding="utf-8")
+    found = re.finditer(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    return [Block(file, text.count("\n", 0, one.start()) + 1, one[1]) for one in found]
+
+
+def guides() -> list[Path]:
+    """Every page for people: README, CONTRIBUTING, docs/, and the README of each folder."""
+    dist = ROOT / "docs" / "dist"
+    pages = [file for file in (ROOT / "docs").rglob("*.md") if dist not in file.parents]
+    return sorted([*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), *pages])
+
+
+class Rig:
+    """A server with simulated servos, and programs that are told where it is."""
+
+    def __init__(self, url: str, serial: str) -> None:
+        self.url = url
+        self.serial = serial
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Where the server is, and `hornbill` in the path."""
+        bin_folder = str(Path(sys.executable).parent)
+        path = f"{bin_folder}{os.pathsep}{os.environ['PATH']}"
+        return {**os.environ, "HORNBILL_URL": self.url, "API": f"{self.url}/api/v1", "PATH": path}
+
+    def run(self, *command: str | Path, folder: Path = ROOT, code: int | None = 0) -> str:
+        """What a program prints, when it ends as it shall."""
+        ran = subprocess.run(
+            [str(word) for word in command], capture_output=True, text=True, cwd=folder, timeout=120, check=False,
+            env={**self.environment, "HORNBILL_DATA_DIR": str(folder / "data")},
+        )  # fmt: skip
+        assert code is None or ran.returncode == code, ran.stdout + ran.stderr
+        return ran.stdout + ran.stderr
+
+    def bash(self, script: str, folder: Path) -> str:
+        """A block of a guide, with the serial of this bench in place of the one it shows."""
+        return self.run("bash", "-euo", "pipefail", "-c", script.replace(WRITTEN, self.serial), folder=folder)

@@ -1,0 +1,68 @@
+"""Owns servers of their own for browser tests that take one down, begin without a bus, or fill it from nothing."""
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+
+COMMAND = (sys.executable, "-m", "hornbill")
+
+
+@dataclass(frozen=True)
+class Server:
+    """A running server: its process, its address, and a client of it."""
+
+    process: subprocess.Popen[str]
+    url: str
+    api: httpx.Client
+
+    def servos(self) -> list[dict[str, object]]:
+        """As GET /servos gives them."""
+        return self.api.get("/servos").json()
+
+    def ready(self, number: int, within_s: float = 25) -> list[str]:
+        """Waits until `number` servos are ready; their uids."""
+        found: list[str] = []
+
+        def enough() -> bool:
+            found[:] = [str(one["uid"]) for one in self.servos() if one["state"] == "ready"]
+            return len(found) >= number
+
+        until(enough, within_s, f"not {number} servos are ready")
+        return found
+
+
+def until(what: Callable[[], bool], within_s: float, message: str) -> None:
+    """Fails with `message` unless `what` comes true in time."""
+    end = time.monotonic() + within_s
+    while not what():
+        assert time.monotonic() < end, message
+        time.sleep(0.1)
+
+
+@contextmanager
+def running(*words: str, port: int = 0) -> Generator[Server]:
+    """`hornbill` with these words, on `port` (0: a free one). It is ended with the block, stopped or not."""
+    command: Sequence[str] = [*COMMAND, *words, "--port", str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            found = re.search(r"http://\S+/", line)
+            assert found is not None, f"{words} printed no address but {line!r}"
+            with httpx.Client(base_url=found[0] + "api/v1", timeout=30) as api:
+                yield Server(process, found[0], api)
+        finally:
+            process.kill()
+            process.wait(timeout=10)
+
+
+def serving(folder: Path, *flags: str) -> tuple[str, ...]:
+    """The words of `hornbill serve` with a data folder of its own."""
+    return ("serve", "--data-dir", str(folder), *flags)

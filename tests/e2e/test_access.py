@@ -1,0 +1,277 @@
+"""Everybody can use the page: axe on every page in both themes, a finger's targets, and the keyboard alone."""
+
+import re
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo
+from e2e.test_bus_page import complaints
+from e2e.test_technician import servo_of, wait_for
+
+PAGES = (
+    "servos",
+    "servos/matrix",
+    "commission",
+    "servos/{uid}/parameters",
+    "servos/{uid}/motion",
+    "servos/{uid}/tune",
+    "faults",
+    "bus",
+    "bus#monitor",
+    "bus#nodes",
+    "bus#ids",
+    "records#snapshots",
+    "records#snapshots/{uid}",
+    "records#profiles",
+    "records#reports",
+    "records#recorder",
+    "records#audit",
+    "api-page",
+)
+"""Every page, and every part of one that has a link of its own."""
+
+DIALOGS = (
+    ("servos", "keys", "keys-dialog"),
+    ("bus", "bus-change", None),
+    ("bus", "bus-log", None),
+    ("bus", "bus-disconnect", None),
+    ("records#profiles", "profile-create", None),
+    ("records#profiles", "profile-import", None),
+)
+"""Page, what opens a dialog there."""
+
+TABLET = {"width": 820, "height": 1180}
+
+SMALL = """() => {
+    const targets = 'button, a[href], input, select, textarea, summary, [role=tab], [role=switch], [role=slider]';
+    const clipped = one => {  // taken out of sight on purpose: a label or a row stands for it
+        const box = one.getBoundingClientRect();
+        const style = getComputedStyle(one);
+        return box.width <= 1 || style.opacity === '0' || style.visibility === 'hidden' || box.right < 0;
+    };
+    return [...document.querySelectorAll(targets)]
+        .filter(one => one.getClientRects().length && !one.matches('.row-link') && !one.disabled)
+        .map(one => {
+            const holder = one.matches('input') ? one.closest('label, .box, .search') ?? one : one;
+            if (holder === one && clipped(one)) return null;
+            const box = holder.getBoundingClientRect();
+            return [Math.round(box.width), Math.round(box.height), one.outerHTML.slice(0, 110)];
+        })
+        .filter(found => found && (found[0] < 44 || found[1] < 44))
+        .map(String);
+}"""
+"""What a finger cannot hit: everything that takes a touch and is less than 44 px wide or high."""
+
+
+def show(page: Page, demo: Demo, path: str) -> None:
+    page.goto("about:blank")  # a link to another part of the same page would not load it anew
+    page.goto(demo.url + path.format(uid=servo_of(demo, "BLA21-12U-A0")))
+    expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
+    expect(page.locator("main h1").first).to_be_visible()
+    page.wait_for_timeout(700)
+
+
+def touch(page: Page) -> None:
+    """A tablet held upright, and a finger."""
+    page.set_viewport_size({"width": TABLET["width"], "height": TABLET["height"]})
+    page.context.new_cdp_session(page).send("Emulation.setTouchEmulationEnabled", {"enabled": True})
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_axe_finds_nothing_in_either_theme_wide_or_on_a_tablet_and_a_finger_hits_everything(
+    page: Page, demo: Demo, path: str
+) -> None:
+    for theme in ("light", "dark"):
+        page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+        show(page, demo, path)
+        assert complaints(page) == [], f"{theme}, wide"
+    touch(page)
+    for theme in ("light", "dark"):
+        page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+        show(page, demo, path)
+        assert complaints(page) == [], f"{theme}, tablet"
+    assert "\n".join(page.evaluate(SMALL)) == ""
+    assert page.evaluate("() => document.documentElement.scrollWidth") <= TABLET["width"]
+
+
+@pytest.mark.parametrize(("path", "opens", "dialog"), DIALOGS)
+def test_a_dialog_has_a_name_keeps_the_focus_and_gives_it_back(
+    page: Page, demo: Demo, path: str, opens: str, dialog: str | None
+) -> None:
+    for theme in ("light", "dark"):
+        page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+        show(page, demo, path)
+        page.get_by_test_id(opens).focus()
+        page.keyboard.press("Enter")
+        box = page.get_by_test_id(dialog) if dialog else page.get_by_role("dialog")
+        expect(box).to_be_visible()
+        page.wait_for_timeout(500)
+        assert complaints(page) == [], theme
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        assert box.evaluate("box => box.contains(document.activeElement)"), "the focus left the dialog"
+    page.keyboard.press("Shift+Tab")
+    assert box.evaluate("box => box.contains(document.activeElement)")
+    touch(page)
+    page.wait_for_timeout(300)
+    assert "\n".join(page.evaluate(SMALL)) == ""
+    box.get_by_role("button", name=re.compile("Close|Cancel|Keep")).last.click()
+    expect(box).to_have_count(0)
+    expect(page.get_by_test_id(opens)).to_be_focused()
+
+
+def test_the_first_tab_leads_past_bar_and_rail(page: Page, demo: Demo) -> None:
+    show(page, demo, "servos")
+    page.keyboard.press("Tab")
+    skip = page.get_by_role("button", name="Go to the page's content")
+    expect(skip).to_be_focused()
+    expect(skip).to_be_in_viewport()
+    page.keyboard.press("Enter")
+    expect(page.locator("main")).to_be_focused()
+    page.keyboard.press("Tab")
+    assert page.evaluate("() => document.querySelector('main').contains(document.activeElement)")
+
+
+def test_what_has_the_focus_can_be_seen(page: Page, demo: Demo) -> None:
+    for path in PAGES:
+        show(page, demo, path)
+        for _ in range(25):
+            page.keyboard.press("Tab")
+            found = page.evaluate(
+                """() => {
+                    const one = document.activeElement;
+                    if (!one || one === document.body) return null;
+                    if (one.tagName === 'IFRAME') return null;  // the 3D view shows its own
+                    const ringed = (node, part = null) => {
+                        const style = getComputedStyle(node, part);
+                        return style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) >= 2;
+                    };
+                    for (let node = one; node && node !== document.body; node = node.parentElement)
+                        if (ringed(node) && (node === one || node.matches(':focus-within'))) return null;
+                    if (ringed(one, '::after')) return null;  // the link of a row rings the row
+                    const next = one.nextElementSibling;
+                    return next && ringed(next) ? null : one.outerHTML.slice(0, 120);
+                }"""
+            )
+            assert found is None, f"{path}: {found}"
+
+
+def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -> None:
+    show(page, demo, "servos")
+    for letter, path, name in (
+        ("c", "/commission", "Commission"),
+        ("p", "/parameters", "Parameters, "),
+        ("m", "/motion", "Motion, "),
+        ("t", "/tune", "Tune, "),
+        ("f", "/faults", "Faults"),
+        ("b", "/bus", "Bus"),
+        ("r", "/records", "Records"),
+        ("a", "/api-page", "API"),
+        ("s", "/servos", "Servos"),
+    ):
+        page.keyboard.press("g")
+        page.keyboard.press(letter)
+        expect(page).to_have_url(re.compile(f"{path}$"))
+        expect(page).to_have_title(re.compile(f"^{name}"))
+        expect(page.locator("main h1").first).to_be_visible()
+        expect(page.locator("main")).to_be_focused()
+
+
+def test_the_list_of_keys_is_that_of_the_page(page: Page, demo: Demo) -> None:
+    show(page, demo, "servos/{uid}/parameters")
+    page.keyboard.press("?")
+    keys = page.get_by_test_id("keys-dialog")
+    expect(keys).to_contain_text("never saves")
+    for word in ("Commission", "Records", "API", "Stop"):
+        expect(keys).to_contain_text(word)
+    expect(keys.get_by_role("button", name="Close")).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(keys).to_have_count(0)
+    page.keyboard.press("g")
+    page.keyboard.press("f")
+    page.keyboard.press("?")
+    expect(keys).to_be_visible()
+    expect(keys).not_to_contain_text("never saves")
+
+
+def tab_to(page: Page, testid: str, most: int = 120) -> None:
+    """Walks with Tab, as somebody without a mouse does."""
+    for _ in range(most):
+        if page.evaluate("() => document.activeElement?.dataset.testid ?? ''") == testid:
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"{testid} is not reached in {most} tabs")
+
+
+def test_a_limit_is_changed_and_the_horn_is_jogged_and_stopped_by_keyboard_alone(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    before = demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"]
+    wanted = before - 1
+    show(page, demo, "servos")
+    for _ in range(60):  # the row of this servo, by Tab
+        if uid in page.evaluate("() => document.activeElement?.getAttribute('href') ?? ''"):
+            break
+        page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile(f"/servos/{uid}/parameters"))
+    expect(page.get_by_role("searchbox")).to_be_visible()
+    page.keyboard.press("/")
+    page.keyboard.type("temperature")
+    tab_to(page, "input-temperature_limit_upper")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("row-temperature_limit_upper")).to_have_attribute("data-state", "staged")
+    tab_to(page, "apply")
+    page.keyboard.press("Enter")
+
+    def held() -> bool:
+        return demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"] == wanted
+
+    wait_for(held, 10, "the limit is not written")
+    demo.api.put(f"/servos/{uid}/parameters/temperature_limit_upper", json={"value": before}).raise_for_status()
+
+    page.locator("h1").first.evaluate("one => document.activeElement.blur()")
+    page.keyboard.press("g")
+    page.keyboard.press("m")
+    tab_to(page, "enable-motion")
+    page.keyboard.press("Enter")
+    tab_to(page, "jog-value")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("12")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+1[12]\.\d°"), timeout=10_000)
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    wait_for(lambda: demo.api.get("/stop").json()["latched"], 5, "Esc did not stop")
+    tab_to(page, "clear-stop")
+    page.keyboard.press("Enter")
+    tab_to(page, "confirm-clear")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("stop-band")).to_have_count(0)
+
+
+def test_with_reduced_motion_nothing_turns_or_fades(page: Page, demo: Demo) -> None:
+    page.emulate_media(reduced_motion="reduce")
+    for path in ("servos", "bus", "servos/{uid}/parameters"):
+        show(page, demo, path)
+        moving = page.evaluate(
+            """() => document.getAnimations().filter(one => one.effect.getTiming().iterations === Infinity).length"""
+        )
+        assert moving == 0
+
+
+def test_where_the_system_chooses_the_colours_the_chosen_page_and_segment_are_still_told(
+    page: Page, demo: Demo
+) -> None:
+    page.emulate_media(forced_colors="active")
+    show(page, demo, "records#profiles")
+    colours = page.evaluate(
+        """() => [...document.querySelectorAll('.records-head .segments > *')]
+            .map(one => [one.getAttribute('aria-pressed'), getComputedStyle(one).backgroundColor])"""
+    )
+    chosen = {colour for pressed, colour in colours if pressed == "true"}
+    assert chosen
+    assert not chosen & {colour for pressed, colour in colours if pressed != "true"}
+    edge = page.locator('.rail-item[aria-current="page"]').evaluate("one => getComputedStyle(one).borderLeftColor")
+    assert edge != page.locator(".rail-item").first.evaluate("one => getComputedStyle(one).borderLeftColor")

@@ -1,0 +1,81 @@
+"""The API page: what a rig needs, the last action as a command that works, and every operation of the document."""
+
+import re
+import shutil
+import subprocess
+from typing import Any
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from e2e.conftest import Demo
+from e2e.test_technician import servo_of, wait_for
+
+
+def test_address_document_and_examples_are_those_of_this_server(page: Page, demo: Demo) -> None:
+    page.goto(demo.url)
+    page.get_by_role("link", name="API").click()
+    expect(page).to_have_url(re.compile(r"/api-page$"))
+    expect(page.get_by_test_id("api-page")).to_contain_text(demo.url + "api/v1")
+    link = page.get_by_test_id("api-document").get_attribute("href")
+    assert link is not None
+    assert demo.api.get(link).json()["openapi"].startswith("3.")
+    uids = [one["uid"] for one in demo.api.get("/servos").json()]
+    examples = page.get_by_test_id("api-examples")
+    expect(examples).to_contain_text("curl -sS")
+    assert any(uid in examples.inner_text() for uid in uids)
+    page.get_by_role("button", name="Python").click()
+    expect(examples).to_contain_text("import httpx")
+
+
+def test_the_examples_in_python_run_as_they_stand(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "api-page")
+    page.get_by_role("button", name="Python").click()
+    codes = page.get_by_test_id("api-examples").locator("pre").all_inner_texts()
+    assert len(codes) == 5
+    said: dict[str, Any] = {}
+    exec("\n".join(codes[:3]), said)  # all but writing and stopping: other tests go on with these servos
+    said["rig"].close()
+    assert len(said["servos"]) >= 6
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")
+def test_the_last_action_copied_as_curl_does_the_same_again(page: Page, demo: Demo, context: BrowserContext) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    row = f"/servos/{uid}/parameters/temperature_limit_upper"
+    before = demo.api.get(row).json()["value"]
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.goto(f"{demo.url}servos/{uid}/parameters#temperature_limit_upper")
+    page.get_by_test_id("input-temperature_limit_upper").fill(str(before - 1))
+    page.get_by_test_id("input-temperature_limit_upper").press("Enter")
+    page.get_by_test_id("apply").click()
+    wait_for(lambda: demo.api.get(row).json()["value"] == before - 1, 10, "not applied")
+    try:
+        page.get_by_role("link", name="API").click()
+        sent = page.get_by_test_id("api-sent").locator("tbody tr").filter(has_text="temperature_limit_upper").first
+        expect(sent.get_by_test_id("api-status")).to_contain_text("200")
+        sent.get_by_test_id("api-copy").click()
+        expect(sent.get_by_test_id("api-copy")).to_contain_text("Copied")
+        command: str = page.evaluate("() => navigator.clipboard.readText()")
+        assert "$HORNBILL_TOKEN" in command
+        demo.api.put(row, json={"value": before}).raise_for_status()
+        revision = demo.api.get(f"/servos/{uid}/parameters").headers.get("etag", "")
+        command = re.sub(r"(If-Match: )\"?[^'\"]*\"?", lambda found: found[1] + revision, command)
+        subprocess.run(["sh", "-c", command], check=True, capture_output=True, timeout=20, env={"HORNBILL_TOKEN": "x"})
+        assert demo.api.get(row).json()["value"] == before - 1
+    finally:
+        demo.api.put(row, json={"value": before}).raise_for_status()
+
+
+def test_every_operation_of_the_document_is_found_and_unfolds(page: Page, demo: Demo) -> None:
+    document = demo.api.get("/openapi.json").json()
+    number = sum(len(verbs) for verbs in document["paths"].values())
+    page.goto(demo.url + "api-page")
+    expect(page.get_by_test_id("api-found")).to_have_text(f"{number} of {number}")
+    page.keyboard.press("/")
+    page.keyboard.type("post latches")
+    expect(page.get_by_test_id("api-found")).to_have_text(f"1 of {number}")
+    operation = page.locator(".a-operations details")
+    operation.locator("summary").press("Enter")
+    expect(operation).to_contain_text("invalid_value")
+    expect(operation).to_contain_text("query")

@@ -1,0 +1,160 @@
+"""`hornbill apply` and `export` against a running server: what differs is told, written once, and never twice."""
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from e2e.conftest import Demo, running_demo
+from hornbill.cli.bench_file import parse
+
+
+class Bench:
+    """A running server, and a file that was exported from it."""
+
+    def __init__(self, demo: Demo, file: Path) -> None:
+        self.demo = demo
+        self.file = file
+        self.file.write_text(self.hornbill("export").stdout, encoding="utf-8")
+
+    def hornbill(self, *words: str | Path) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "hornbill", str(words[0]), "--server", self.demo.url, *map(str, words[1:])]
+        return subprocess.run(
+            command, capture_output=True, text=True, check=False, timeout=120, stdin=subprocess.DEVNULL
+        )
+
+    def edit(self, pattern: str, instead: str) -> None:
+        """Change the first place in the file that fits."""
+        text = self.file.read_text(encoding="utf-8")
+        changed = re.sub(pattern, instead, text, count=1, flags=re.MULTILINE)
+        assert changed != text
+        self.file.write_text(changed, encoding="utf-8")
+
+    def get(self, path: str) -> Any:
+        return self.demo.api.get(path).json()
+
+    def reading(self, key: str, servo: int = 0) -> Any:
+        uid = self.get("/servos")[servo]["uid"]
+        return self.get(f"/servos/{uid}/parameters/{key}")
+
+    def line(self, start: str) -> int:
+        """The first line of the file that begins so, from 1."""
+        lines = self.file.read_text(encoding="utf-8").splitlines()
+        return next(number for number, line in enumerate(lines, start=1) if line.startswith(start))
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    with running_demo("--servos", "2", "--seed", "3") as (_, url), httpx.Client(base_url=url + "api/v1") as api:
+        while [one["state"] for one in api.get("/servos").json()] != ["ready", "ready"]:
+            time.sleep(0.1)
+        yield Bench(Demo(url, api), tmp_path / "bench.toml")
+
+
+def test_what_is_exported_is_what_is_there_and_applying_it_does_nothing(bench: Bench) -> None:
+    assert [entry.save for entry in parse(bench.file, bench.file.read_text())] == [True, True]
+    checked = bench.hornbill("apply", "--check", bench.file)
+    assert (checked.returncode, checked.stdout.splitlines()[-1]) == (0, "Nothing differs.")
+    applied = bench.hornbill("apply", bench.file)
+    assert applied.returncode == 0, "there is nothing to ask"
+    assert bench.get("/jobs") == []
+    assert [row for row in bench.get("/audit") if row["action"] == "write"] == []
+
+
+def test_a_changed_file_is_a_diff_and_is_written_saved_and_found_once(bench: Bench) -> None:
+    bench.edit(r"^angle_p_gain = .*", "angle_p_gain = 33")
+    bench.edit(r"^smoothing = true", "smoothing = false")
+    checked = bench.hornbill("apply", "--check", bench.file)
+    assert checked.returncode == 1
+    assert "+ angle_p_gain = 33" in checked.stdout
+    assert "+ smoothing = false" in checked.stdout
+    assert "1 of 2 servos differ." in checked.stdout
+    assert bench.reading("angle_p_gain")["value"] != 33, "looking writes nothing"
+
+    unasked = bench.hornbill("apply", bench.file)
+    assert unasked.returncode == 2
+    assert bench.reading("angle_p_gain")["value"] != 33, "nobody said yes"
+
+    applied = bench.hornbill("apply", "--yes", bench.file)
+    assert applied.returncode == 0, applied.stdout + applied.stderr
+    assert bench.reading("angle_p_gain")["rom"] == 33
+    assert bench.reading("smoothing")["rom"] is False
+    jobs, uptime = bench.get("/jobs"), bench.get("/servos")[0]["uptime_s"]
+    assert [job["kind"] for job in jobs] == ["save"]
+
+    again = bench.hornbill("apply", "--yes", bench.file)
+    assert (again.returncode, again.stdout.splitlines()[-1]) == (0, "Nothing differs.")
+    assert bench.get("/jobs") == jobs
+    assert bench.get("/servos")[0]["uptime_s"] >= uptime, "it was not restarted"
+    exported = bench.hornbill("export").stdout
+    before, after = (parse(bench.file, text) for text in (bench.file.read_text(), exported))
+    assert [(one.name, one.save, one.values) for one in before] == [(one.name, one.save, one.values) for one in after]
+
+
+def test_what_is_in_ram_and_not_in_rom_is_saved_and_not_written_again(bench: Bench) -> None:
+    serial = bench.get("/servos")[0]["serial"]
+    assert bench.hornbill("set", serial, "angle_boost=1").returncode == 0
+    bench.edit(r"^angle_boost = .*", "angle_boost = 1")
+    checked = bench.hornbill("apply", "--check", bench.file)
+    assert checked.returncode == 1
+    assert "~ angle_boost = 1.0 is in RAM; ROM holds 0.0" in checked.stdout
+    assert bench.hornbill("apply", "--yes", bench.file).returncode == 0
+    assert bench.reading("angle_boost")["rom"] == 1
+
+
+def test_drift_is_found(bench: Bench) -> None:
+    serial = bench.get("/servos")[1]["serial"]
+    assert bench.hornbill("set", serial, "angle_d_gain=7", "--save").returncode == 0
+    checked = bench.hornbill("apply", "--check", bench.file)
+    assert checked.returncode == 1
+    assert "- angle_d_gain = 7" in checked.stdout
+
+
+def test_everything_wrong_is_told_with_its_line_and_nothing_is_written(bench: Bench) -> None:
+    bench.edit(r"^smoothing = true", "smoothing = false")
+    bench.edit(r"^angle_p_gain = .*", "angle_p_gain = 0")
+    failed = bench.hornbill("apply", "--yes", bench.file)
+    assert failed.returncode == 1
+    assert f"bench.toml:{bench.line('angle_p_gain = 0')}: " in failed.stderr
+    assert "below the 1" in failed.stderr
+    bench.edit(r"^angle_p_gain = 0", "angle_p_gian = 40")
+    bench.edit(r"^uid = .*", 'serial = "99-999999"')
+    failed = bench.hornbill("apply", "--yes", bench.file)
+    assert failed.returncode == 1
+    assert f"bench.toml:{bench.line('angle_p_gian')}: 'angle_p_gian' is not known here. Did you mean" in failed.stderr
+    assert f"bench.toml:{bench.line('serial')}: No servo has serial '99-999999'" in failed.stderr
+    assert bench.reading("smoothing")["value"] is True
+    assert bench.get("/jobs") == []
+
+
+def test_torque_that_is_off_is_not_saved_along_unless_it_is_meant(bench: Bench) -> None:
+    uid = bench.get("/servos")[0]["uid"]
+    bench.demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
+    bench.edit(r"^angle_p_gain = .*", "angle_p_gain = 33")
+    refused = bench.hornbill("apply", "--yes", bench.file)
+    assert refused.returncode == 1
+    assert "start without torque" in refused.stderr
+    assert bench.reading("angle_p_gain")["value"] != 33
+    bench.edit(r"^save = true.*", 'save = true\nconfirm = ["torque_off_in_rom"]')
+    assert bench.hornbill("apply", "--yes", bench.file).returncode == 0
+    assert bench.reading("torque_mode")["rom"] == "off"
+
+
+def test_a_profile_is_wanted_by_its_name_and_the_files_own_values_come_after_it(bench: Bench) -> None:
+    servo = bench.get("/servos")[0]
+    values = {"angle_p_gain": 21, "angle_d_gain": 22}
+    bench.demo.api.put("/profiles/soft", json={"values": values}).raise_for_status()
+    text = f'[[servo]]\nserial = "{servo["serial"]}"\nprofile = "soft"\n[servo.values]\nangle_d_gain = 23\n'
+    bench.file.write_text(text)
+    assert bench.hornbill("apply", "--yes", bench.file).returncode == 0
+    assert (bench.reading("angle_p_gain")["value"], bench.reading("angle_d_gain")["value"]) == (21, 23)
+    assert bench.reading("angle_p_gain")["rom"] != 21, "the file does not say save"
+    bench.edit('"soft"', '"hard"')
+    failed = bench.hornbill("apply", "--check", bench.file)
+    assert "bench.toml:3: There is no profile 'hard'. There is: soft." in failed.stderr

@@ -1,0 +1,97 @@
+"""From a server without a bus to servos in the list: adapters as cards, what to do when there is none, the demo."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, Route, expect
+
+from e2e.servers import Server, running, serving
+from e2e.test_bus_page import complaints, too_small
+
+NOTHING = [{"address": "memory:demo", "name": "Simulated servos", "state": "ready", "usable": True, "reason": None,
+            "remedy": None, "bitrate": 1_000_000, "sample_point": None}]  # fmt: skip
+PLUGGED = [
+    *NOTHING,
+    {"address": "socketcan:can0", "name": "PCAN-USB", "state": "down", "usable": False, "bitrate": None,
+     "sample_point": None, "reason": "The interface can0 is down.",
+     "remedy": "Bring it up with: sudo ip link set can0 up type can bitrate 1000000"},
+    {"address": "slcan:/dev/ttyACM0", "name": "CANable", "state": "ready", "usable": True, "bitrate": None,
+     "sample_point": None, "reason": None, "remedy": None},
+]  # fmt: skip
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    with running(*serving(tmp_path)) as one:
+        yield one
+
+
+@pytest.fixture
+def plain(context: BrowserContext) -> Page:
+    """A page that is not watched: it has a server of its own."""
+    return context.new_page()
+
+
+def adapters(page: Page, found: list[dict[str, Any]]) -> None:
+    def answer(route: Route) -> None:
+        route.fulfill(json=found)
+
+    page.route("**/api/v1/bus/adapters", answer)
+
+
+def test_without_an_adapter_the_page_says_what_to_do_and_the_demo_brings_servos(server: Server, plain: Page) -> None:
+    adapters(plain, NOTHING)
+    plain.goto(server.url)
+    expect(plain.get_by_test_id("no-servos")).to_be_visible()
+    plain.get_by_test_id("open-connect").click()
+    dialog = plain.get_by_test_id("connect-dialog")
+    expect(plain.get_by_test_id("no-adapter")).to_contain_text("No adapter is found")
+    # the list can be acted on: commands to copy, and the doctor's findings with their remedies
+    expect(plain.get_by_test_id("no-adapter").locator("code").first).to_have_text("lsusb")
+    expect(dialog.locator(".finding[data-severity=failure]")).to_contain_text("No bus is connected")
+    assert complaints(plain) == []
+
+    expect(plain.get_by_test_id("adapter-memory:demo").get_by_role("radio")).to_be_checked()
+    plain.get_by_test_id("connect").click()
+    expect(dialog).to_have_count(0)
+    expect(plain.locator("[data-testid^=servo-row-]")).to_have_count(6, timeout=20_000)
+    expect(plain.get_by_test_id("bar-bus")).to_contain_text("Active")
+    server.ready(6)
+
+
+def test_each_adapter_tells_its_state_and_reason_and_what_is_plugged_in_comes_before_the_demo(
+    server: Server, plain: Page
+) -> None:
+    adapters(plain, PLUGGED)
+    plain.goto(server.url + "bus")
+    cards = plain.get_by_test_id("adapters").locator("[data-testid^=adapter-][data-usable]")
+    expect(cards.first).to_be_visible()
+    names = [card.get_attribute("data-testid") for card in cards.all()]
+    assert names == ["adapter-socketcan:can0", "adapter-slcan:/dev/ttyACM0", "adapter-memory:demo"]
+    down = plain.get_by_test_id("adapter-socketcan:can0")
+    expect(down.get_by_role("radio")).to_be_disabled()
+    expect(down).to_contain_text("The interface can0 is down.")
+    expect(down.locator("code")).to_have_text("sudo ip link set can0 up type can bitrate 1000000")
+    expect(plain.get_by_test_id("adapter-slcan:/dev/ttyACM0").get_by_role("radio")).to_be_checked()
+    expect(plain.get_by_test_id("connect")).to_have_text("Connect ttyACM0")
+    expect(plain.get_by_test_id("no-adapter")).to_have_count(0)
+
+    plain.get_by_test_id("connect").click()  # no such thing is plugged into this machine
+    expect(plain.get_by_test_id("connect-refused")).to_contain_text(re.compile("ttyACM0"))
+    assert server.api.get("/bus").json()["state"] == "disconnected"
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_and_fingers_find_nothing_wrong_where_there_is_no_bus(server: Server, plain: Page, theme: str) -> None:
+    plain.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+    adapters(plain, PLUGGED)
+    plain.goto(server.url + "bus")
+    expect(plain.get_by_test_id("connect-here")).to_be_visible()
+    plain.wait_for_timeout(500)
+    assert json.dumps(complaints(plain)) == "[]"
+    plain.set_viewport_size({"width": 820, "height": 1180})
+    assert too_small(plain) == []

@@ -1,0 +1,201 @@
+"""Every command of every guide is run, and the built site holds together, with and without a browser."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import httpx
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page
+
+from e2e.conftest import Demo
+from e2e.guides import ENDLESS, NEEDS, ROOT, WRITTEN, Block, Rig, blocks, guides
+from e2e.servers import Server, running
+
+PAGES = [file for file in guides() if any(not one.marks for one in blocks(file))]
+MARKED = [one for file in guides() for one in blocks(file) if one.marks]
+NO_HARDWARE = "needs hardware"
+
+
+@pytest.fixture(scope="module")
+def shared() -> Iterator[Server]:
+    """One demo for all guides: its servos are as their last reader left them, as a reader's are."""
+    with running("demo", "--servos", "3", "--seed", "3") as server:
+        server.ready(3)
+        yield server
+
+
+@pytest.fixture
+def bench(shared: Server) -> Iterator[Server]:
+    """The demo, without a stop or a lease of the guide before."""
+    shared.ready(3)
+    yield shared
+    shared.api.delete("/stop")
+    for lease in shared.api.get("/leases").json():
+        shared.api.delete(f"/leases/{lease['id']}")
+
+
+@pytest.mark.parametrize("guide", PAGES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_a_guides_commands_run_from_top_to_bottom(bench: Server, tmp_path: Path, guide: Path) -> None:
+    serial = str(bench.servos()[0]["serial"])
+    run = [one for one in blocks(guide) if not one.marks]
+    script = "\n".join(f"echo '== {one}' >&2\n{one.script}" for one in run)
+    (tmp_path / "bench.toml").touch()
+    Rig(bench.url.rstrip("/"), serial).bash(script, tmp_path)
+
+
+@pytest.mark.parametrize("block", MARKED, ids=str)
+def test_a_marked_command_says_what_it_needs_or_starts_and_ends(tmp_path: Path, block: Block) -> None:
+    assert set(block.marks) <= {*NEEDS, ENDLESS}, f"{block}: say one of {NEEDS} or {ENDLESS}"
+    if block.needs:
+        pytest.skip(f"{block}: {block.needs}: {block.script.strip().splitlines()[-1]}")
+    command = block.script.replace(f"# {ENDLESS}\n", "exec ").strip()
+    (tmp_path / "morning.log").write_text("(1700000000.000000) can0 1001550B#0000000000000000\n")
+    environment = {**Rig("", "").environment, "HORNBILL_PORT": "0", "HORNBILL_DATA_DIR": str(tmp_path / "data")}
+    del environment["HORNBILL_URL"]
+    with subprocess.Popen(
+        ["bash", "-c", command], stdout=subprocess.PIPE, text=True, env=environment, cwd=tmp_path
+    ) as process:
+        assert process.stdout is not None
+        try:
+            assert "http://" in process.stdout.readline(), command
+        finally:
+            process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=15) == 0
+
+
+def test_the_readmes_flow_by_curl_does_what_its_comments_say(bench: Server, tmp_path: Path) -> None:
+    (block,) = [one for one in blocks(ROOT / "README.md") if "API=" in one.script]
+    rig = Rig(bench.url.rstrip("/"), str(bench.servos()[0]["serial"]))
+    out = rig.bash(block.script, tmp_path).replace(": ", ":").replace(", ", ",")
+    for said in (
+        '"code":"out_of_range"', '"outcome":"applied"', '"state":"succeeded"', '"settled":true', '"latched":true',
+        '"code":"stopped"', '"latched":false',
+    ):  # fmt: skip
+        assert said in out, said
+    uid = bench.servos()[0]["uid"]
+    rows = bench.api.get(f"/servos/{uid}/parameters").json()["parameters"]
+    assert rows["angle_limit_cw"]["rom"] == 75.0
+
+
+def test_every_command_is_in_a_block_that_is_looked_at_and_no_other_shell() -> None:
+    for guide in guides():
+        found = re.findall(
+            r"^ *```(?:sh|shell|console|zsh)\b.*|^ +```bash", guide.read_text(encoding="utf-8"), re.MULTILINE
+        )
+        assert found == [], f"{guide}: write ```bash at the beginning of a line"
+
+
+def test_no_guide_shows_another_serial() -> None:
+    for guide in guides():
+        assert set(re.findall(r"\b6[12]-\d{6}\b", guide.read_text(encoding="utf-8"))) <= {WRITTEN}, guide
+
+
+class Links(HTMLParser):
+    """What a page points at, and what in it can be pointed at."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.pointers: set[str] = set()
+        """Those that are followed when somebody clicks, and not fetched."""
+        self.anchors: set[str] = set()
+        self.inline: list[str] = []
+        self.feed(file.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.links += [value for name in ("href", "src") if (value := given.get(name))]
+        if tag == "a" and given.get("href"):
+            self.pointers.add(str(given["href"]))
+        if given.get("id"):
+            self.anchors.add(str(given["id"]))
+        if "style" in given or any(name.startswith("on") for name in given) or (tag == "script" and "src" not in given):
+            self.inline.append(f"<{tag} {attrs}>")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("docs") / "site"
+    subprocess.run([sys.executable, ROOT / "docs" / "site" / "build.py", folder], check=True)
+    return folder
+
+
+def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_inline(site: Path) -> None:
+    pages = {file: Links(file) for file in site.rglob("*.html")}
+    assert len(pages) > 40
+    for file, page in pages.items():
+        assert page.inline == [], file
+        for link in page.links:
+            parts = urlsplit(link)
+            if link in page.pointers and parts.scheme in ("http", "https"):
+                continue
+            target = (file.parent / unquote(parts.path)).resolve() if parts.path else file
+            assert target.is_file(), f"{file.name}: {link}"
+            if parts.fragment and target in pages:
+                assert unquote(parts.fragment) in pages[target].anchors, f"{file.name}: {link}"
+
+
+def test_a_link_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
+    import shutil
+
+    copy = tmp_path / "checkout"
+    for name in ("docs", "schemas", "web/src/style", "web/public", "server/README.md", "tests/README.md",
+                 "web/README.md", "examples/README.md", "README.md", "CONTRIBUTING.md", "CHANGELOG.md"):  # fmt: skip
+        source, target = ROOT / name, copy / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("dist"))
+        else:
+            shutil.copy(source, target)
+    (copy / "docs" / "tutorial.md").write_text("# Broken\n\n[here](nowhere.md) and [there](rigs.md#no-such-heading)\n")
+    built = subprocess.run(
+        [sys.executable, copy / "docs" / "site" / "build.py"], capture_output=True, text=True, check=False
+    )
+    assert built.returncode == 1
+    assert "nowhere.md: there is no such file" in built.stderr
+    assert "rigs.md#no-such-heading: there is no such heading" in built.stderr
+    assert not (copy / "docs" / "dist").exists()
+
+
+@pytest.fixture(scope="module")
+def built() -> None:
+    """The site where the program looks for it in a checkout."""
+    subprocess.run([sys.executable, ROOT / "docs" / "site" / "build.py"], check=True, env=dict(os.environ))
+
+
+@pytest.mark.usefixtures("built")
+def test_the_program_serves_the_site_below_docs_under_the_pages_policy(demo: Demo) -> None:
+    index = httpx.get(demo.url + "docs", follow_redirects=True)
+    assert index.url.path == "/docs/"
+    assert "<title>Documentation" in index.text
+    assert "script-src 'self'" in index.headers["content-security-policy"]
+    assert httpx.get(demo.url + "docs/reference/parameters.html").status_code == 200
+    assert (
+        httpx.get(demo.url + "docs/search.js").headers["content-type"].startswith(("text/javascript", "application/"))
+    )
+    assert httpx.get(demo.url + "docs/no-such-page.html").status_code == 404
+    assert httpx.get(demo.url + "docs/..%2f..%2fREADME.md").status_code == 404
+
+
+@pytest.mark.usefixtures("built")
+def test_somebody_finds_a_page_reads_it_dark_and_axe_finds_nothing(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "docs/")
+    page.keyboard.press("/")
+    page.keyboard.type("position unit hardware")
+    page.locator("#found a").first.click()
+    page.get_by_role("heading", level=1).wait_for()
+    for _ in range(2):
+        for path in ("docs/tutorial.html", "docs/reference/api/servos.html"):
+            page.goto(demo.url + path)
+            found = Axe().run(page)
+            assert found.violations_count == 0, found.generate_report()
+        page.get_by_role("button", name="Light or dark").click()
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -1,0 +1,77 @@
+"""What another tool saved in a servo while hornbill looked away: flagged, shown, taken back or accepted."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from e2e.servers import Server, running, until
+from e2e.test_bus_page import complaints
+
+KEYS = ("angle_limit_cw", "speed_limit_cw")
+
+
+@pytest.fixture
+def meddled(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
+    """A servo whose ROM holds other limits than hornbill last knew, and the list of servos in a browser."""
+    with running("demo", "--servos", "1", "--seed", "5") as server:
+        known = server.ready(1)[0]
+        shown = server.api.get(f"/sim/servos/{known}").json()
+        before = server.api.get(f"/servos/{known}/parameters", params={"refresh": "true"}).json()["parameters"]
+        until(lambda: before_is_known(server, known), 20, "what ROM holds is not known")
+        # its plug is pulled, somebody saves other limits elsewhere, and it comes back
+        server.api.delete(f"/sim/servos/{known}").raise_for_status()
+        until(lambda: not server.servos()[0]["online"], 20, "it is still on the bus")
+        rom = {key: before[key]["raw"] for key in KEYS}
+        rom["angle_limit_cw"] -= 150
+        again = {
+            "model": shown["model"], "firmware": shown["firmware"], "uid": known, "servo_id": shown["servo_id"],
+            "node_id": 0, "rom": rom,
+        }  # fmt: skip
+        server.api.post("/sim/servos", json=again).raise_for_status()
+        until(lambda: "angle_limit_cw" in drift_of(server, known), 30, "the change is not noticed")
+        page = context.new_page()
+        page.goto(server.url)
+        yield server, page, known
+
+
+def before_is_known(server: Server, uid: str) -> bool:
+    row = server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["angle_limit_cw"]
+    return row["rom"] is not None
+
+
+def drift_of(server: Server, uid: str) -> list[str]:
+    return server.api.get(f"/servos/{uid}").json()["drift"]
+
+
+def limit(server: Server, uid: str) -> float:
+    return server.api.get(f"/servos/{uid}/parameters/angle_limit_cw", params={"refresh": "true"}).json()["value"]
+
+
+def test_the_difference_is_shown_and_written_back_and_saved(meddled: tuple[Server, Page, str]) -> None:
+    server, page, uid = meddled
+    found = {row["key"]: row for row in server.api.get(f"/servos/{uid}/drift").json()["rows"]}
+    page.goto(f"{server.url}servos/{uid}/parameters")
+    expect(page.get_by_test_id("drift-line")).to_contain_text("hanged outside")
+    page.get_by_test_id("drift-line").get_by_role("button").click()
+    dialog = page.get_by_test_id("drift-dialog")
+    row = dialog.get_by_test_id("drift-angle_limit_cw")
+    expect(row).to_contain_text(f"{found['angle_limit_cw']['was']:.1f}".replace("-", "−"))
+    expect(row).to_contain_text(f"{found['angle_limit_cw']['now']:.1f}".replace("-", "−"))
+    assert complaints(page) == []
+    page.get_by_test_id("drift-restore").click()
+    expect(dialog).to_have_count(0, timeout=30_000)
+    assert limit(server, uid) == found["angle_limit_cw"]["was"]
+    until(lambda: drift_of(server, uid) == [], 20, "it is still flagged")
+    expect(page.get_by_test_id("drift-line")).to_have_count(0)
+
+
+def test_what_was_found_is_accepted_from_the_records(meddled: tuple[Server, Page, str]) -> None:
+    server, page, uid = meddled
+    held = limit(server, uid)
+    page.goto(server.url + "records")
+    page.get_by_test_id(f"known-{uid}").get_by_role("button", name="Changed outside").click()
+    page.get_by_test_id("drift-accept").click()
+    expect(page.get_by_test_id("drift-dialog")).to_have_count(0)
+    assert limit(server, uid) == held, "accepting writes nothing"
+    assert drift_of(server, uid) == []

@@ -1,0 +1,74 @@
+"""The OpenAPI document is good enough to make a client from: one that is made from the served one moves a servo."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx
+import pytest
+
+from e2e.conftest import running_demo
+
+SCRIPT = """
+import sys
+from rig_client import Client
+from rig_client.api.motion import command_servo, release_lease, set_torque, take_lease
+from rig_client.api.parameters import get_current_angle, set_angle_p_gain
+from rig_client.api.servos import list_servos
+from rig_client.models import (
+    AnglePGainValue, Command, CommandType, CommandWait, Commanded, Lease, LeaseRequest, Problem, Reading, TorqueMode,
+    TorqueModeMode,
+)
+
+client = Client(base_url=sys.argv[1], raise_on_unexpected_status=True)
+servo = list_servos.sync(client=client)[0]
+gain = set_angle_p_gain.sync(servo.uid, client=client, body=AnglePGainValue(value=41))
+assert isinstance(gain, Reading) and gain.value == 41, gain
+outside = set_angle_p_gain.sync(servo.uid, client=client, body=AnglePGainValue(value=0))
+assert isinstance(outside, Problem) and outside.code == "out_of_range", outside
+lease = take_lease.sync(client=client, body=LeaseRequest(holder="generated", ttl_s=10.0))
+assert isinstance(lease, Lease), lease
+set_torque.sync(servo.uid, client=client, body=TorqueMode(mode=TorqueModeMode.ON), lease=lease.id)
+order = Command(type_=CommandType.ANGLE, value=20.0, wait=CommandWait.SETTLED)
+done = command_servo.sync(servo.uid, client=client, body=order, lease=lease.id)
+assert isinstance(done, Commanded) and done.settled, done
+angle = get_current_angle.sync(servo.uid, client=client)
+release_lease.sync(lease.id, client=client)
+print(angle.value)
+"""
+
+
+def generator() -> str | None:
+    """openapi-python-client, beside this Python or on the path."""
+    beside = Path(sys.executable).parent / "openapi-python-client"
+    return str(beside) if beside.is_file() else shutil.which("openapi-python-client")
+
+
+def test_a_client_made_from_the_served_document_moves_a_servo(tmp_path: Path) -> None:
+    program = generator()
+    if program is None:
+        pytest.skip("openapi-python-client is not installed: 'make setup' installs it")
+    with running_demo("--servos", "1") as (_, url):
+        document = tmp_path / "openapi.json"
+        document.write_bytes(httpx.get(f"{url}api/v1/openapi.json", timeout=30).content)
+        settings = tmp_path / "config.yaml"
+        settings.write_text("post_hooks: []\n")
+        made = subprocess.run(
+            [program, "generate", "--path", document, "--config", settings, "--meta", "none", "--output-path",
+             tmp_path / "rig_client"],
+            capture_output=True, text=True, check=False, cwd=tmp_path, timeout=120,
+        )  # fmt: skip
+        assert made.returncode == 0, made.stdout + made.stderr
+        with httpx.Client(base_url=f"{url}api/v1") as api:
+            while [one["state"] for one in api.get("/servos").json()] != ["ready"]:
+                time.sleep(0.1)
+        paths = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
+        ran = subprocess.run(
+            [sys.executable, "-c", SCRIPT, url.rstrip("/")], capture_output=True, text=True, check=False, timeout=60,
+            env={**os.environ, "PYTHONPATH": paths},
+        )  # fmt: skip
+        assert ran.returncode == 0, ran.stdout + ran.stderr
+        assert 19 < float(ran.stdout) < 21

@@ -1,0 +1,97 @@
+"""What is installed from the wheel alone, without Node and without the checkout, serves the demo with its page."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+from urllib.parse import urljoin
+
+import httpx
+import pytest
+
+ROOT: Final = Path(__file__).parents[2]
+VERSIONS: Final = ("3.11", "3.12", "3.13")
+"""As pyproject.toml says."""
+
+
+def find_python(version: str) -> str | None:
+    """A Python of that version: this one, one on the PATH that starts, or one of pyenv."""
+    if version == f"{sys.version_info.major}.{sys.version_info.minor}":
+        return sys.executable
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    others = sorted(str(path / "bin" / "python") for path in pyenv.glob(f"{version}.*"))
+    for each in (shutil.which(f"python{version}"), *others):
+        if each and subprocess.run([each, "-c", "import venv"], capture_output=True, check=False).returncode == 0:
+            return each
+    return None
+
+
+@pytest.fixture(scope="module")
+def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sdist, and the wheel that is made from it and from nothing else: as `make build` makes them."""
+    assert (ROOT / "web" / "dist" / "index.html").is_file(), "the page is not built: run 'make build'"
+    folder = tmp_path_factory.mktemp("dist")
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(ROOT)]
+    built = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stdout[-2000:] + built.stderr[-2000:]
+    return folder
+
+
+def test_the_sdist_makes_a_wheel_and_both_hold_the_notices(dist: Path) -> None:
+    import tarfile
+    import zipfile
+
+    (sdist,), (wheel,) = dist.glob("*.tar.gz"), dist.glob("*.whl")
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert {"web/dist/index.html", "schemas/parameters.toml", "THIRD_PARTY.md", "server/hatch_build.py"} <= names
+    inside = zipfile.ZipFile(wheel).namelist()
+    assert any(name.endswith(".dist-info/licenses/THIRD_PARTY.md") for name in inside)
+    assert not any("node_modules" in name or "__pycache__" in name for name in [*names, *inside])
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_wheel_runs_the_demo_in_a_fresh_environment_without_node(version: str, dist: Path, tmp_path: Path) -> None:
+    python = find_python(version)
+    if python is None:
+        pytest.skip(f"Python {version} is not installed here")
+    environment = tmp_path / "environment"
+    bare = [python, "-m", "venv", str(environment)]
+    subprocess.run(bare, check=True, env={name: os.environ[name] for name in os.environ if name != "PYTHONPATH"})
+    bin_ = environment / "bin"
+    (wheel,) = dist.glob("*.whl")
+    for what in (("--require-hashes", "-r", str(ROOT / "requirements.lock")), (str(wheel),)):
+        pip = [str(bin_ / "python"), "-m", "pip", "install", "--quiet", "--no-deps", "--no-compile", *what]
+        installed = subprocess.run(pip, capture_output=True, text=True, check=False)
+        assert installed.returncode == 0, installed.stderr[-2000:]
+    clean = {"PATH": str(bin_), "HOME": str(tmp_path), "LANG": "C.UTF-8"}
+    assert shutil.which("node", path=clean["PATH"]) is None
+    subprocess.run([bin_ / "python", "-m", "pip", "check"], check=True, capture_output=True, env=clean)
+    command = [str(bin_ / "hornbill"), "demo", "--port", "0", "--servos", "2"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=tmp_path, env=clean) as process:
+        try:
+            assert process.stdout is not None
+            found = re.search(r"http://\S+/", process.stdout.readline())
+            assert found is not None
+            _answers(found[0])
+        finally:
+            process.terminate()
+            process.wait(timeout=30)
+    assert not list(tmp_path.glob("hornbill-demo*"))
+
+
+def _answers(url: str) -> None:
+    """REST, the page with each of its first scripts, and the 3D view."""
+    with httpx.Client(base_url=url, timeout=30) as client:
+        assert client.get("/api/v1/health").json()["demo"] is True
+        assert len(client.get("/api/v1/schema").json()["models"]) == 8
+        page = client.get("/")
+        assert "<title>" in page.text
+        assets = re.findall(r'(?:src|href)="([^"]*assets/[^"]+)"', page.text)
+        assert any(name.endswith(".js") for name in assets)
+        for name in assets:
+            assert client.get(urljoin(str(page.url), name)).status_code == 200, name
+        assert client.get("/viser/", follow_redirects=True).status_code == 200

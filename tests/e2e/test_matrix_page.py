@@ -1,0 +1,125 @@
+"""Many servos side by side: who stands out, one cell, a row, a column, the plan, and what became of each."""
+
+import time
+from collections.abc import Iterator
+
+import httpx
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo, running_demo
+
+MODEL = "BLA21-06U-A0"
+
+
+@pytest.fixture(scope="module")
+def demo() -> Iterator[Demo]:
+    """A demo of this file's own, with four servos of one model, one of them with another gain."""
+    with (
+        running_demo("--servos", "1", "--seed", "1") as (_, url),
+        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
+    ):
+        for _ in range(3):
+            api.post("/sim/servos", json={"model": MODEL, "firmware": "1.300"}).raise_for_status()
+        until = time.monotonic() + 60
+        while sum(one["state"] == "ready" for one in api.get("/servos").json()) < 4:
+            assert time.monotonic() < until, "not all servos are ready"
+            time.sleep(0.2)
+        odd = api.get("/servos").json()[2]["uid"]
+        api.put(f"/servos/{odd}/parameters/angle_p_gain", json={"value": 61}).raise_for_status()
+        yield Demo(url, api)
+
+
+@pytest.fixture
+def uids(demo: Demo) -> list[str]:
+    return [one["uid"] for one in demo.api.get("/servos").json()]
+
+
+def held(demo: Demo, uid: str, key: str) -> dict[str, object]:
+    return demo.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]
+
+
+def test_who_differs_from_most_of_its_model_is_marked_by_a_word(page: Page, demo: Demo, uids: list[str]) -> None:
+    page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#angle_p_gain")
+    cell = page.get_by_test_id(f"cell-{uids[2]}-angle_p_gain")
+    expect(cell).to_have_attribute("data-odd", "outlier")
+    expect(cell).to_contain_text("differs")
+    expect(page.get_by_test_id(f"cell-{uids[0]}-angle_p_gain")).not_to_contain_text("differs")
+    page.get_by_role("button", name="Differ").click()
+    expect(page.get_by_test_id("line-angle_p_gain")).to_be_visible()
+    expect(page.get_by_test_id("line-smoothing")).to_have_count(0)
+
+
+def test_by_keyboard_cells_are_reached_edited_and_applied(page: Page, demo: Demo, uids: list[str]) -> None:
+    page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#angle_p_gain")
+    first = page.get_by_test_id(f"cell-{uids[0]}-angle_p_gain")
+    expect(first).to_be_focused()
+    page.keyboard.press("ArrowRight")
+    expect(page.get_by_test_id(f"cell-{uids[1]}-angle_p_gain")).to_be_focused()
+    page.keyboard.press("Enter")
+    page.keyboard.type("33")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id(f"cell-{uids[1]}-angle_p_gain")).to_be_focused()
+    expect(page.get_by_test_id(f"cell-{uids[1]}-angle_p_gain")).to_have_attribute("data-state", "staged")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Enter")
+    page.keyboard.type("9999")
+    page.keyboard.press("Enter")
+    expect(first).to_have_attribute("data-state", "out_of_range")
+    expect(page.get_by_test_id("matrix-bar")).to_contain_text("1 change on 1 servo")
+    expect(page.get_by_test_id("matrix-bar")).to_contain_text("1 needs a look")
+
+    page.get_by_test_id("matrix-review").click()
+    plan = page.get_by_test_id(f"plan-{uids[1]}")
+    expect(plan).to_contain_text("33")
+    assert held(demo, uids[1], "angle_p_gain")["value"] == 40, "a plan writes nothing"
+    page.get_by_test_id("plan-go").click()
+    expect(page.get_by_test_id(f"result-{uids[1]}")).to_have_attribute("data-state", "ok")
+    assert held(demo, uids[1], "angle_p_gain")["value"] == 33
+    page.get_by_test_id("plan-close").click()
+    page.get_by_test_id("matrix-discard").click()
+
+
+def test_a_row_is_set_on_all_and_saved_with_a_result_for_each(page: Page, demo: Demo, uids: list[str]) -> None:
+    page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}")
+    page.get_by_test_id("set-angle_d_gain").click()
+    page.get_by_test_id("set-value").fill("44")
+    page.get_by_test_id("set-go").click()
+    expect(page.get_by_test_id("matrix-bar")).to_contain_text("4 changes on 4 servos")
+    page.get_by_test_id("matrix-review").click()
+    page.get_by_test_id("plan-save").check()
+    expect(page.get_by_test_id("plan-dialog")).to_contain_text("restarts")
+    expect(page.get_by_test_id("plan-go")).to_be_disabled()
+    page.get_by_test_id("plan-free").check()
+    page.get_by_test_id("plan-go").click()
+    for uid in uids:
+        expect(page.get_by_test_id(f"result-{uid}")).to_have_attribute("data-state", "ok", timeout=40_000)
+        expect(page.get_by_test_id(f"result-{uid}")).to_contain_text("read back from ROM")
+        assert held(demo, uid, "angle_d_gain")["rom"] == 44
+    page.get_by_test_id("plan-close").click()
+
+
+def test_a_column_is_copied_to_the_others_but_for_who_they_are(page: Page, demo: Demo, uids: list[str]) -> None:
+    page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}")
+    page.get_by_test_id(f"copy-{uids[2]}").click()
+    page.get_by_test_id("copy-go").click()
+    expect(page.get_by_test_id(f"cell-{uids[3]}-angle_p_gain")).to_contain_text("61")
+    expect(page.get_by_test_id(f"cell-{uids[3]}-angle_p_gain")).to_have_attribute("data-state", "staged")
+    for key in ("servo_id", "node_id", "torque_mode"):
+        expect(page.get_by_test_id(f"cell-{uids[3]}-{key}")).not_to_have_attribute("data-state", "staged")
+    page.get_by_test_id("matrix-discard").click()
+    expect(page.get_by_test_id(f"cell-{uids[3]}-angle_p_gain")).to_contain_text("40")
+
+
+def test_heads_stay_in_sight_on_a_tablet(page: Page, demo: Demo, uids: list[str]) -> None:
+    page.set_viewport_size({"width": 768, "height": 1024})
+    page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#voltage_limit_lower")
+    cell = page.get_by_test_id(f"cell-{uids[0]}-voltage_limit_lower")
+    expect(cell).to_be_focused()
+    for _ in uids:
+        page.keyboard.press("ArrowRight")
+    last = page.get_by_test_id(f"cell-{uids[-1]}-voltage_limit_lower")
+    expect(last).to_be_in_viewport()
+    head = page.get_by_test_id("line-voltage_limit_lower").get_by_role("rowheader")
+    expect(head).to_be_in_viewport(ratio=1)
+    expect(page.get_by_test_id(f"column-{uids[-1]}")).to_be_in_viewport()

@@ -1,0 +1,327 @@
+"""The Motion page: what is held runs only while it is held, servos go together, a sweep ends with who began it."""
+
+import re
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Page, ViewportSize, expect
+
+from e2e.conftest import Demo
+from e2e.test_bus_page import complaints, too_small
+from e2e.test_technician import wait_for
+
+WIDE: ViewportSize = {"width": 1440, "height": 900}
+TABLET: ViewportSize = {"width": 820, "height": 1180}
+"""Without the 3D view, whose software renderer would take the time a heart-beat needs."""
+
+
+ROM = {"speed_torque_control": 1, "timeout_action": 0, "soft_start": 0}
+"""Speed may be commanded, and the servo itself would keep any command for ever."""
+
+
+def made(demo: Demo, label: str, servo_id: int) -> str:
+    """A servo of its own, ready, its position unit known."""
+    body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": servo_id, "rom": ROM}
+    uid = str(demo.api.post("/sim/servos", json=body).json()["uid"])
+    wait_for(lambda: state(demo, uid) == "ready", 25, "the new servo is not ready")
+    demo.api.patch(f"/servos/{uid}", json={"label": label})
+    demo.api.put(f"/servos/{uid}/position-unit", json={"unit": "hundred_degrees"}).raise_for_status()
+    return uid
+
+
+def state(demo: Demo, uid: str) -> str | None:
+    found = demo.api.get(f"/servos/{uid}")
+    return found.json()["state"] if found.is_success else None
+
+
+@pytest.fixture(scope="module")
+def pair(demo: Demo) -> Iterator[tuple[str, str]]:
+    """Two servos of this file alone, gone afterwards."""
+    both = made(demo, "Winch", 61), made(demo, "Boom", 62)
+    yield both
+    for uid in both:
+        demo.api.delete(f"/sim/servos/{uid}")
+
+
+@pytest.fixture
+def winch(pair: tuple[str, str], demo: Demo, page: Page) -> Iterator[str]:
+    """The first of them; afterwards nobody has motion control and nothing runs."""
+    page.set_viewport_size(TABLET)
+    yield pair[0]
+    page.goto(f"{demo.url}records")
+    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+    demo.api.delete("/stop")
+
+
+def raw(demo: Demo, uid: str, key: str) -> object:
+    return demo.api.get(f"/servos/{uid}/parameters/{key}", params={"fresh": "true"}).json()["value"]
+
+
+def speed(demo: Demo, uid: str) -> float:
+    return abs(float(str(raw(demo, uid, "current_speed"))))
+
+
+def angle(demo: Demo, uid: str) -> float:
+    return float(str(raw(demo, uid, "current_angle")))
+
+
+def begin(page: Page, demo: Demo, uid: str, *tab: str) -> None:
+    """Motion is on."""
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("jog-pad")).to_be_visible()
+    for name in tab:
+        page.get_by_role("button", name=name, exact=True).click()
+
+
+def ready_to_hold(page: Page, demo: Demo, uid: str) -> None:
+    begin(page, demo, uid, "Speed")
+    expect(page.get_by_test_id("hold-said")).to_contain_text("turns without end")
+    expect(page.get_by_test_id("hold-cw")).to_be_disabled()
+    page.get_by_test_id("hold-free").check()
+    page.get_by_test_id("hold-value").fill("30")
+
+
+def press(page: Page) -> None:
+    page.get_by_test_id("hold-cw").hover()
+    page.mouse.down()
+    expect(page.get_by_test_id("hold")).to_have_attribute("data-running", "true")
+
+
+def by_pointer_up(page: Page) -> None:
+    page.mouse.up()
+
+
+def by_lost_focus(page: Page) -> None:
+    page.evaluate("window.dispatchEvent(new Event('blur'))")
+
+
+def by_pointer_cancel(page: Page) -> None:
+    page.evaluate("window.dispatchEvent(new PointerEvent('pointercancel', {pointerId: 1}))")
+
+
+def by_a_lost_capture(page: Page) -> None:
+    page.evaluate("document.querySelector('[data-testid=hold-cw]').releasePointerCapture(1)")
+
+
+def by_another_key(page: Page) -> None:
+    page.keyboard.press("a")
+
+
+@pytest.mark.parametrize(
+    "release", [by_pointer_up, by_lost_focus, by_pointer_cancel, by_a_lost_capture, by_another_key]
+)
+def test_speed_runs_while_the_button_is_held_and_brakes_however_it_is_let_go(
+    release: Callable[[Page], None], page: Page, demo: Demo, winch: str
+) -> None:
+    ready_to_hold(page, demo, winch)
+    press(page)
+    time.sleep(1.5)  # three times as long as the server would wait for a sign
+    assert speed(demo, winch) > 15
+    release(page)
+    expect(page.get_by_test_id("hold")).to_have_attribute("data-running", "false")
+    wait_for(lambda: speed(demo, winch) < 3, 2, "it turns on")
+    assert [raw(demo, winch, key) for key in ("command_speed", "torque_mode")] == [0, "on"], "it is braked"
+    expect(page.get_by_test_id("motion-band")).to_be_visible()
+
+
+def test_a_hidden_tab_ends_a_run_and_motion(page: Page, demo: Demo, winch: str) -> None:
+    ready_to_hold(page, demo, winch)
+    press(page)
+    time.sleep(0.5)
+    page.evaluate(
+        "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
+        "document.dispatchEvent(new Event('visibilitychange'))"
+    )
+    wait_for(lambda: raw(demo, winch, "torque_mode") == "off", 2, "torque stayed on")
+    wait_for(lambda: speed(demo, winch) < 3, 2, "it turns on")
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text("the tab was hidden")
+
+
+def test_a_page_that_freezes_with_the_button_held_is_braked_by_the_server(page: Page, demo: Demo, winch: str) -> None:
+    ready_to_hold(page, demo, winch)
+    press(page)
+    time.sleep(0.5)
+    assert speed(demo, winch) > 10
+    # its socket stays open, its lease has three seconds to live: the server ends the run after half a second
+    page.evaluate("setTimeout(() => { const end = Date.now() + 2000; while (Date.now() < end); }, 0)")
+    time.sleep(1.2)
+    assert raw(demo, winch, "command_speed") == 0
+    assert speed(demo, winch) < 3
+    page.mouse.up()
+    expect(page.get_by_test_id("hold")).to_have_attribute("data-running", "false")
+    assert speed(demo, winch) < 3
+
+
+def test_a_key_runs_while_it_is_held_and_repeats_change_nothing(page: Page, demo: Demo, winch: str) -> None:
+    ready_to_hold(page, demo, winch)
+    page.get_by_test_id("hold-ccw").focus()
+    page.keyboard.down("ArrowLeft")
+    for _ in range(10):
+        page.keyboard.down("ArrowLeft")  # what a held key repeats
+        time.sleep(0.08)
+    assert raw(demo, winch, "command_speed") == -30
+    assert speed(demo, winch) > 10
+    page.keyboard.up("ArrowLeft")
+    wait_for(lambda: speed(demo, winch) < 3, 2, "it turns on")
+    page.keyboard.down("Enter")
+    expect(page.get_by_test_id("hold")).to_have_attribute("data-running", "true")
+    page.keyboard.press("Escape")
+    wait_for(lambda: raw(demo, winch, "torque_mode") == "off", 2, "Esc is Stop")
+    page.keyboard.up("Enter")
+
+
+def test_where_speed_control_is_off_it_says_so_and_leads_to_the_row(page: Page, demo: Demo, winch: str) -> None:
+    row = f"/servos/{winch}/parameters/speed_torque_control"
+    demo.api.put(row, json={"value": False}).raise_for_status()
+    try:
+        begin(page, demo, winch, "Torque")
+        expect(page.get_by_test_id("hold-no-effect")).to_contain_text("No effect now")
+        page.get_by_role("link", name="Go to 0x25").click()
+        assert page.url.endswith("/parameters#speed_torque_control")
+    finally:
+        wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+        demo.api.put(row, json={"value": True}).raise_for_status()
+
+
+def begin_group(page: Page, demo: Demo, pair: tuple[str, str]) -> None:
+    page.goto(f"{demo.url}servos/{pair[0]}/motion")
+    page.get_by_test_id("group").locator("summary").click()
+    page.get_by_test_id(f"group-{pair[1]}").check()
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("members")).to_be_visible()
+    band = page.get_by_test_id("motion-band")
+    expect(band).to_contain_text("Winch")
+    expect(band).to_contain_text("Boom")
+
+
+def turn(demo: Demo, uid: str, degrees: float) -> None:
+    """By hand, with its torque off."""
+    demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
+    demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": degrees}).raise_for_status()
+    wait_for(lambda: abs(angle(demo, uid) - degrees) < 1, 5, "it was not turned by hand")
+
+
+def test_a_group_goes_to_one_angle_or_keeps_its_distances_and_all_of_it_ends(
+    page: Page, demo: Demo, pair: tuple[str, str], winch: str
+) -> None:
+    turn(demo, winch, 0)
+    begin_group(page, demo, pair)
+    page.get_by_test_id("jog-value").fill("24")
+    page.get_by_test_id("jog-value").press("Enter")
+    for uid in pair:
+        wait_for(lambda uid=uid: abs(angle(demo, uid) - 24) < 1.5, 6, f"{uid} did not go there")
+    assert complaints(page) == []
+
+    # one is turned by hand meanwhile, and the distance is kept from then on
+    page.get_by_test_id("disable-motion").click()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+    assert [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"]
+    turn(demo, pair[1], -10)
+    begin_group(page, demo, pair)
+    page.get_by_role("button", name="Keep distances").click()
+    apart = angle(demo, pair[1]) - angle(demo, pair[0])
+    page.get_by_test_id("jog-step-10").click()
+    wait_for(lambda: abs(angle(demo, pair[0]) - 34) < 2.5, 6, "the first did not go")
+    wait_for(lambda: abs(angle(demo, pair[1]) - angle(demo, pair[0]) - apart) < 2, 6, "the distance is lost")
+
+    # one that falls silent is named, and the others go nowhere
+    demo.api.patch(f"/sim/servos/{pair[1]}", json={"power": "off"})
+    expect(page.get_by_test_id("group-ended")).to_contain_text("Boom", timeout=10_000)
+    expect(page.get_by_test_id("jog-refusal")).to_contain_text("Boom")
+    expect(page.get_by_test_id("jog-step--10")).to_be_disabled()
+    demo.api.patch(f"/sim/servos/{pair[1]}", json={"power": "on"})
+    wait_for(lambda: state(demo, pair[1]) == "ready", 25, "it did not come back")
+    page.get_by_test_id("group-again").click()
+    expect(page.get_by_test_id("group-ended")).to_have_count(0)
+    page.get_by_test_id("jog-step--10").click()
+    wait_for(lambda: abs(angle(demo, pair[0]) - 24) < 2.5, 6, "they do not go together again")
+    page.get_by_test_id("disable-motion").click()
+    wait_for(lambda: [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"], 3, "torque stayed on")
+
+
+def sweep(page: Page, demo: Demo, uid: str, count: str) -> None:
+    turn(demo, uid, 0)
+    begin(page, demo, uid, "Sweep")
+    for key, value in {"from": "-20", "to": "20", "speed": "120", "pause": "0", "count": count}.items():
+        page.get_by_test_id(f"sweep-{key}").fill(value)
+    expect(page.get_by_test_id("sweep-moves")).to_contain_text("Limits")
+    expect(page.get_by_test_id("sweep-start")).to_be_disabled()
+    page.get_by_test_id("sweep-free").check()
+    page.get_by_test_id("sweep-start").click()
+    expect(page.get_by_test_id("sweep-progress")).to_contain_text(f"of {count}")
+
+
+def test_a_sweep_counts_and_ends_by_itself(page: Page, demo: Demo, winch: str) -> None:
+    sweep(page, demo, winch, "2")
+    expect(page.get_by_test_id("sweep-progress")).to_contain_text("1 of 2", timeout=10_000)
+    expect(page.get_by_test_id("sweep-said")).to_contain_text("done: there and back 2 times", timeout=10_000)
+    assert abs(angle(demo, winch) + 20) < 2
+    page.get_by_test_id("sweep-to").fill("400")
+    expect(page.get_by_test_id("sweep-against")).to_be_visible()
+    expect(page.get_by_test_id("sweep-start")).to_be_disabled()
+
+
+def still(demo: Demo, uid: str) -> bool:
+    before = angle(demo, uid)
+    time.sleep(1.0)
+    return abs(angle(demo, uid) - before) < 1.5
+
+
+@pytest.mark.parametrize("end", ["Esc", "leaving", "closing", "button"])
+def test_a_sweep_ends_with_esc_with_leaving_and_with_the_page(end: str, page: Page, demo: Demo, winch: str) -> None:
+    sweep(page, demo, winch, "100")
+    time.sleep(1)
+    if end == "Esc":
+        page.keyboard.press("Escape")
+    elif end == "leaving":
+        page.get_by_role("link", name="Records").click()
+    elif end == "closing":
+        page.goto("about:blank")
+    else:
+        page.get_by_test_id("sweep-end").click()
+        expect(page.get_by_test_id("sweep-said")).to_contain_text("The horn holds where it is")
+        time.sleep(0.7)
+        assert still(demo, winch)
+        assert raw(demo, winch, "torque_mode") == "on"
+        return
+    wait_for(lambda: raw(demo, winch, "torque_mode") == "off", 4, "torque stayed on")
+    assert still(demo, winch)
+
+
+def test_the_dial_is_a_slider_by_keys_and_everything_stays_in_sight(page: Page, demo: Demo, winch: str) -> None:
+    turn(demo, winch, 0)
+    page.set_viewport_size(WIDE)
+    page.goto(f"{demo.url}servos/{winch}/motion")
+    expect(page.get_by_text(re.compile(r"^Live, "))).to_be_visible()  # the renderer has begun, which takes it seconds
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("jog-pad")).to_be_visible()
+    dial = page.get_by_role("slider")
+    expect(dial).to_be_focused()
+    page.keyboard.press("Shift+ArrowRight")
+    page.keyboard.press("ArrowRight")
+    expect(dial).to_have_attribute("aria-valuenow", "11")
+    wait_for(lambda: abs(angle(demo, winch) - 11) < 1, 4, "the arrows did not move it")
+    page.keyboard.press("0")
+    expect(dial).to_have_attribute("aria-valuenow", "0")
+    for size in (WIDE, TABLET):
+        page.set_viewport_size(size)
+        for tab in ("Speed", "Torque", "Sweep", "Angle"):
+            page.get_by_role("button", name=tab, exact=True).click()
+            page.wait_for_timeout(150)
+            assert page.evaluate(CUT) == [], f"{tab} at {size}"
+            assert complaints(page) == []
+            if size is TABLET:
+                assert too_small(page) == []
+
+
+CUT = """() => {
+  const main = document.querySelector('.motion-main');
+  const seen = main.getBoundingClientRect();
+  return [...main.querySelectorAll('button, input, .jog-foot')].filter(each => {
+    const box = each.getBoundingClientRect();
+    return box.width > 0 && (box.bottom > seen.bottom + 0.5 || box.top < seen.top - 0.5);
+  }).map(each => each.textContent || each.dataset.testid);
+}"""
+"""Controls of the pad that one would have to scroll to."""

@@ -1,0 +1,212 @@
+"""The page never lies: what is old is grey, what cannot be done is off, and one panel's failure is that panel's."""
+
+import os
+import re
+import signal
+import time
+from collections.abc import Iterator
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, Route, expect
+
+from e2e.conftest import Demo
+from e2e.servers import Server, running
+from e2e.test_technician import servo_of
+
+STATUS_PERIOD_S = 0.1
+"""A servo tells its angle ten times a second (the Status message)."""
+DRAWN_S = 0.6
+"""Batches on their way (0.1 s), the page's clock (0.2 s), and a picture on a machine with something else to do."""
+WATCHED_HZ = 20
+
+# Notes on the page's own clock when an attribute of an element first becomes what is wanted.
+NOTE = """([selector, attribute, wanted]) => {
+    window.noted = null;
+    const began = performance.now();
+    const look = () => {
+        const one = document.querySelector(selector);
+        const is = attribute === 'disabled' ? one?.disabled : one?.getAttribute(attribute);
+        if (one && String(is) === wanted) window.noted = performance.now() - began;
+        else requestAnimationFrame(look);
+    };
+    look();
+}"""
+
+
+def begin(page: Page, selector: str, attribute: str, wanted: str) -> None:
+    page.evaluate(NOTE, [selector, attribute, wanted])
+
+
+def seconds(page: Page, within_s: float) -> float:
+    """Seconds from `begin` until the attribute was as wanted."""
+    page.wait_for_function("() => window.noted !== null", timeout=within_s * 1000)
+    return page.evaluate("() => window.noted") / 1000
+
+
+@pytest.fixture
+def own(context: BrowserContext) -> Iterator[tuple[Server, Page]]:
+    """A demo that may be stopped and started again, and a page of it."""
+    with running("demo", "--servos", "2", "--seed", "3") as server:
+        server.ready(2)
+        page = context.new_page()
+        page.goto(server.url)
+        expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
+        yield server, page
+
+
+def test_the_angle_of_a_silent_servo_is_grey_at_once(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    page.goto(demo.url)
+    angle = f"[data-testid=servo-row-{uid}] .c-angle"
+    expect(page.locator(angle)).to_have_attribute("data-stale", "false", timeout=10_000)
+    try:
+        begin(page, angle, "data-stale", "true")
+        demo.api.patch(f"/sim/servos/{uid}", json={"mute": True}).raise_for_status()
+        took = seconds(page, 5)
+    finally:
+        demo.api.patch(f"/sim/servos/{uid}", json={"mute": False})
+    assert took < 2 * STATUS_PERIOD_S + DRAWN_S, f"{took:.2f} s"
+    expect(page.locator(angle), "it is back by itself").to_have_attribute("data-stale", "false", timeout=15_000)
+
+
+def test_a_figure_that_is_polled_is_grey_after_two_periods(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    page.goto(f"{demo.url}servos/{uid}/parameters")
+    readout = ".readouts > div:has([data-testid=angle-readout])"
+    expect(page.locator(readout)).to_have_attribute("data-stale", "false", timeout=15_000)
+    page.wait_for_timeout(1500)
+    granted = demo.api.get(f"/servos/{uid}/telemetry").json()["channels"]["current_angle"]["granted_hz"]
+    assert granted >= WATCHED_HZ / 2
+    try:
+        begin(page, readout, "data-stale", "true")
+        demo.api.patch(f"/sim/servos/{uid}", json={"mute": True}).raise_for_status()
+        took = seconds(page, 5)
+    finally:
+        demo.api.patch(f"/sim/servos/{uid}", json={"mute": False})
+    assert took < 2 / granted + DRAWN_S, f"{took:.2f} s at {granted:.0f} Hz"
+    expect(page.locator(readout)).to_have_attribute("data-stale", "false", timeout=15_000)
+
+
+def test_when_the_server_hangs_controls_wait_within_two_seconds_and_go_on_by_themselves(
+    own: tuple[Server, Page],
+) -> None:
+    server, page = own
+    uid = server.ready(2)[0]
+    page.goto(f"{server.url}servos/{uid}/motion")
+    expect(page.get_by_test_id("enable-motion")).to_be_enabled(timeout=15_000)
+    begin(page, "[data-testid=enable-motion]", "disabled", "true")
+    os.kill(server.process.pid, signal.SIGSTOP)
+    try:
+        took = seconds(page, 6)
+        expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "down")
+        expect(page.get_by_test_id("stop")).to_contain_text("NO LINK")
+        expect(page.get_by_text("No link to hornbill for")).to_be_visible()
+        expect(page.locator(".readouts [data-stale=false]")).to_have_count(0)
+    finally:
+        os.kill(server.process.pid, signal.SIGCONT)
+    assert took <= 2.0, f"{took:.2f} s"
+    expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=10_000)
+    expect(page.get_by_test_id("enable-motion")).to_be_enabled(timeout=10_000)
+    expect(page.get_by_test_id("stop")).to_contain_text("STOP")
+
+
+def test_a_server_that_ends_and_comes_back_on_its_port_is_taken_up_again(own: tuple[Server, Page]) -> None:
+    server, page = own
+    rows = page.locator("[data-testid^=servo-row-]")
+    expect(rows).to_have_count(2)
+    port = urlsplit(server.url).port or 0
+    page.evaluate("() => { window.sameOne = true; }")
+    begin(page, "[data-testid=live-state]", "data-state", "down")
+    server.process.kill()
+    server.process.wait(timeout=10)
+    assert seconds(page, 5) <= 2.0
+    expect(page.locator(".c-angle[data-stale=false]"), "nothing is shown as fresh").to_have_count(0)
+
+    with running("demo", "--servos", "4", "--seed", "3", port=port) as again:
+        expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=10_000)
+        again.ready(4)
+        expect(rows).to_have_count(4, timeout=15_000)
+        expect(page.locator(".c-angle[data-stale=false]")).to_have_count(4, timeout=15_000)
+        assert page.evaluate("() => window.sameOne") is True, "the page was not loaded again"
+
+
+def alive(page: Page) -> None:
+    """The frame works, whatever became of a page: bar, Stop, rail."""
+    expect(page.get_by_test_id("stop")).to_be_enabled()
+    expect(page.get_by_test_id("bar-bus")).to_contain_text("Active")
+    expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
+
+
+def test_a_part_that_cannot_be_fetched_says_so_and_everything_else_goes_on(context: BrowserContext, demo: Demo) -> None:
+    page = context.new_page()  # not watched: the console tells of the failure, as it should
+    page.route("**/assets/faults-*.js", lambda route: route.abort())
+    page.goto(demo.url)
+    page.get_by_role("link", name="Faults").first.click()
+    expect(page.get_by_role("alert").filter(has_text="could not be loaded")).to_be_visible()
+    alive(page)
+    page.get_by_role("link", name="Bus").first.click()
+    expect(page.get_by_test_id("monitor")).to_be_visible()
+    page.get_by_role("link", name="Servos").first.click()
+    expect(page.locator("[data-testid^=servo-row-]").first).to_be_visible()
+
+
+def test_a_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(context: BrowserContext, demo: Demo) -> None:
+    page = context.new_page()
+    broken = (
+        "let n = 0; export function FaultsPage() { if (n++ === 0) throw new Error('broken here'); return 'mended'; }"
+    )
+
+    def answer(route: Route) -> None:
+        route.fulfill(body=broken, content_type="text/javascript")
+
+    page.route(re.compile(r"/assets/faults-.*\.js$"), answer)
+    page.goto(demo.url + "faults")
+    failed = page.get_by_test_id("panel-failed")
+    expect(failed).to_contain_text("broken here")
+    alive(page)
+    failed.get_by_role("button").click()
+    expect(page.get_by_role("main")).to_contain_text("mended")
+    page.get_by_role("link", name="Servos").first.click()
+    expect(page.locator("[data-testid^=servo-row-]").first).to_be_visible()
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "where", "says", "works"),
+    [
+        ("**/api/v1/bus/doctor*", "bus", ".doctor .refusal", "[data-testid=frames]"),
+        ("**/api/v1/inventory", "records", ".c-note.bad", "[data-testid=records-page] h1"),
+        ("**/api/v1/audit*", "records#audit", ".c-note.bad", "[data-testid=audit-servo]"),
+        ("**/api/v1/commissioning/candidates", "commission", ".notice-line, .refusal", "[data-testid=commission-page]"),
+    ],
+)
+def test_an_endpoint_that_fails_is_told_where_it_matters_and_nowhere_else(
+    context: BrowserContext, demo: Demo, endpoint: str, where: str, says: str, works: str
+) -> None:
+    page = context.new_page()
+    problem = {"type": "about:blank", "title": "Internal", "status": 500, "code": "internal", "detail": "Disk is full."}
+    page.route(endpoint, lambda route: route.fulfill(status=500, json=problem, content_type="application/problem+json"))
+    page.goto(demo.url + where)
+    expect(page.locator(says).first).to_contain_text("Disk is full.")
+    expect(page.locator(works).first).to_be_visible()
+    alive(page)
+
+
+def test_what_the_servo_refuses_says_why_and_what_to_do(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    held = demo.api.get(f"/servos/{uid}/parameters/angle_p_gain").json()["value"]
+    demo.api.patch(f"/sim/servos/{uid}", json={"refuse_keys": ["angle_p_gain"]}).raise_for_status()
+    try:
+        answer = demo.api.put(f"/servos/{uid}/parameters/angle_p_gain", json={"value": held + 1})
+        assert answer.is_error
+        assert "angle_p_gain" in answer.json()["detail"]
+        page.goto(f"{demo.url}servos/{uid}/motion")
+        demo.api.post("/stop").raise_for_status()
+        expect(page.get_by_test_id("enable-motion")).to_be_disabled()
+        expect(page.get_by_test_id("motion-hindrance")).to_contain_text(re.compile("stop", re.IGNORECASE))
+        expect(page.get_by_test_id("clear-stop")).to_be_visible()
+    finally:
+        demo.api.delete("/stop")
+        demo.api.patch(f"/sim/servos/{uid}", json={"refuse_keys": []})
+    time.sleep(0.1)
+    expect(page.get_by_test_id("enable-motion")).to_be_enabled(timeout=10_000)

@@ -1,0 +1,139 @@
+"""The Parameters page: keys, wheel and slider, help, the question before a dangerous limit, and undo."""
+
+import re
+import time
+from collections.abc import Iterator
+
+import httpx
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo, Watched, running_demo
+
+
+@pytest.fixture(scope="module")
+def demo() -> Iterator[Demo]:
+    """A demo of this file's own: a servo's output is switched off in it."""
+    with (
+        running_demo("--servos", "1", "--seed", "1") as (_, url),
+        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
+    ):
+        until = time.monotonic() + 40
+        while not any(one["state"] == "ready" for one in api.get("/servos").json()):
+            assert time.monotonic() < until, "the servo is not ready"
+            time.sleep(0.2)
+        yield Demo(url, api)
+
+
+@pytest.fixture
+def uid(demo: Demo) -> str:
+    return demo.api.get("/servos").json()[0]["uid"]
+
+
+def value(demo: Demo, uid: str, key: str) -> object:
+    return demo.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]["value"]
+
+
+def test_keys_step_the_wheel_only_in_the_box_that_has_the_focus_and_escape_takes_back(
+    page: Page, demo: Demo, uid: str
+) -> None:
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
+    box = page.get_by_test_id("input-angle_limit_cw")
+    expect(box).to_be_focused()
+    expect(box).to_have_value("60.0")
+    for keys, shown in (("ArrowUp", "61.0"), ("Shift+ArrowUp", "71.0"), ("Alt+ArrowDown", "70.9")):
+        box.press(keys)
+        expect(box).to_have_value(shown)
+    page.mouse.move(*middle(page, "input-angle_limit_cw"))
+    page.mouse.wheel(0, -100)
+    expect(box).to_have_value("71.9")
+    page.mouse.move(*middle(page, "input-angle_limit_ccw"))
+    page.mouse.wheel(0, 100)
+    page.wait_for_timeout(300)
+    expect(page.get_by_test_id("input-angle_limit_ccw")).to_have_value("−60.0")
+    box.press("Escape")
+    expect(box).to_have_value("60.0")
+    expect(page.get_by_test_id("save-bar")).to_have_count(0)
+    # Esc stops wherever it is pressed: taking back a value is no exception.
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    demo.api.delete("/stop").raise_for_status()
+
+
+def middle(page: Page, testid: str) -> tuple[float, float]:
+    target = page.get_by_test_id(testid)
+    target.scroll_into_view_if_needed()
+    box = target.bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_the_range_can_be_dragged_which_stages_and_sends_nothing(page: Page, demo: Demo, uid: str) -> None:
+    page.goto(f"{demo.url}servos/{uid}/parameters#torque_limit_cw")
+    ruler = page.get_by_test_id("row-torque_limit_cw").locator(".ruler")
+    expect(page.get_by_test_id("input-torque_limit_cw")).to_have_value("100")
+    at = ruler.bounding_box()
+    assert at is not None
+    page.mouse.move(at["x"] + 8 + 112, at["y"] + 13)
+    page.mouse.down()
+    page.mouse.move(at["x"] + 8 + 56, at["y"] + 13, steps=5)
+    page.mouse.up()
+    expect(page.get_by_test_id("input-torque_limit_cw")).to_have_value("50")
+    expect(page.get_by_test_id("row-torque_limit_cw")).to_have_attribute("data-state", "staged")
+    assert value(demo, uid, "torque_limit_cw") == 100
+    page.get_by_test_id("discard").click()
+
+
+def test_help_of_a_row_is_opened_by_keyboard_and_names_register_section_and_raw(
+    page: Page, demo: Demo, uid: str
+) -> None:
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
+    page.get_by_test_id("help-angle_limit_cw").focus()
+    page.keyboard.press("Enter")
+    row = page.get_by_test_id("row-angle_limit_cw")
+    expect(row).to_contain_text("Furthest clockwise an angle command can go")
+    expect(row).to_contain_text("0x38 (index 56), section 4.31")
+    expect(page.get_by_test_id("raw-angle_limit_cw")).to_have_text("600")
+
+
+def test_expert_rows_are_folded_with_what_they_are(page: Page, demo: Demo, uid: str) -> None:
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
+    expect(page.get_by_test_id("experts")).to_contain_text("Speed P gain")
+    expect(page.get_by_test_id("row-speed_p_gain")).to_have_count(0)
+    page.get_by_test_id("unfold-expert").click()
+    expect(page.get_by_test_id("input-speed_p_gain")).to_be_disabled()
+    page.get_by_test_id("unlock-expert").click()
+    expect(page.get_by_test_id("input-speed_p_gain")).to_be_enabled()
+
+
+def test_a_limit_that_would_switch_the_servo_off_is_asked_about_written_and_undone(
+    page: Page, demo: Demo, uid: str, watched: Watched
+) -> None:
+    page.goto(f"{demo.url}servos/{uid}/parameters#voltage_limit_lower")
+    box = page.get_by_test_id("input-voltage_limit_lower")
+    expect(box).to_have_value("4.0")
+    box.fill("7.2")
+    box.press("Enter")
+    page.get_by_test_id("apply").click()
+    dialog = page.get_by_test_id("ask-back")
+    expect(dialog).to_contain_text(re.compile(r"could switch the output off at once: the supply is 7\.\d\sV now"))
+    expect(dialog).not_to_contain_text("confirm:")
+    expect(page.get_by_test_id("ask-back-go")).to_be_disabled()
+
+    # no: nothing is written, the value stays staged
+    dialog.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_test_id("row-voltage_limit_lower")).to_have_attribute("data-state", "staged")
+    assert value(demo, uid, "voltage_limit_lower") == 4.0
+
+    page.get_by_test_id("apply").click()
+    dialog.get_by_role("checkbox").check()
+    page.get_by_test_id("ask-back-go").click()
+    expect(page.get_by_test_id("row-voltage_limit_lower")).to_have_attribute("data-state", "applied")
+    assert value(demo, uid, "voltage_limit_lower") == 7.2
+
+    page.get_by_test_id("undo").click()
+    expect(page.get_by_test_id("undo-voltage_limit_lower")).to_contain_text("4.0")
+    page.get_by_test_id("undo-go").click()
+    expect(page.get_by_test_id("undo-line")).to_have_count(0)
+    assert value(demo, uid, "voltage_limit_lower") == 4.0
+    # The browser itself says of each refused request that it was refused.
+    watched.complaints[:] = [one for one in watched.complaints if "409" not in one]

@@ -1,0 +1,153 @@
+"""Plots: channels that are asked for and given back, standing still, cursors, files, recordings, several servos."""
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from e2e.conftest import Demo
+from e2e.test_technician import wait_for
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture
+def uid(demo: Demo) -> str:
+    """A servo whose plot is looked at."""
+    return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == "BLA15-12U-A0")
+
+
+def opened(page: Page, demo: Demo, uid: str) -> Locator:
+    page.goto(f"{demo.url}servos/{uid}/parameters")
+    plot = page.get_by_test_id("plot-angle")
+    plot.locator("canvas").first.wait_for()
+    expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 20"))
+    page.wait_for_timeout(3000)
+    return plot
+
+
+def wished(demo: Demo, uid: str) -> set[str]:
+    wishes = demo.api.get(f"/servos/{uid}/telemetry").json()["wishes"]
+    return {key for one in wishes for key in one["channels"]}
+
+
+def drag(page: Page, plot: Locator, start: float, end: float) -> None:
+    face = plot.locator(".u-over").first.bounding_box()
+    assert face is not None
+    y = face["y"] + face["height"] / 2
+    page.mouse.move(face["x"] + face["width"] * start, y)
+    page.mouse.down()
+    page.mouse.move(face["x"] + face["width"] * end, y, steps=6)
+    page.mouse.up()
+
+
+def test_a_channel_that_is_chosen_gets_a_lane_and_is_polled_until_it_is_left(page: Page, demo: Demo, uid: str) -> None:
+    plot = opened(page, demo, uid)
+    expect(plot).to_have_attribute("data-lanes", "1")
+    page.get_by_test_id("plot-channels").click()
+    page.get_by_test_id("plot-channel-command_torque").check()
+    expect(plot).to_have_attribute("data-lanes", "2")
+    wait_for(lambda: "command_torque" in wished(demo, uid), 5, "the channel is not asked for")
+    page.get_by_test_id("plot-hz").select_option("50")
+    expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 50"))
+    page.get_by_test_id("plot-channel-command_torque").uncheck()
+    page.get_by_test_id("plot-hz").select_option("20")
+    expect(plot).to_have_attribute("data-lanes", "1")
+    wait_for(lambda: "command_torque" not in wished(demo, uid), 5, "the channel is not given back")
+    page.get_by_role("link", name="Records").click()
+    wait_for(lambda: "current_speed" not in wished(demo, uid), 5, "leaving gives nothing back")
+
+
+def test_a_part_is_enlarged_by_dragging_and_exported_as_it_is_seen(page: Page, demo: Demo, uid: str) -> None:
+    plot = opened(page, demo, uid)
+    expect(page.get_by_test_id("plot-live")).to_have_count(0)
+    drag(page, plot, 0.8, 0.6)
+    expect(page.get_by_test_id("plot-live")).to_have_text("Back to live")
+    with page.expect_download() as kept:
+        page.get_by_test_id("plot-csv").click()
+    assert re.fullmatch(r"hornbill-[\w.-]+-\d{4}-\d\d-\d\d-\d{6}\.csv", kept.value.suggested_filename)
+    rows = list(csv.DictReader(Path(kept.value.path()).read_text(encoding="utf-8").splitlines()))
+    times = [float(row["t_s"]) for row in rows]
+    assert list(rows[0]) == ["t_utc", "t_s", "current_angle", "command_angle"]
+    assert times == sorted(times)
+    assert 1 < times[-1] - times[0] <= 2.1, "a fifth of ten seconds was chosen; a busy server may sample less"
+    with page.expect_download() as kept:
+        page.get_by_test_id("plot-png").click()
+    assert kept.value.suggested_filename.endswith(".png")
+    assert Path(kept.value.path()).read_bytes().startswith(PNG)
+    page.get_by_test_id("plot-live").click()
+    expect(page.get_by_test_id("plot-live")).to_have_count(0)
+    page.get_by_test_id("plot-window").select_option("300")
+    page.get_by_test_id("plot-pause").click()
+    expect(page.get_by_test_id("plot-live")).to_be_visible()
+
+
+def test_cursors_are_placed_by_pointer_and_moved_by_keys_from_sample_to_sample(
+    page: Page, demo: Demo, uid: str
+) -> None:
+    plot = opened(page, demo, uid)
+    face = plot.locator(".u-over").first
+    box = face.bounding_box()
+    assert box is not None
+    face.click(position={"x": box["width"] * 0.75, "y": 30})
+    first = page.get_by_test_id("plot-cursor-A")
+    expect(first).to_be_visible()
+    face.click(position={"x": box["width"] * 0.95, "y": 30})
+    expect(page.get_by_test_id("plot-delta-t")).to_contain_text("Δt +2.0")
+    expect(page.get_by_test_id("plot-delta-current_angle")).to_contain_text("°")
+    before = float(first.get_attribute("aria-valuenow") or "nan")
+    first.focus()
+    first.press("ArrowRight")
+    first.press("ArrowRight")
+    after = float(first.get_attribute("aria-valuenow") or "nan")
+    assert 0.02 < after - before < 0.3, "two samples of 20 Hz"
+    first.press("Home")
+    expect(first).to_have_attribute("aria-valuenow", "-10")
+    page.get_by_test_id("plot-zoom-cursors").click()
+    page.get_by_test_id("plot-live").click()
+    expect(first).to_have_count(0)
+    # without a pointer
+    page.get_by_test_id("plot-cursors-button").press("Enter")
+    expect(page.get_by_test_id("plot-cursor-B")).to_be_visible()
+
+
+def test_a_recording_is_opened_from_the_disk_and_a_file_that_is_none_is_refused(
+    page: Page, demo: Demo, uid: str, tmp_path: Path
+) -> None:
+    opened(page, demo, uid)
+    page.get_by_test_id("plot-channels").click()
+    wrong = tmp_path / "shopping.csv"
+    wrong.write_text("what,how many\nbread,2\n")
+    page.get_by_test_id("plot-file").set_input_files(wrong)
+    expect(page.get_by_test_id("plot-file-problem")).to_contain_text("no telemetry.csv")
+    right = tmp_path / "telemetry.csv"
+    right.write_bytes(demo.api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 5}).content)
+    page.get_by_test_id("plot-file").set_input_files(right)
+    plot = page.get_by_test_id("plot-recording")
+    plot.locator("canvas").first.wait_for()
+    assert int(plot.get_attribute("data-lanes") or 0) >= 4
+    expect(page.get_by_test_id("plot-live")).to_have_count(0)
+    drag(page, plot, 0.2, 0.6)
+    expect(page.get_by_test_id("plot-live")).to_have_text("Show all")
+    page.get_by_test_id("plot-close-file").click()
+    expect(page.get_by_test_id("plot-angle")).to_be_visible()
+
+
+def test_several_servos_are_drawn_in_one_plot_each_with_its_own_wish(page: Page, demo: Demo) -> None:
+    uids = [one["uid"] for one in demo.api.get("/servos").json()][:3]
+    page.goto(demo.url + "servos")
+    for each in uids:
+        page.get_by_test_id(f"select-{each}").check()
+    page.get_by_test_id("plot-selected").click()
+    plot = page.get_by_test_id("plot-many")
+    plot.locator("canvas").wait_for()
+    expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 50"))
+    page.get_by_test_id(f"many-{uids[1]}").click()
+    expect(page.get_by_test_id(f"many-{uids[1]}")).to_have_attribute("aria-pressed", "true")
+    page.get_by_test_id("many-channel").select_option("current_voltage")
+    wait_for(lambda: all("current_voltage" in wished(demo, one) for one in uids), 5, "a servo is not asked")
+    page.get_by_test_id("plot-selected").click()
+    expect(plot).to_have_count(0)
+    wait_for(lambda: not any("current_voltage" in wished(demo, one) for one in uids), 5, "not given back")

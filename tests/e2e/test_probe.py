@@ -1,0 +1,122 @@
+"""`hornbill probe` finds out what the simulated servo is known to be: every answer is compared with its setting."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from e2e.servers import Server, running
+from hornbill.client import Hornbill
+from hornbill.errors import Conflict, Stopped
+from hornbill.probe.asking import Probe, Probed
+from hornbill.wire.services import GetSetRequest
+
+UNITS = ("hundred_degrees", "radian", "degree", "tenth_degree")
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    with running("demo", "--servos", "5", "--seed", "3") as started:
+        started.ready(5)
+        yield started
+
+
+def answers(probed: Probed) -> dict[str, object]:
+    return {one.key: one.value for one in probed.answers}
+
+
+def quick(seconds: float) -> None:
+    time.sleep(seconds / 3)
+
+
+@pytest.mark.parametrize("place", range(4), ids=UNITS)
+def test_it_tells_each_of_the_four_units_of_a_position(server: Server, place: int) -> None:
+    uid = server.servos()[place]["uid"]
+    server.api.patch(f"/sim/servos/{uid}", json={"position_unit": UNITS[place]}).raise_for_status()
+    server.api.put(f"/servos/{uid}/position-unit", json={"unit": None}).raise_for_status()
+    with Hornbill(server.url) as hornbill:
+        probed = Probe(hornbill, hornbill.find(uid=str(uid)), lambda text: text.startswith("Turn"), sleep=quick).run()
+        assert hornbill.find(uid=str(uid)).read("torque_mode") == "off"
+    assert answers(probed)["position_unit"] == UNITS[place]
+    assert probed.done == ["read", "move"]
+    assert set(probed.left_out) == {"restart", "save"}
+
+
+@pytest.mark.parametrize("usual", [True, False], ids=["as-usual", "otherwise"])
+def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
+    server: Server, tmp_path: Path, usual: bool
+) -> None:
+    uid = str(server.servos()[0]["uid"])  # its node id is its own: asking for one takes a second
+    switches = {"answers_save": usual, "answers_restart": usual, "array_command_shows": usual}
+    body = {"behaviour": switches, "restart_delay_s": 0.3 if usual else 1.2}
+    server.api.patch(f"/sim/servos/{uid}", json=body).raise_for_status()
+    command = [sys.executable, "-m", "hornbill", "probe", uid, "--yes-move", "--json", "--report", tmp_path / "x"]
+    ran = subprocess.run(
+        command, capture_output=True, text=True, check=False, env={**os.environ, "HORNBILL_URL": server.url}
+    )
+    assert ran.returncode == 0, ran.stderr
+    told: dict[str, Any] = json.loads(ran.stdout)
+    assert told["done"] == ["read", "move", "restart", "save"]
+    found = {one["key"]: one["value"] for one in told["answers"]}
+    for name in ("answers_save", "answers_restart"):
+        assert found[name] is usual, name
+    assert found["array_command_shows"] is usual
+    assert found["save_opcode_restarts"] is True
+    assert found["restart_loses_ram"] is True
+    assert found["keeps_node_id"] is True
+    wanted = body["restart_delay_s"]
+    assert isinstance(wanted, float)
+    assert wanted <= found["restart_time_s"] < wanted + 0.3
+    assert wanted + 0.05 <= found["save_time_s"] < wanted + 0.35
+    assert 0.09 < found["status_interval_s"] < 0.11
+    assert 0.9 < found["node_status_interval_s"] < 1.1
+    assert found["status_unused_zero"] is True
+    assert 0.0003 < found["latency_s"] < 0.1
+    servo = server.api.get(f"/servos/{uid}").json()
+    assert found["identity"]["0x53"] == servo["hardware_version"]
+    assert found["refused_rows"] == []
+    markdown = (tmp_path / "x.md").read_text(encoding="utf-8")
+    assert "| Is SAVE answered? | " + ("Yes" if usual else "No") in markdown
+    assert json.loads((tmp_path / "x.json").read_text(encoding="utf-8")) == told
+    assert (tmp_path / "x.log").stat().st_size > 10_000
+
+
+def test_without_consent_nothing_is_written_and_nothing_moves(server: Server, tmp_path: Path) -> None:
+    from hornbill.probe.evidence import Evidence
+    from hornbill.wire.messages import ArrayCommand
+    from hornbill.wire.services import ExecuteOpcodeRequest, RestartNodeRequest
+    from hornbill.wire.value import ValueKind
+
+    with Hornbill(server.url) as hornbill:
+        servo = hornbill.servos()[0]
+        probed = Probe(hornbill, servo, lambda _text: False, sleep=quick).run()
+    assert probed.done == ["read"]
+    (tmp_path / "x.log").write_bytes(probed.recording)
+    seen = Evidence.read(tmp_path / "x.log", range(1, 128)).told
+    asked = [one.structure for one in seen if isinstance(one.structure, GetSetRequest)]
+    assert len(asked) > 50
+    assert all(one.value.kind is ValueKind.EMPTY for one in asked)
+    assert not [
+        one for one in seen if isinstance(one.structure, (ArrayCommand, ExecuteOpcodeRequest, RestartNodeRequest))
+    ]
+
+
+def test_unsaved_values_and_a_stop_keep_it_from_beginning(server: Server) -> None:
+    with Hornbill(server.url) as hornbill:
+        servo = hornbill.servos()[0]
+        before = servo.read("angle_p_gain")
+        assert isinstance(before, int)
+        servo.write("angle_p_gain", before + 1)
+        with pytest.raises(Conflict, match="angle_p_gain"):
+            Probe(hornbill, servo, lambda _text: True).run()
+        servo.write("angle_p_gain", before)
+        hornbill.stop()
+        with pytest.raises(Stopped, match="stop --clear"):
+            Probe(hornbill, servo, lambda _text: True).run()
+        hornbill.clear_stop()

@@ -1,0 +1,102 @@
+"""Records in a browser: deep links, the words of snapshots and audit, a printed report, a bundle played to its end."""
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from e2e.conftest import Demo
+from e2e.servers import Server, running, until
+from e2e.test_bus_page import complaints
+from e2e.test_technician import servo_of, wait_for
+
+
+@pytest.mark.parametrize("part", ["snapshots", "profiles", "reports", "recorder", "audit"])
+def test_every_part_has_an_address_of_its_own(page: Page, demo: Demo, part: str) -> None:
+    page.goto(f"{demo.url}records#{part}")
+    expect(page.get_by_test_id("records-page")).to_have_attribute("data-part", part)
+    page.wait_for_timeout(500)
+    assert complaints(page) == []
+
+
+def test_the_faults_of_one_servo_have_an_address_and_the_way_back_leads_to_all(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-28U-AB")
+    page.goto(f"{demo.url}servos/{uid}/faults")
+    name = demo.api.get(f"/servos/{uid}").json()
+    expect(page.get_by_role("main")).to_contain_text(name["label"] or name["serial"])
+    page.goto(f"{demo.url}faults")
+    page.go_back()
+    expect(page).to_have_url(re.compile(rf"/servos/{uid}/faults$"))
+
+
+def test_snapshots_and_audit_are_told_in_words(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    rows = demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]
+    held = {key: rows[key]["value"] for key in ("angle_limit_cw", "angle_p_gain")}
+    changed = {"angle_limit_cw": held["angle_limit_cw"] - 5, "angle_p_gain": held["angle_p_gain"] - 1}
+    for values in (changed, held):
+        demo.api.patch(f"/servos/{uid}/parameters", json={"values": values}).raise_for_status()
+    page.goto(f"{demo.url}records#snapshots/{uid}")
+    newest = page.get_by_test_id(re.compile(r"^snapshot-\d+$")).first
+    expect(newest).to_contain_text("Before a change of")
+    expect(newest).not_to_contain_text(re.compile("[a-z]_[a-z]"))
+    page.goto(demo.url + "records#audit")
+    table = page.get_by_test_id("audit").locator("tbody")
+    expect(table).to_contain_text("Write")
+    cells = [cell for row in table.locator("tr").all() for cell in row.locator("td").all_inner_texts()[1:2]]
+    assert [cell for cell in cells if re.search("[a-z]_[a-z]", cell)] == []
+
+
+def test_a_report_prints_black_on_white_with_every_fact_and_no_button(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    job = demo.api.post(f"/servos/{uid}/save").json()["id"]
+    wait_for(lambda: demo.api.get(f"/jobs/{job}").json()["state"] == "succeeded", 30, "the save does not end")
+    page.goto(f"{demo.url}records#reports")
+    page.get_by_test_id(f"job-{job}").get_by_role("button").first.click()
+    with page.expect_popup() as opened:
+        page.get_by_test_id("report-html").click()
+    report = opened.value
+    report.emulate_media(media="print", color_scheme="dark")
+    one = demo.api.get(f"/servos/{uid}").json()
+    for fact in (one["serial"], one["uid"], one["firmware"], one["model"]):
+        expect(report.locator("body")).to_contain_text(fact)
+    look = report.evaluate("() => [getComputedStyle(document.documentElement).backgroundColor, "
+                           "getComputedStyle(document.body).color, "
+                           "document.querySelectorAll('button, nav, script').length]")  # fmt: skip
+    assert look == ["rgb(255, 255, 255)", "rgb(20, 25, 27)", 0]
+    wide = report.evaluate("() => document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+    assert wide, "nothing is cut at the right"
+
+
+@pytest.fixture
+def recorded(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
+    """A server with a short bundle, and a page."""
+    with running("demo", "--servos", "2", "--seed", "4") as server:
+        server.ready(2)
+        body = {"reason": "rattled", "before_s": 30}
+        made = server.api.post("/recorder/bundles", params={"wait": True}, json=body)
+        made.raise_for_status()
+        yield server, context.new_page(), made.json()["name"]
+
+
+def test_a_bundle_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded: tuple[Server, Page, str]) -> None:
+    server, page, name = recorded
+    page.goto(f"{server.url}records#recorder/{name}")
+    page.get_by_test_id("bundle-play").click()
+    page.get_by_test_id("play-confirm").click()
+    expect(page).to_have_url(re.compile("/servos$"))
+    assert server.api.get("/bus").json()["address"] == f"bundle:{name}"
+    expect(page.get_by_test_id("bar-bus")).to_contain_text("Active")
+    expect(page.locator(".c-angle[data-stale=false]").first).to_be_visible(timeout=20_000)
+
+    until(lambda: server.api.get("/bus").json()["trouble"] is not None, 60, "the recording does not end")
+    expect(page.get_by_test_id("bar-bus")).to_contain_text("Recording over", timeout=10_000)
+    expect(page.locator(".c-angle[data-stale=false]"), "nothing is fresh any more").to_have_count(0)
+    page.get_by_test_id("bar-bus").click()
+    expect(page.get_by_test_id("bus-trouble")).to_contain_text("Play it again, or connect a bus.")
+    page.get_by_test_id("bus-change").click()
+    page.get_by_test_id("adapter-memory:demo").get_by_role("radio").check()
+    page.get_by_test_id("connect").click()
+    expect(page.get_by_test_id("bar-bus")).to_contain_text("Active", timeout=15_000)
+    server.ready(2)

@@ -1,0 +1,101 @@
+"""The list of servos: order, filter, ticks, and what is done to several at once."""
+
+import re
+import time
+from collections.abc import Iterator
+
+import httpx
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo, running_demo
+
+
+@pytest.fixture(scope="module")
+def demo() -> Iterator[Demo]:
+    """A demo of this file's own: torque is turned off in it."""
+    with (
+        running_demo("--servos", "6", "--seed", "1") as (_, url),
+        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
+    ):
+        until = time.monotonic() + 40
+        while sum(one["state"] == "ready" for one in api.get("/servos").json()) < 6:
+            assert time.monotonic() < until, "not all six servos are ready"
+            time.sleep(0.2)
+        labels = ("Delta", "Alpha", "Echo", "Bravo", "Foxtrot", "Charlie")
+        for one, label in zip(api.get("/servos").json(), labels, strict=True):
+            api.patch(f"/servos/{one['uid']}", json={"label": label}).raise_for_status()
+        yield Demo(url, api)
+
+
+def names(page: Page) -> list[str]:
+    return page.locator(".servo-row .row-link").all_inner_texts()
+
+
+def test_a_press_on_a_column_sorts_and_says_so_by_keyboard_too(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "servos")
+    own = names(page) if page.locator(".servo-row").nth(5).is_visible() else []
+    expect(page.locator(".servo-row")).to_have_count(6)
+    head = page.get_by_role("columnheader", name="Servo", exact=True)
+    expect(head).to_have_attribute("aria-sort", "none")
+    page.get_by_test_id("sort-name").focus()
+    page.keyboard.press("Enter")
+    expect(head).to_have_attribute("aria-sort", "ascending")
+    assert names(page) == ["Alpha", "Bravo", "Charlie", "Delta", "Echo", "Foxtrot"]
+    page.keyboard.press("Enter")
+    expect(head).to_have_attribute("aria-sort", "descending")
+    assert names(page) == ["Foxtrot", "Echo", "Delta", "Charlie", "Bravo", "Alpha"]
+    page.keyboard.press("Enter")
+    expect(head).to_have_attribute("aria-sort", "none")
+    assert names(page) != ["Foxtrot", "Echo", "Delta", "Charlie", "Bravo", "Alpha"]
+    assert own in ([], names(page))
+
+
+def test_the_list_is_narrowed_to_a_model_and_nothing_in_a_row_is_cut(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "servos")
+    expect(page.locator(".servo-row")).to_have_count(6)
+    cut = page.evaluate(
+        """() => [...document.querySelectorAll('.servo-row *')].filter(one =>
+            getComputedStyle(one).textOverflow === 'ellipsis' && one.scrollWidth > one.clientWidth).length"""
+    )
+    assert cut == 0
+    model = demo.api.get("/servos").json()[0]["model"]
+    page.get_by_test_id("filter-model").select_option(model)
+    same = [one for one in demo.api.get("/servos").json() if one["model"] == model]
+    expect(page.locator(".servo-row")).to_have_count(len(same))
+
+
+def test_ticked_servos_are_edited_together_and_their_torque_is_turned_off(page: Page, demo: Demo) -> None:
+    uids = [one["uid"] for one in demo.api.get("/servos").json()][1:3]
+    page.goto(demo.url + "servos")
+    for uid in uids:
+        page.get_by_test_id(f"select-{uid}").focus()
+        page.keyboard.press("Space")
+    bar = page.get_by_test_id("selection-bar")
+    expect(bar).to_contain_text("2 servos selected")
+    assert demo.api.get("/stop").json()["latched"] is False, "Space on a tick is no stop"
+    page.get_by_test_id("torque-off-selected").click()
+    expect(bar).to_contain_text("Torque is off on 2 of them.")
+    for uid in uids:
+        assert demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]["torque_mode"]["value"] == "off"
+
+    page.get_by_test_id("edit-together").click()
+    expect(page).to_have_url(re.compile(rf"/servos/matrix\?uids={uids[0]},{uids[1]}"))
+    expect(page.get_by_test_id("matrix").get_by_role("columnheader")).to_have_count(3)
+    page.go_back()
+    expect(bar).to_contain_text("2 servos selected")
+    page.get_by_test_id("select-none").click()
+    expect(bar).to_have_count(0)
+
+
+def test_a_profile_is_chosen_for_the_ticked_servos(page: Page, demo: Demo) -> None:
+    one, other = demo.api.get("/servos").json()[:2]
+    made = demo.api.put("/profiles/Bench", json={"from_uid": one["uid"]})
+    made.raise_for_status()
+    page.goto(demo.url + "servos")
+    page.get_by_test_id(f"select-{one['uid']}").check()
+    page.get_by_test_id("apply-profile").click()
+    page.get_by_test_id("profile-Bench").click()
+    dialog = page.get_by_test_id("apply-dialog")
+    expect(dialog.get_by_test_id(f"apply-{one['uid']}").get_by_role("checkbox")).to_be_checked()
+    expect(dialog.get_by_test_id(f"apply-{other['uid']}").get_by_role("checkbox")).not_to_be_checked()

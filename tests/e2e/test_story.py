@@ -1,0 +1,196 @@
+"""The whole technician's story: twelve servos out of the bag, a tablet, nothing read beforehand; then keys alone."""
+
+import re
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from e2e.servers import Server, running, serving, until
+from e2e.test_bus_page import complaints, too_small
+
+TABLET = {"width": 820, "height": 1180}
+NAMES = tuple(f"Flap {number}" for number in range(1, 13))
+PROFILE = "Flaps"
+LIMIT = 40.0
+WITHIN_S = 90
+"""How long either story may take."""
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    """A bus without a servo, and the profile the design office made for the rig."""
+    with running(*serving(tmp_path, "--sim-api")) as one:
+        values = {"angle_limit_cw": LIMIT, "angle_limit_ccw": -LIMIT}
+        body = {"values": values, "model": "BLA21-06U-A0", "description": "limits of the rig"}
+        one.api.put(f"/profiles/{PROFILE}", json=body).raise_for_status()
+        yield one
+
+
+def from_the_bag(server: Server, number: int) -> list[str]:
+    """So many new servos are plugged in; their uids."""
+    body = {"model": "BLA21-06U-A0", "firmware": "1.300"}
+    return [server.api.post("/sim/servos", json=body).json()["uid"] for _ in range(number)]
+
+
+def commissioned(server: Server, uids: list[str], names: tuple[str, ...]) -> None:
+    """Every one has an id of its own, a name, and the limits of the profile in ROM."""
+    found = [server.api.get(f"/servos/{uid}").json() for uid in uids]
+    assert sorted(one["label"] for one in found) == sorted(names)
+    ids = [one["servo_id"] for one in found]
+    assert len(set(ids)) == len(uids)
+    assert 0 not in ids
+    for uid in uids:
+        rows = server.api.get(f"/servos/{uid}/parameters").json()["parameters"]
+        assert (rows["angle_limit_cw"]["rom"], rows["angle_limit_ccw"]["rom"]) == (LIMIT, -LIMIT)
+
+
+def test_twelve_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server) -> None:
+    context = browser.new_context(viewport=TABLET, has_touch=True)  # pyright: ignore[reportArgumentType]
+    context.set_default_timeout(15_000)
+    page = context.new_page()
+    told: list[str] = []
+    page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: told.append(str(error)))
+    began = time.monotonic()
+
+    # an empty list that teaches, until servos are plugged in
+    page.goto(server.url)
+    expect(page.get_by_test_id("no-servos")).to_contain_text("0 frames/s")
+    uids = from_the_bag(server, 12)
+    expect(page.locator("[data-testid^=servo-row-]")).to_have_count(12, timeout=25_000)
+
+    # find
+    page.get_by_role("link", name="Commission").tap()
+    expect(page.get_by_test_id("find-count")).to_contain_text("12", timeout=25_000)
+    expect(page.locator("[data-testid^=pick-] input:checked")).to_have_count(12)
+    assert too_small(page) == []
+    page.get_by_test_id("find-go").tap()
+
+    # tell apart and name: one wiggles, all get a name and an id
+    for place, name in enumerate(NAMES):
+        active = page.locator("[data-state=active]")
+        uid = (active.get_attribute("data-testid") or "").removeprefix("unit-")
+        if place == 0:
+            page.get_by_test_id("wiggle").tap()
+            expect(page.get_by_test_id("wiggle-says")).to_have_attribute("data-phase", "moved", timeout=20_000)
+            assert too_small(page) == []
+        page.get_by_test_id("label").fill(name)
+        page.get_by_test_id("give").tap()
+        expect(page.get_by_test_id(f"unit-{uid}")).to_have_attribute("data-state", "given")
+    page.get_by_test_id("identify-go").tap()
+
+    # limits by a profile
+    page.get_by_test_id(f"profile-{PROFILE}").tap()
+    expect(page.get_by_test_id("profile-step")).to_contain_text("40.0°")
+    page.get_by_test_id("profile-go").tap()
+
+    # save: what moves is said first
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
+    page.get_by_test_id("horn-free").check()
+    page.get_by_test_id("start").tap()
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
+
+    # it goes on without the page, and is found again by another browser
+    page.goto(server.url + "servos")
+    other = browser.new_page()
+    other.goto(server.url + "commission")
+    expect(other.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
+    other.close()
+    page.get_by_role("link", name="Commission").tap()
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=60_000)
+    expect(page.locator("[data-verdict=done]")).to_have_count(12)
+    commissioned(server, uids, NAMES)
+    assert complaints(page) == []
+
+    # report
+    with page.expect_download() as kept:
+        page.get_by_test_id("report-csv").tap()
+    table = kept.value.path().read_text(encoding="utf-8")
+    assert [name for name in NAMES if name not in table] == []
+
+    # a move to see that it is well
+    page.get_by_role("link", name="Servos").first.tap()
+    page.locator(f"[data-testid=servo-row-{uids[0]}] a.row-link").tap()
+    page.get_by_role("link", name="Motion").first.tap()
+    page.get_by_test_id("enable-motion").tap()
+    page.get_by_test_id("jog-value").fill("30")
+    page.get_by_test_id("jog-go").tap()
+    until(lambda: abs(server.api.get(f"/sim/servos/{uids[0]}").json()["angle_deg"] - 30) < 1.5, 15, "it does not move")
+    page.get_by_test_id("disable-motion").tap()
+    until(lambda: server.api.get("/leases").json() == [], 10, "motion control is not given back")
+
+    took = time.monotonic() - began
+    context.close()
+    assert told == []
+    assert took < WITHIN_S, f"{took:.0f} s"
+
+
+def tab_to(page: Page, testid: str) -> None:
+    """Presses Tab until the focus is on, or in, what has this test id."""
+    here = f"""() => {{
+        const at = document.activeElement;
+        const found = document.querySelector('[data-testid="{testid}"]');
+        return !!found && (found === at || found.contains(at));
+    }}"""
+    for _ in range(150):
+        if page.evaluate(here):
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"Tab does not lead to {testid}")
+
+
+def press(page: Page, testid: str, key: str = "Enter") -> None:
+    """Goes to something by Tab and presses a key on it."""
+    tab_to(page, testid)
+    expect(page.get_by_test_id(testid)).to_be_enabled()
+    page.keyboard.press(key)
+
+
+def test_the_same_wizard_by_keyboard_alone(page_of: Page, server: Server) -> None:
+    page, names = page_of, NAMES[:4]
+    began = time.monotonic()
+    uids = from_the_bag(server, 4)
+    page.goto(server.url)
+    expect(page.locator("[data-testid^=servo-row-]")).to_have_count(4, timeout=25_000)
+    page.keyboard.press("g")
+    page.keyboard.press("c")
+    expect(page.get_by_test_id("find-count")).to_contain_text("4", timeout=25_000)
+    press(page, "find-go")
+    for place, name in enumerate(names):
+        uid = (page.locator("[data-state=active]").get_attribute("data-testid") or "").removeprefix("unit-")
+        if place == 0:
+            press(page, "wiggle")
+            expect(page.get_by_test_id("wiggle-says")).to_have_attribute("data-phase", "moved", timeout=20_000)
+        page.get_by_test_id("label").evaluate("one => one.ownerDocument.body.focus()")
+        tab_to(page, "label")
+        page.keyboard.type(name)
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id(f"unit-{uid}")).to_have_attribute("data-state", "given")
+    press(page, "identify-go")
+    expect(page.get_by_test_id(f"profile-{PROFILE}")).to_be_visible()
+    tab_to(page, "profile-step")
+    page.keyboard.press("Tab")
+    page.keyboard.press("ArrowDown")
+    expect(page.get_by_test_id(f"profile-{PROFILE}").get_by_role("radio")).to_be_checked()
+    press(page, "profile-go")
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
+    press(page, "horn-free", "Space")
+    press(page, "start")
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=60_000)
+    commissioned(server, uids, names)
+    press(page, "more-servos")
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "find")
+    took = time.monotonic() - began
+    assert took < WITHIN_S, f"{took:.0f} s"
+
+
+@pytest.fixture
+def page_of(browser: Browser) -> Iterator[Page]:
+    """A page without a mouse being used."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    context.set_default_timeout(15_000)
+    yield context.new_page()
+    context.close()

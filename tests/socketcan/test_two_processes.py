@@ -1,0 +1,188 @@
+"""The set-up of compose.yaml on a kernel's CAN: servos and server as two processes, and others who join in.
+
+The words are the compose file's own. What a person does first is done over REST, and candump is the witness.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import can
+import httpx
+import pytest
+
+from hornbill.wire.messages import Health, Mode, NodeStatus
+from socketcan import can_utils
+from socketcan.processes import PATIENCE_S, hornbill, line, until
+
+ROOT: Final = Path(__file__).parents[2]
+SIM, SERVE = (
+    json.loads(each)
+    for each in re.findall(r"command: (\[.*\])$", (ROOT / "compose.yaml").read_text(encoding="utf-8"), re.MULTILINE)
+)
+COUNT: Final = int(SIM[SIM.index("--servos") + 1])
+OURS: Final = 127
+STRANGER: Final = 42
+NODE_STATUS_ID: Final = 0x18015500
+"""Priority 24, data type 341, a message: the source goes into the last seven bits."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Both processes are up, and everybody has been met."""
+
+    api: httpx.Client
+    uids: list[str]
+    """In the order in which the servos' process named them."""
+
+
+@pytest.fixture(scope="module")
+def bench(vcan0: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    assert vcan0 in SIM
+    assert vcan0 in SERVE
+    folder = str(tmp_path_factory.mktemp("data"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HORNBILL_CONTAINER", "1")
+        patch.setenv("HORNBILL_DATA_DIR", folder)
+        with hornbill(*SIM) as servos, hornbill(*SERVE, "--port", "0") as server:
+            uids = [line(servos).split()[0] for _ in range(COUNT)]
+            assert line(server).startswith("hornbill: open http://0.0.0.0:")
+            said = ""
+            while "#token=" not in said:
+                said = line(server)
+            url, _, token = said.strip().partition("#token=")
+            with httpx.Client(
+                base_url=url + "api/v1", timeout=PATIENCE_S, headers={"Authorization": f"Bearer {token}"},
+                limits=httpx.Limits(max_keepalive_connections=0),
+            ) as api:  # fmt: skip
+                until(lambda: _ready(api) >= set(uids), f"all {COUNT} servos are ready")
+                yield Bench(api, uids)
+
+
+def _ready(api: httpx.Client) -> set[str]:
+    return {one["uid"] for one in _json(api.get("/servos")) if one["state"] not in ("identifying", "offline")}
+
+
+def _json(response: httpx.Response) -> Any:
+    assert response.is_success, response.text
+    return response.json()
+
+
+def test_a_demo_told_to_choose_takes_the_kernels_bus_and_says_so(vcan0: str) -> None:
+    with hornbill("demo", "--bus", "auto", "--servos", "2", "--port", "0") as process:
+        found = re.search(r"http://\S+/", line(process))
+        assert found is not None
+        assert line(process).startswith(f"bus: {vcan0}, as vcan0 is up")
+        with httpx.Client(base_url=found[0] + "api/v1", timeout=PATIENCE_S) as api:
+            assert _json(api.get("/bus"))["address"] == vcan0
+            with can.Bus(interface="socketcan", channel="vcan0") as bus:
+                until(lambda: (got := bus.recv(0.1)) is not None and got.is_extended_id, "a frame on the kernel's bus")
+            until(lambda: len(_ready(api)) == 2, "both servos are ready")
+
+
+def test_the_first_start_tells_a_link_and_nobody_else_gets_in(bench: Bench) -> None:
+    stranger = httpx.get(str(bench.api.base_url) + "servos", timeout=PATIENCE_S)
+    assert (stranger.status_code, stranger.json()["code"]) == (401, "unauthorized")
+    assert _json(bench.api.get("/health"))["demo"] is False
+
+
+def test_list_read_change_save_move_and_stop_over_rest_and_candump_sees_it(bench: Bench, tmp_path: Path) -> None:
+    can_utils.needed()
+    log = tmp_path / "candump.log"
+    uid = bench.uids[0]
+    with can_utils.candump(log):
+        found = {one["uid"]: one for one in _json(bench.api.get("/servos"))}
+        assert set(found) == set(bench.uids)
+        node_id = found[uid]["node_id"]
+        read = _json(bench.api.get(f"/servos/{uid}/parameters/angle_limit_cw"))
+        wanted = read["value"] - 5
+        changed = _json(bench.api.patch(f"/servos/{uid}/parameters", json={"values": {"angle_limit_cw": wanted}}))
+        assert changed["outcome"] == "applied"
+        saved = _json(bench.api.post(f"/servos/{uid}/save?wait=true"))
+        assert saved["state"] == "succeeded", saved
+        again = _json(bench.api.get(f"/servos/{uid}/parameters/angle_limit_cw"))
+        assert (again["value"], again["rom"]) == (wanted, wanted)
+
+        lease = _json(bench.api.post("/leases", json={"holder": "bench", "ttl_s": 30}))["id"]
+        headers = {"Lease": lease}
+        order = {"type": "angle", "value": 20, "wait": "settled", "timeout_s": 20, "band_deg": 1.0}
+        moved = _json(bench.api.post(f"/servos/{uid}/command", json=order, headers=headers))
+        assert moved["settled"], moved
+        assert moved["angle_deg"] == pytest.approx(20, abs=1.5)
+        assert {one["uid"] for one in _json(bench.api.post("/stop"))["servos"]} == set(bench.uids)
+        until(lambda: _torque(bench, uid) == "off", "torque is off after a stop")
+        refused = bench.api.post(f"/servos/{uid}/command", json=order, headers=headers)
+        assert (refused.status_code, refused.json()["code"]) == (423, "stopped")
+        _json(bench.api.delete("/stop"))
+    seen = _decoded(log)
+    requests = [one for one in seen if one["source"] == OURS and one["kind"] == "request"]
+    assert {one["type"] for one in requests if one["destination"] == node_id} >= {
+        "uavcan.protocol.param.GetSet", "uavcan.protocol.param.ExecuteOpcode",
+    }  # fmt: skip
+    answering = {one["source"] for one in seen if one["kind"] == "response"}
+    assert {one["node_id"] for one in found.values()} <= answering, "every servo answered the stop"
+
+
+def test_a_python_can_program_joins_hears_the_servos_and_is_listed(bench: Bench) -> None:
+    alive = NodeStatus(1, Health.OK, Mode.OPERATIONAL, 0, 0).encode() + b"\xc0"
+    sources: set[int] = set()
+    with can.Bus(interface="socketcan", channel="vcan0") as bus:
+        period = bus.send_periodic(can.Message(arbitration_id=NODE_STATUS_ID | STRANGER, data=alive), 0.5)
+        nodes = {one["node_id"] for one in _json(bench.api.get("/servos"))}
+
+        def all_heard() -> bool:
+            while (got := bus.recv(0.05)) is not None and not nodes <= sources:
+                if got.arbitration_id & ~0x7F == NODE_STATUS_ID & ~0x7F or got.arbitration_id >> 8 & 0xFFFF == 341:
+                    sources.add(got.arbitration_id & 0x7F)
+            return nodes <= sources
+
+        until(all_heard, "NodeStatus of all servos")
+        until(lambda: STRANGER in {one["node_id"] for one in _nodes(bench)}, "the stranger is listed")
+        period.stop()
+    assert OURS in sources or nodes <= sources
+
+
+def test_the_bus_of_the_compose_file_lives_in_a_namespace_of_its_own_without_privileges(vcan0: str) -> None:
+    """As the containers do: one makes vcan0 with NET_ADMIN alone, and who joins it has no capability at all."""
+    if os.geteuid() != 0 or not all(map(shutil.which, ("unshare", "setpriv", "ip"))):
+        pytest.skip("this takes root, unshare, setpriv and ip")
+    talk = (
+        "import can, os; a, b = (can.Bus(interface='socketcan', channel='vcan0') for _ in 'ab'); "
+        "a.send(can.Message(arbitration_id=7, data=b'hornbill')); got = b.recv(5); "
+        "print(os.getuid(), bytes(got.data).decode()); a.shutdown(); b.shutdown()"
+    )
+    makes = "setpriv --bounding-set=-all,+net_admin --inh-caps=-all,+net_admin docker/vcan-up"
+    script = (
+        f"{makes} & for n in $(seq 100); do ip link show vcan0 2>/dev/null | grep -q '[<,]UP[,>]' && break; "
+        f"sleep 0.1; done; "
+        f"setpriv --reuid=1000 --regid=1000 --clear-groups --bounding-set=-all --inh-caps=-all --no-new-privs "
+        f'"$0" -c "$1"; code=$?; kill %1 2>/dev/null || kill $!; exit $code'
+    )
+    done = subprocess.run(
+        ["unshare", "--net", "sh", "-c", script, sys.executable, talk], cwd=ROOT, capture_output=True, text=True,
+        timeout=PATIENCE_S, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == ["vcan0 is up", "1000 hornbill"]
+
+
+def _torque(bench: Bench, uid: str) -> object:
+    return _json(bench.api.get(f"/servos/{uid}/parameters/torque_mode"))["value"]
+
+
+def _nodes(bench: Bench) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = _json(bench.api.get("/nodes"))
+    return found
+
+
+def _decoded(log: Path) -> list[dict[str, Any]]:
+    command = [sys.executable, "-m", "hornbill", "decode", "--json", str(log)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE_S)
+    return [json.loads(each) for each in done.stdout.splitlines()]

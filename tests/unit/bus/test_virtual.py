@@ -1,0 +1,77 @@
+"""Owns the tests of which virtual CAN interface simulated servos take, and that they take no other."""
+
+import socket
+from pathlib import Path
+
+import pytest
+
+from hornbill.bus import socketcan, virtual
+from hornbill.bus.virtual import find_vcan
+
+
+@pytest.fixture
+def net(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A kernel's list of interfaces, empty; every virtual CAN interface opens."""
+    folder = tmp_path / "net"
+    folder.mkdir()
+    monkeypatch.setattr(socketcan, "NET", folder)
+    return folder
+
+
+def interface(net: Path, name: str, *, place: str = "virtual", up: bool = True) -> None:
+    real = net.parent / "devices" / place / name
+    real.mkdir(parents=True)
+    (real / "type").write_text("280")
+    (real / "flags").write_text("0x40081" if up else "0x40080")
+    (net / name).symlink_to(real)
+
+
+class Opens:
+    """A socket that takes every interface."""
+
+    def __init__(self, *_arguments: int) -> None: ...
+    def __enter__(self) -> "Opens":
+        return self
+
+    def __exit__(self, *_arguments: object) -> None: ...
+    def bind(self, _address: tuple[str]) -> None: ...
+
+
+def test_without_one_the_reason_names_the_commands_that_make_one(net: Path) -> None:
+    address, why = find_vcan()
+    assert address is None
+    assert "ip link add dev vcan0 type vcan" in why or not hasattr(socket, "AF_CAN")
+
+
+@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN exists on Linux only")
+def test_the_first_that_is_up_is_taken(net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(socket, "socket", Opens)
+    interface(net, "vcan0", up=False)
+    interface(net, "vcan1")
+    address, why = find_vcan()
+    assert address == "socketcan:vcan1"
+    assert "vcan1 is up" in why
+
+
+@pytest.mark.skipif(not hasattr(socket, "AF_CAN"), reason="SocketCAN exists on Linux only")
+def test_one_that_is_down_or_does_not_open_is_named(net: Path) -> None:
+    interface(net, "vcan0", up=False)
+    assert find_vcan() == (None, "vcan0 is down (sudo ip link set vcan0 up)")
+    (net / "vcan0" / "flags").write_text("0x40081")
+    address, why = find_vcan()
+    assert address is None, "there is none of that name in the kernel, or of this family"
+    assert why
+
+
+@pytest.mark.parametrize(("name", "place"), [("can0", "platform/spi"), ("vcan0", "usb1"), ("slcan0", "virtual")])
+def test_nothing_with_real_servos_behind_it_is_ever_taken(
+    net: Path, monkeypatch: pytest.MonkeyPatch, name: str, place: str
+) -> None:
+    monkeypatch.setattr(socket, "socket", Opens)
+    interface(net, name, place=place)
+    assert find_vcan()[0] is None
+
+
+def test_where_there_is_no_socketcan_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(socket, "AF_CAN", raising=False)
+    assert virtual.find_vcan() == (None, "SocketCAN exists on Linux only")

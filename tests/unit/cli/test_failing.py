@@ -1,0 +1,59 @@
+"""Owns the tests of exit codes: a script can tell why a command failed, and never takes a failure for success."""
+
+from collections.abc import Iterator
+
+import pytest
+import typer
+
+from hornbill import errors
+from hornbill.cli.failing import Exit, code_of, failures
+from hornbill.client import NoServer
+
+
+def classes(root: type[errors.HornbillError]) -> Iterator[type[errors.HornbillError]]:
+    yield root
+    for child in root.__subclasses__():
+        yield from classes(child)
+
+
+@pytest.mark.parametrize("kind", list(classes(errors.HornbillError)), ids=lambda kind: kind.__name__)
+def test_no_failure_is_a_success(kind: type[errors.HornbillError]) -> None:
+    error = kind("unknown_servo", "x") if kind is errors.Unknown else kind("x")
+    assert code_of(error) not in (Exit.DONE, Exit.USAGE, Exit.INTERRUPTED)
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (NoServer("x", sent=False), Exit.NO_SERVER),
+        (errors.NoAnswer("x"), Exit.NO_ANSWER),
+        (errors.Refused("x"), Exit.REFUSED),
+        (errors.Stopped("x"), Exit.BLOCKED),
+        (errors.Busy("x"), Exit.BLOCKED),
+        (errors.LeaseHeld("x"), Exit.BLOCKED),
+        (errors.BusDisconnected("x"), Exit.BLOCKED),
+        (errors.Unauthorized("x"), Exit.NOT_ALLOWED),
+        (errors.ForbiddenRole("x"), Exit.NOT_ALLOWED),
+        (errors.OutOfRange("x"), Exit.FAILED),
+        (errors.NotAsWanted("x"), Exit.FAILED),
+    ],
+)
+def test_every_kind_of_failure_has_its_number(error: errors.HornbillError, code: Exit) -> None:
+    with pytest.raises(typer.Exit) as caught, failures():
+        raise error
+    assert caught.value.exit_code == code
+
+
+def test_the_numbers_are_those_that_scripts_know() -> None:
+    assert [(one.name, int(one)) for one in Exit] == [
+        ("DONE", 0), ("FAILED", 1), ("USAGE", 2), ("NO_SERVER", 3), ("NO_ANSWER", 4), ("REFUSED", 5), ("BLOCKED", 6),
+        ("NOT_ALLOWED", 7), ("INTERRUPTED", 130),
+    ]  # fmt: skip
+
+
+def test_what_a_server_says_is_printed_with_its_code(capsys: pytest.CaptureFixture[str]) -> None:
+    error = errors.OutOfRange("0 is below the 1 this model allows.")
+    error.status = 422
+    with pytest.raises(typer.Exit), failures():
+        raise error
+    assert capsys.readouterr().err == "out_of_range: 0 is below the 1 this model allows.\n"

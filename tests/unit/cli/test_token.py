@@ -1,0 +1,62 @@
+"""`hornbill token`, and how far `hornbill serve` and `demo` may be reached."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from hornbill.cli import app
+from hornbill.cli.tokens import first_link
+from hornbill.store.store import Store
+from hornbill.store.tokens import digest
+
+RUN = CliRunner()
+
+
+def run(*words: str, code: int = 0, environment: dict[str, str] | None = None) -> tuple[str, str]:
+    """What a command prints and complains, when it ends with `code`."""
+    done = RUN.invoke(app, list(words), env={"HORNBILL_CONTAINER": "0", **(environment or {})})
+    assert done.exit_code == code, f"{done.output} {done.exception!r}"
+    return done.stdout, done.stderr
+
+
+def test_a_token_is_printed_once_and_listed_without_its_secret(tmp_path: Path) -> None:
+    folder = ("--data-dir", str(tmp_path))
+    secret, said = run("token", "add", "rig 3", "--role", "operate", *folder)
+    assert "shown this once" in said
+    listed, _ = run("token", "list", *folder)
+    assert "rig 3" in listed
+    assert "operate" in listed
+    assert secret.strip() not in listed
+    with Store(tmp_path) as store:
+        assert store.tokens.all()[0].digest == digest(secret.strip())
+    assert json.loads(run("token", "list", "--json", *folder)[0])[0].keys() == {
+        "name", "role", "created_at", "last_used_at"
+    }  # fmt: skip
+
+
+def test_a_token_can_be_revoked_and_what_cannot_be_done_says_why(tmp_path: Path) -> None:
+    environment = {"HORNBILL_DATA_DIR": str(tmp_path)}
+    made = json.loads(run("token", "add", "a", "--role", "view", "--json", environment=environment)[0])
+    assert made["token"].startswith("hb_")
+    assert "already" in run("token", "add", "a", "--role", "view", code=1, environment=environment)[1]
+    assert "no name for a token" in run("token", "add", "a/b", "--role", "view", code=1, environment=environment)[1]
+    run("token", "add", "b", "--role", "king", code=2, environment=environment)
+    run("token", "revoke", "a", environment=environment)
+    assert "no token 'a'" in run("token", "revoke", "a", code=1, environment=environment)[1]
+    assert run("token", "list", environment=environment)[0].startswith("No token")
+
+
+@pytest.mark.parametrize("command", ["serve", "demo"])
+@pytest.mark.parametrize("wider", [("--host", "0.0.0.0"), ("--behind-proxy",), ("--allow-host", "bench")])
+def test_nothing_is_opened_to_a_network_without_a_token(tmp_path: Path, command: str, wider: tuple[str, ...]) -> None:
+    _, said = run(command, *wider, "--port", "0", code=2, environment={"HORNBILL_DATA_DIR": str(tmp_path)})
+    assert "without a token" in said
+    assert "--token" in said
+
+
+def test_the_first_link_carries_its_token_where_no_browser_sends_it() -> None:
+    text = first_link("hb_secret", "http", 8000)
+    assert "http://localhost:8000/#token=hb_secret" in text
+    assert first_link(None, "http", 8000) == ""

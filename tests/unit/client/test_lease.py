@@ -1,0 +1,119 @@
+"""Owns the tests of the lease without asyncio: its thread renews it, and it is given back whatever comes."""
+
+import threading
+from typing import Any
+
+import httpx
+import pytest
+
+from hornbill.client import Hornbill
+from hornbill.errors import LeaseHeld, LeaseRequired
+
+
+class Server:
+    """Gives a lease and counts its signs of life; from `lost_after` renewals on it is gone."""
+
+    def __init__(self, lost_after: int | None = None) -> None:
+        self.seen: list[tuple[str, str, str | None]] = []
+        self.renewed = threading.Event()
+        self._lost_after = lost_after
+        self._renewals = 0
+
+    def __call__(self, request: httpx.Request) -> httpx.Response:
+        path = request.url.path.removeprefix("/api/v1")
+        self.seen.append((request.method, path, request.headers.get("Lease")))
+        if request.method == "PUT":
+            self._renewals += 1
+            self.renewed.set()
+            if self._lost_after is not None and self._renewals > self._lost_after:
+                return httpx.Response(404, json={"code": "unknown_lease", "detail": "The lease has ended."})
+        return httpx.Response(200, json={"id": "L1", "holder": "rig"})
+
+    def client(self) -> Hornbill:
+        return Hornbill("http://rig:1", transport=httpx.MockTransport(self))
+
+
+def threads() -> int:
+    return sum(one.name == "hornbill lease" for one in threading.enumerate())
+
+
+def test_it_is_renewed_while_the_program_waits_for_something_else() -> None:
+    server = Server()
+    with server.client() as hornbill, hornbill.lease("rig", ttl_s=0.03):
+        assert server.renewed.wait(5)
+        assert threads() == 1
+    assert threads() == 0
+    assert server.seen[-1][:2] == ("DELETE", "/leases/L1")
+
+
+def test_everything_asked_within_it_carries_it_and_nothing_after() -> None:
+    server = Server()
+    with server.client() as hornbill:
+        with hornbill.lease("rig"):
+            hornbill.ask("POST", "/commands", once=True)
+        hornbill.ask("POST", "/commands", once=True)
+    assert [lease for _, path, lease in server.seen if path == "/commands"] == ["L1", None]
+
+
+def test_it_is_given_back_when_the_block_fails() -> None:
+    server = Server()
+    with server.client() as hornbill:
+        with pytest.raises(ZeroDivisionError), hornbill.lease("rig"):
+            _ = 1 / 0
+        assert hornbill.lease_id is None
+    assert server.seen[-1][:2] == ("DELETE", "/leases/L1")
+    assert threads() == 0
+
+
+def test_a_lease_that_was_lost_on_the_way_fails_the_block() -> None:
+    server = Server(lost_after=0)
+
+    def block(hornbill: Hornbill) -> None:
+        with hornbill.lease("rig", ttl_s=0.03) as lease:
+            for thread in threading.enumerate():
+                if thread.name == "hornbill lease":
+                    thread.join(5)
+            assert lease.lost == "The lease has ended."
+
+    with server.client() as hornbill, pytest.raises(LeaseRequired, match="lost before the end"):
+        block(hornbill)
+    assert ("DELETE", "/leases/L1", None) not in server.seen
+
+
+def test_a_renewal_that_fails_is_not_the_end_and_the_lease_is_given_back() -> None:
+    seen: list[str] = []
+    renewed = threading.Event()
+
+    def troubled(request: httpx.Request) -> httpx.Response:
+        seen.append(request.method)
+        if request.method == "PUT":
+            if seen.count("PUT") > 2:
+                renewed.set()
+            return httpx.Response(503, json={"code": "store_failed", "detail": "The disk is full."})
+        return httpx.Response(200, json={"id": "L1"})
+
+    with Hornbill("http://rig:1", transport=httpx.MockTransport(troubled)) as hornbill:
+        with hornbill.lease("rig", ttl_s=0.03) as lease:
+            assert renewed.wait(5)
+        assert lease.lost is None
+    assert seen[-1] == "DELETE"
+
+
+def test_without_a_beat_there_is_no_thread_and_the_program_renews_by_hand() -> None:
+    server = Server()
+    with server.client() as hornbill, hornbill.lease("rig", beat=False) as lease:
+        assert threads() == 0
+        lease.renew()
+    assert [one[:2] for one in server.seen] == [("POST", "/leases"), ("PUT", "/leases/L1"), ("DELETE", "/leases/L1")]
+
+
+def test_a_lease_somebody_has_says_who() -> None:
+    def held(_request: httpx.Request) -> httpx.Response:
+        facts: dict[str, Any] = {"holder": "bench 2", "expires_in_s": 1.5}
+        return httpx.Response(409, json={"code": "lease_held", "detail": "bench 2 has it.", **facts})
+
+    with Hornbill("http://rig:1", transport=httpx.MockTransport(held)) as hornbill:
+        with pytest.raises(LeaseHeld) as caught, hornbill.lease("rig"):
+            pytest.fail("it was not given")
+        assert caught.value.facts["holder"] == "bench 2"
+        assert hornbill.lease_id is None

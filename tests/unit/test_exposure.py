@@ -1,0 +1,120 @@
+"""How far a server may be reached: this machine without a token, a network never, but for a demo in a container."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hornbill.errors import PortOpenFailed
+from hornbill.exposure import LOCAL, Exposure, NotExposed, decide, in_container, may_open
+from hornbill.settings import Settings
+from hornbill.store.store import Store
+
+OUTSIDE = {"HORNBILL_CONTAINER": "0"}
+INSIDE = {"HORNBILL_CONTAINER": "1"}
+LONG = "long-enough-a-token"
+
+
+def settings(folder: Path, **other: Any) -> Settings:
+    return Settings(data_dir=folder, **other)
+
+
+@pytest.mark.parametrize("demo", [True, False])
+@pytest.mark.parametrize("host", sorted(LOCAL))
+def test_this_machine_needs_no_token(tmp_path: Path, demo: bool, host: str) -> None:
+    assert decide(settings(tmp_path, host=host), demo=demo, environment=OUTSIDE) == Exposure()
+    assert decide(settings(tmp_path, host=host, token="x"), demo=demo, environment=OUTSIDE).required
+
+
+@pytest.mark.parametrize("demo", [True, False])
+@pytest.mark.parametrize(
+    "wider",
+    [{"host": "0.0.0.0"}, {"host": "::"}, {"host": "192.0.2.7"}, {"behind_proxy": True}, {"allow_host": ["bench"]}],
+)
+def test_anything_wider_is_refused_without_a_token_and_says_how_to_make_one(
+    tmp_path: Path, demo: bool, wider: dict[str, Any]
+) -> None:
+    with pytest.raises(NotExposed) as refused:
+        decide(settings(tmp_path, **wider), demo=demo, environment=OUTSIDE)
+    assert ("--token" if demo else "hornbill token add NAME --role admin") in refused.value.detail
+
+
+def test_with_a_token_of_the_data_folder_or_of_the_command_line_it_may_be_wider(tmp_path: Path) -> None:
+    given = decide(settings(tmp_path, host="192.0.2.7", token=LONG), demo=False, environment=OUTSIDE)
+    assert given == Exposure(LOCAL | {"192.0.2.7"}, addresses=True, required=True)
+    with Store(tmp_path) as store:
+        store.tokens.add("me", "admin")
+    wide = settings(tmp_path, host="0.0.0.0", allow_host="Bench.local, rig")
+    kept = decide(wide, demo=False, environment=OUTSIDE)
+    assert kept == Exposure(LOCAL | {"bench.local", "rig"}, addresses=True, required=True)
+
+
+def test_a_token_that_can_be_guessed_opens_no_network(tmp_path: Path) -> None:
+    with pytest.raises(NotExposed, match="7 characters can be guessed"):
+        decide(settings(tmp_path, host="0.0.0.0", token="7 chars"), demo=False, environment=OUTSIDE)
+
+
+def test_an_empty_token_is_a_mistake_and_not_an_open_door() -> None:
+    with pytest.raises(ValueError, match="the token is empty"):
+        Settings.model_validate({"token": " "})
+
+
+def test_a_demo_in_a_container_is_open_to_local_names_and_has_simulated_servos_only(tmp_path: Path) -> None:
+    exposed = decide(settings(tmp_path, host="0.0.0.0"), demo=True, environment=INSIDE)
+    assert exposed == Exposure(simulated_only=True)
+    assert exposed.hosts == LOCAL
+    assert not exposed.addresses
+    with pytest.raises(PortOpenFailed, match="simulated servos only"):
+        may_open(exposed, None, "socketcan:can0")
+    may_open(exposed, None, "memory:demo")
+
+
+def test_a_server_in_a_container_makes_a_token_at_its_first_start_only(tmp_path: Path) -> None:
+    first = decide(settings(tmp_path, host="0.0.0.0"), demo=False, environment=INSIDE)
+    assert first.required
+    assert first.first_token is not None
+    again = decide(settings(tmp_path, host="0.0.0.0"), demo=False, environment=INSIDE)
+    assert again.required
+    assert again.first_token is None
+
+
+def test_over_a_network_only_recordings_of_the_data_folder_are_opened() -> None:
+    network = Exposure(required=True)
+    may_open(network, None, "socketcan:can0")
+    may_open(network, None, "file:run.log")
+    may_open(network, "file:/srv/run.log", "file:/srv/run.log")
+    for address in ("file:/etc/passwd", "file:../../secret.log", "bundle:C:\\x.zip", "file:.."):
+        with pytest.raises(PortOpenFailed):
+            may_open(network, None, address)
+    may_open(Exposure(), None, "file:/home/me/run.log")
+
+
+@pytest.mark.parametrize("address", ["slcan:spy:///dev/null?file=/etc/motd", "serial:socket://192.0.2.1:22"])
+def test_over_a_network_no_adapter_behind_a_url_is_opened(address: str) -> None:
+    with pytest.raises(PortOpenFailed, match="is named at start"):
+        may_open(Exposure(required=True), None, address)
+    with pytest.raises(PortOpenFailed):
+        may_open(Exposure(simulated_only=True), None, address)
+    may_open(Exposure(required=True), address, address)
+    may_open(Exposure(), None, address)
+
+
+@pytest.mark.parametrize(("told", "found"), [("1", True), ("yes", True), ("0", False), ("", False)])
+def test_whether_it_is_a_container_can_be_told(told: str, found: bool) -> None:
+    assert in_container({"HORNBILL_CONTAINER": told}) is found
+
+
+def test_a_certificate_without_its_key_is_refused(tmp_path: Path) -> None:
+    cert = tmp_path / "cert.pem"
+    cert.touch()
+    with pytest.raises(NotExposed, match="--tls-key is missing"):
+        decide(settings(tmp_path, tls_cert=cert), demo=True, environment=OUTSIDE)
+    with pytest.raises(NotExposed, match="there is no file"):
+        decide(settings(tmp_path, tls_cert=cert, tls_key=tmp_path / "none"), demo=True, environment=OUTSIDE)
+
+
+def test_a_sub_path_is_a_plain_path() -> None:
+    assert Settings.model_validate({"root_path": "/bench/hornbill/"}).root_path == "/bench/hornbill"
+    for wrong in ("hornbill", "/a b", '/"><script>', "//evil.example"):
+        with pytest.raises(ValueError, match="root_path"):
+            Settings.model_validate({"root_path": wrong})

@@ -1,0 +1,91 @@
+"""What a page may wish of its frame, and what is refused."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hornbill.view import layout
+from hornbill.view.wish import KEPT, KEY, NotAWish, Wall, Wish, Wishes, read
+
+UID = "0" * 31 + "7"
+
+
+def test_an_empty_object_is_the_usual_wish() -> None:
+    assert read("{}") == Wish()
+
+
+def test_everything_of_a_wish_is_taken_over() -> None:
+    told = {
+        "select": UID, "theme": "light", "quality": "low", "looking": False, "resets": 3,
+        "wall": {"columns": 4, "scale": 0.5, "uids": [UID]},
+        "poses": [{"uid": UID, "name": "Rudder", "series": "BLA15", "angle": 12.5, "command": None}],
+    }  # fmt: skip
+    wish = read(json.dumps(told))
+    assert (wish.selected, wish.dark, wish.quality, wish.looking, wish.resets) == (UID, False, "low", False, 3)
+    assert wish.wall == Wall(4, 0.5, (UID,))
+    assert wish.poses is not None
+    assert (wish.poses[0].name, wish.poses[0].angle_deg, wish.poses[0].command_deg) == ("Rudder", 12.5, None)
+    assert wish.poses[0].stale is False
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"select": "../x"},
+        {"theme": "pink"},
+        {"quality": "highest"},
+        {"command": 90},
+        {"wall": {"columns": 0, "scale": 1.0, "uids": []}},
+        {"wall": {"columns": 4, "scale": 1e9, "uids": []}},
+        {"wall": {"columns": 4, "scale": 1.0, "uids": [UID] * 257}},
+        {"poses": [{"uid": UID, "angle": 1e300}]},
+        {"resets": -1},
+        [],
+        "{}",
+    ],
+)
+def test_what_is_no_wish_is_refused(wrong: Any) -> None:
+    with pytest.raises(NotAWish):
+        read(json.dumps(wrong))
+
+
+@given(st.binary(max_size=300))
+def test_no_bytes_do_more_than_be_refused(data: bytes) -> None:
+    try:
+        read(data)
+    except NotAWish:
+        return
+
+
+@pytest.mark.parametrize("key", ["", "abc", "g" * 32, "A" * 32, "a" * 65, "a" * 32 + "\n"])
+def test_a_key_is_hex_and_long(key: str) -> None:
+    assert not KEY.fullmatch(key)
+
+
+def test_each_key_has_a_wish_of_its_own_and_the_oldest_is_forgotten() -> None:
+    wishes = Wishes()
+    assert wishes.of("never") == Wish()
+    wishes.keep("first", Wish(dark=False))
+    for number in range(KEPT):
+        wishes.keep(f"{number}", Wish(resets=number))
+    assert wishes.of("first") == Wish()
+    assert [wishes.of(str(number)).resets for number in (0, KEPT - 1)] == [0, KEPT - 1]
+
+
+def test_the_page_lays_names_over_the_wall_with_the_camera_the_view_has() -> None:
+    """The page computes where a servo of the wall is in the picture: with these numbers, or beside it."""
+    source = Path(__file__).parents[3] / "web" / "src" / "pages" / "wall-projection.ts"
+    text = source.read_text("utf-8")
+    for name, value in (
+        ("CAMERA", layout.WALL_CAMERA_POSITION),
+        ("PITCH", layout.WALL_PITCH),
+        ("FOV_DEG", layout.WALL_CAMERA_FOV_DEG),
+    ):
+        numbers = ", ".join(f"{part:g}" for part in value) if isinstance(value, tuple) else f"{value:g}"
+        said = f"[{numbers}]" if isinstance(value, tuple) else numbers
+        assert f"export const {name} = {said}" in text, f"{name} is {said} in hornbill.view.layout"
+    assert layout.WALL_CAMERA_TARGET == (0.0, 0.0, 0.0)

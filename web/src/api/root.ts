@@ -1,0 +1,24 @@
+/** Owns where this page lives: below which path a proxy shows it, and the token of the link that opened it. */
+
+/** The path everything of hornbill's is below, without a slash at its end: empty unless a proxy adds one. */
+export const ROOT =
+  document.querySelector<HTMLMetaElement>('meta[name="hornbill-root"]')?.content.replace(/\/$/, "") ?? "";
+
+const LINK = /^#token=([^&]+)$/;
+
+/** Taken out of the address at once, so that it is in no history, bookmark or picture of the screen. */
+function takeToken(): string | null {
+  const found = LINK.exec(location.hash)?.[1];
+  if (found === undefined) return null;
+  history.replaceState(null, "", location.pathname + location.search);
+  return decodeURIComponent(found);
+}
+
+let token = takeToken();
+
+/** The token of the link, once. */
+export function linkToken(): string | null {
+  const found = token;
+  token = null;
+  return found;
+}

@@ -1,0 +1,61 @@
+/** Owns the bar of the matrix: what is staged on how many servos, and the ways on. */
+import { all } from "../state/fleet";
+import { stagedOn, wrongOn } from "../state/matrix";
+import { sheetOf } from "../state/parameters";
+import { matrix } from "../text/topics";
+import { Button } from "../ui/button";
+
+const said = matrix.bar;
+
+interface Props {
+  uids: readonly string[];
+  onReview: () => void;
+  onSave: () => void;
+}
+
+export function MatrixBar({ uids, onReview, onSave }: Props) {
+  const values = stagedOn(uids);
+  const count = [...values.values()].reduce((sum, one) => sum + one.size, 0);
+  const bad = wrongOn(uids);
+  const unsaved = all.value.filter(one => uids.includes(one.uid) && one.unsaved.length > 0);
+  const ramOnly = unsaved.reduce((sum, one) => sum + one.unsaved.length, 0);
+  const savable = unsaved.filter(one => one.online).length;
+  if (count + bad + ramOnly === 0) return null;
+  const label = said.label(count, values.size);
+  return (
+    <section class="save-bar" data-testid="matrix-bar" aria-label={label}>
+      <div class="said">
+        <p class="headline">
+          {label}
+          {bad > 0 && <span class="k-failure plain">, {said.wrong(bad)}</span>}
+        </p>
+        <p class="second small">
+          {ramOnly > 0 && `${said.ramOnly(ramOnly)}. `}
+          {bad > 0 && said.never}
+        </p>
+      </div>
+      <Button
+        look="plain"
+        testid="matrix-discard"
+        disabled={count + bad === 0}
+        onClick={() => {
+          for (const uid of uids) {
+            const sheet = sheetOf(uid);
+            sheet.drafts.clear();
+            sheet.setOutcomes([...sheet.outcomes.peek().keys()].map(key => [key, null]));
+          }
+        }}
+      >
+        {said.discard}
+      </Button>
+      <Button look="two" testid="matrix-save" live disabled={savable === 0 || count > 0} onClick={onSave}>
+        {said.save}
+        <small>{said.saveSub(savable)}</small>
+      </Button>
+      <Button look="two primary" testid="matrix-review" live disabled={count === 0} onClick={onReview}>
+        {said.review}
+        <small>{said.reviewSub}</small>
+      </Button>
+    </section>
+  );
+}

@@ -1,0 +1,98 @@
+/** Owns one servo in the dialog of a batch: what is planned for it, and what became of it. */
+import type { BatchOutcome } from "../api/config-types";
+import { addressOf, labelOf, valueText } from "../form/row-text";
+import { nameOf, servo } from "../state/fleet";
+import { asProblem, changed } from "../state/matrix";
+import { sheetOf } from "../state/parameters";
+import { toConfirm } from "../state/records";
+import { text } from "../text";
+import { matrix } from "../text/topics";
+import { Glyph } from "../ui/glyph";
+import { Spinner } from "../ui/icon";
+import { dangerOf } from "./ask-back";
+
+const said = matrix.plan;
+
+export interface Result {
+  state: "working" | "ok" | "failure";
+  text: string;
+}
+
+/** Why a servo is left out, in the page's words. */
+function whyNot(one: BatchOutcome): string {
+  if (!one.problem) return "";
+  const problem = asProblem(one.problem);
+  return toConfirm(problem) === null ? text.problem(problem) : dangerOf(problem);
+}
+
+export function PlannedServo({ one }: { one: BatchOutcome }) {
+  const changes = changed(one.changes);
+  const unit = (key: string) => sheetOf(one.uid).reading(key).value?.unit;
+  return (
+    <section class="m-planned" data-testid={`plan-${one.uid}`} data-outcome={one.outcome}>
+      <h3>
+        {nameOf(servo(one.uid))} <small class="second">{servo(one.uid)?.model}</small>
+      </h3>
+      {one.problem && (
+        <p class="refusal">
+          <Glyph kind="failure" size={14} /> {said.rejected(whyNot(one))}
+        </p>
+      )}
+      {!one.problem && changes.length === 0 && <p class="second">{said.nothing}</p>}
+      {changes.length > 0 && (
+        <table class="changes">
+          <thead class="hidden-head">
+            <tr>
+              <th>{said.head.parameter}</th>
+              <th class="right">{said.head.now}</th>
+              <th class="right">{said.head.target}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {changes.map(change => (
+              <tr key={change.key}>
+                <td>
+                  {labelOf(change.key)} <small class="second">{addressOf(change.key)}</small>
+                </td>
+                <td class="right second">{valueText(change.key, change.before, unit(change.key))} →</td>
+                <td class="right strong k-intent">
+                  {valueText(change.key, change.requested, unit(change.key))}
+                </td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+    </section>
+  );
+}
+
+interface LineProps {
+  uid: string;
+  result: Result | undefined;
+  plan: readonly BatchOutcome[];
+}
+
+export function ResultLine({ uid, result, plan }: LineProps) {
+  const left = plan.find(one => one.uid === uid && one.outcome === "rejected");
+  const shown: Result =
+    result ??
+    (left
+      ? { state: "failure", text: said.rejected(whyNot(left)) }
+      : { state: "working", text: said.working });
+  return (
+    <li data-testid={`result-${uid}`} data-state={shown.state}>
+      {shown.state === "working" ? (
+        <span class="k-intent">
+          <Spinner />
+        </span>
+      ) : (
+        <Glyph kind={shown.state} />
+      )}
+      <span>
+        <b>{nameOf(servo(uid))}</b>
+        <small class="second">{shown.text}</small>
+      </span>
+    </li>
+  );
+}

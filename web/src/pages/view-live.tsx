@@ -1,0 +1,81 @@
+/** Owns the 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. */
+import { useSignal } from "@preact/signals";
+import { age, angle } from "../form/format";
+import { nameOf, servo } from "../state/fleet";
+import { limitsOf } from "../state/here";
+import { up } from "../state/link";
+import { motion } from "../state/motion";
+import { go, pathOf, route } from "../state/route";
+import "../style/view.css";
+import { text } from "../text";
+import { Dial } from "../ui/dial";
+import { liveOf } from "./readouts";
+import { Scene, type SceneState } from "./view-scene";
+import { ViewTools } from "./view-tools";
+
+/** Nothing moves on the picture without data: then it says so. */
+const FROZEN_S = 1;
+
+export function ViewLive({ uid }: { uid: string }) {
+  const state = useSignal<SceneState>("loading");
+  const resets = useSignal(0);
+  const one = servo(uid);
+  const present = liveOf(uid, "current_angle");
+  const limits = limitsOf(uid);
+  const frozen = !up.value || one?.online !== true || present.age === null || present.age > FROZEN_S;
+  const shown = state.value === "shown";
+  return (
+    <section
+      class="view"
+      data-testid="view-frame"
+      data-state={state.value}
+      data-frozen={frozen}
+      data-selected={uid}
+      aria-label={text.view.frame}
+    >
+      <Scene title={text.view.frame} state={state} uid={uid} resets={resets.value} onPick={choose} />
+      {!shown && (
+        <div class="instead">
+          <Dial
+            size={200}
+            angle={present.value ?? one?.angle_deg ?? null}
+            command={one?.command_deg ?? null}
+            limits={limits}
+            stale={frozen}
+            label={text.view.none}
+          />
+        </div>
+      )}
+      {frozen && (
+        <div class="frozen">
+          <span class="chip">
+            {present.age === null ? text.view.noData : text.view.frozen(age(Math.max(present.age, FROZEN_S)))}
+          </span>
+        </div>
+      )}
+      <span class="chip top left">{nameOf(one)}</span>
+      {!frozen && present.age !== null && (
+        <span class="chip top right">{text.view.live(age(present.age))}</span>
+      )}
+      {limits && (
+        <span class="chip bottom left">{text.view.limits(angle(limits.ccw), angle(limits.cw))}</span>
+      )}
+      {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
+      {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
+      {shown && (
+        <ViewTools
+          onReset={() => {
+            resets.value += 1;
+          }}
+        />
+      )}
+    </section>
+  );
+}
+
+/** Shows the page that is open of the servo that was clicked. While motion is on, leaving would end it: not then. */
+function choose(picked: string): void {
+  const here = route.peek();
+  if (picked === here.uid || !servo(picked) || motion.peek().phase !== "off") return;
+  go(pathOf(here.page, picked, here.hash));
+}

@@ -1,0 +1,52 @@
+/** Gaps, and what is read at a cursor: samples that were taken, and nothing between them where none was. */
+import { describe, expect, test } from "vitest";
+import { isGap } from "./draw";
+import { stepFrom, valueAt } from "./reading";
+
+const of = (...times: number[]) => ({
+  t: Float64Array.from(times),
+  v: Float64Array.from(times.map(t => t * 10)),
+});
+const every = (from: number, to: number, step: number) =>
+  Array.from({ length: Math.round((to - from) / step) }, (_, i) => from + i * step);
+
+describe("a gap", () => {
+  test("is where samples lie three times as far apart as their neighbours", () => {
+    const one = of(...every(0, 1, 0.05), ...every(1.6, 2, 0.05));
+    expect(one.t.findIndex((_, i) => i > 0 && isGap(one.t, i))).toBe(20);
+    expect([...one.t].filter((_, i) => i > 0 && isGap(one.t, i))).toHaveLength(1);
+  });
+
+  test("is none where a late answer is a third of a second late, nor where samples are seldom", () => {
+    const late = of(...every(0, 1, 0.05), ...every(1.3, 2, 0.05));
+    expect([...late.t].some((_, i) => i > 0 && isGap(late.t, i))).toBe(false);
+    const seldom = of(0, 5, 10.2, 15.1, 20);
+    expect([...seldom.t].some((_, i) => i > 0 && isGap(seldom.t, i))).toBe(false);
+  });
+
+  test("does not depend on what was asked for: a channel asked for faster from now on has no gaps before", () => {
+    const one = of(0, 2, 4, ...every(6, 7, 0.05));
+    expect([...one.t].some((_, i) => i > 1 && isGap(one.t, i) && (one.t[i] ?? 0) < 6)).toBe(false);
+  });
+});
+
+describe("valueAt", () => {
+  const one = of(...every(0, 1, 0.1), 3, 3.1, 3.2);
+  test("is the nearest sample", () => {
+    expect(valueAt(one, 0.34)).toBeCloseTo(3);
+    expect(valueAt(one, 3.08)).toBeCloseTo(31);
+  });
+  test("is nothing in a gap, nor far from the ends, nor where the servo told nothing", () => {
+    expect(valueAt(one, 2)).toBeNull();
+    expect(valueAt(one, 9)).toBeNull();
+    expect(valueAt({ t: Float64Array.of(1, 2), v: Float64Array.of(1, Number.NaN) }, 2)).toBeNull();
+  });
+});
+
+test("a cursor steps from sample to sample and stops at the ends", () => {
+  const one = of(1, 2, 4);
+  expect(stepFrom(one, 1.1, 1)).toBe(2);
+  expect(stepFrom(one, 2, 10)).toBe(4);
+  expect(stepFrom(one, 2, -10)).toBe(1);
+  expect(stepFrom(of(), 7, 1)).toBe(7);
+});

@@ -1,0 +1,73 @@
+/** Who is signed in: what the server says, the token of a link, and the name we go by. */
+import { beforeEach, describe, expect, test, vi } from "vitest";
+import { look, onSignIn, refused, session, signed, signedOut, signIn } from "./session";
+
+const open = { required: false, name: null, role: "admin", expires_in_s: null };
+const anna = { required: true, name: "anna", role: "operate", expires_in_s: 60 };
+const nobody = { required: true, name: null, role: null, expires_in_s: null };
+
+let answers: [number, unknown][] = [];
+const sent: [string, unknown][] = [];
+
+beforeEach(() => {
+  answers = [];
+  sent.length = 0;
+  session.value = null;
+  signedOut.value = false;
+  refused.value = null;
+  vi.stubGlobal("fetch", (path: string, init: RequestInit) => {
+    sent.push([`${init.method} ${path}`, init.body]);
+    const [status, body] = answers.shift() ?? [500, {}];
+    return Promise.resolve(new Response(JSON.stringify(body), { status }));
+  });
+});
+
+describe("who we are", () => {
+  test("where nobody has to say it, no login is shown and no name put in front", async () => {
+    answers = [[200, open]];
+    await look();
+    expect(signedOut.value).toBe(false);
+    expect(signed("Page 1")).toBe("Page 1");
+  });
+
+  test("without a token where one is needed, the login is shown", async () => {
+    answers = [[200, nobody]];
+    await look();
+    expect(signedOut.value).toBe(true);
+  });
+
+  test("a token lets us in, gives us a name, and tells who waits", async () => {
+    const told = vi.fn();
+    onSignIn(told);
+    answers = [
+      [200, nobody],
+      [200, anna],
+    ];
+    await look();
+    expect(await signIn("hb_x")).toBe(true);
+    expect(sent.at(-1)).toEqual(["POST /api/v1/session", '{"token":"hb_x"}']);
+    expect(signedOut.value).toBe(false);
+    expect(signed("Page 1")).toBe("anna · Page 1");
+    expect(told).toHaveBeenCalledOnce();
+  });
+
+  test("a token that is refused says why, and the login stays", async () => {
+    answers = [
+      [200, nobody],
+      [401, { code: "unauthorized", detail: "No token is like this one." }],
+    ];
+    await look();
+    expect(await signIn("wrong")).toBe(false);
+    expect(refused.value?.code).toBe("unauthorized");
+    expect(signedOut.value).toBe(true);
+  });
+
+  test("when the server does not answer, nobody is signed out", async () => {
+    answers = [[200, anna]];
+    await look();
+    answers = [[502, {}]];
+    await look();
+    expect(session.value?.name).toBe("anna");
+    expect(signedOut.value).toBe(false);
+  });
+});

@@ -1,0 +1,59 @@
+/** Owns the English sentences of what is fetched with the Parameters page: help, confirmation, undo. */
+
+const values = (n: number) => `${n} ${n === 1 ? "value" : "values"}`;
+
+export const words = {
+  help: {
+    open: (row: string) => `What ${row} does`,
+    register: "Register",
+    raw: "Raw",
+    rawNow: (raw: number) => String(raw),
+    unread: "not read",
+    step: "Step",
+    stepOf: (step: string) => `${step} each`,
+    range: "Range",
+    rangeOf: (low: string, high: string) => `${low} to ${high}`,
+    standard: "Default",
+    section: (number: string) => `section ${number} of the servo's specification`,
+    address: (name: string, address: number) => `${name} (index ${address})`,
+    afterRestart: "It takes effect after the next restart.",
+    keys: "↑ ↓ one step of the unit, Shift ten, Alt a tenth. Enter keeps, Esc takes the text back (and stops every servo).",
+    unitFollows: (row: string) => `Its unit follows ${row}.`,
+    origin: "Reading",
+    readAgo: (age: string) => `${age} ago`,
+  },
+
+  fold: {
+    show: (n: number) => `Show ${n} expert ${n === 1 ? "row" : "rows"}`,
+    hide: "Fold",
+    what: (names: string) => `For experts: ${names}.`,
+  },
+
+  confirm: {
+    title: (name: string) => `${name} asks back`,
+    lead: "Nothing was written.",
+    supply: (row: string, wanted: string, reading: string, margin: string) =>
+      `${row} ${wanted} could switch the output off at once: the supply is ${reading} now (±${margin}). A servo whose output is off holds nothing; a load can drop.`,
+    temperature: (row: string, wanted: string, reading: string, margin: string) =>
+      `${row} ${wanted} could switch the output off at once: the temperature is ${reading} now (±${margin}). A servo whose output is off holds nothing; a load can drop.`,
+    unknown: (row: string, wanted: string) =>
+      `${row} ${wanted} could switch the output off at once: what it is compared with is not known. A servo whose output is off holds nothing; a load can drop.`,
+    ticks: {
+      supply: "I checked the supply: this voltage limit is meant",
+      temperature: "I checked the temperature: this limit is meant",
+      torque_off_in_rom: "Torque off in ROM is meant: it holds nothing after a restart",
+    } as Record<string, string>,
+    go: (n: number) => `Write ${values(n)} all the same`,
+  },
+
+  undo: {
+    line: (n: number, at: string) => `${at}: ${values(n)} written to RAM.`,
+    open: "Undo…",
+    dismiss: "Dismiss",
+    title: (n: number, name: string) => `Write ${values(n)} back on ${name}?`,
+    lead: "These values stood in RAM before. They are written to RAM and read back; ROM is not touched.",
+    head: { parameter: "Parameter", now: "Now", before: "Before" },
+    go: (n: number) => `Write ${values(n)} back`,
+    nothing: "It holds all of this already.",
+  },
+};

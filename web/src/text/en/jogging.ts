@@ -1,0 +1,70 @@
+/** Owns the English sentences of the jog pad beyond an angle: hold to run, groups, sweeps. */
+
+const round = (n: number) => (n === 1 ? "once" : `${n} times`);
+
+export const words = {
+  tabs: "What is commanded",
+  tab: { angle: "Angle", speed: "Speed", torque: "Torque", sweep: "Sweep" },
+
+  noEffect: "No effect now: speed and torque control (0x25) is off.",
+  goTo: "Go to 0x25",
+  notThere: (where: string) => `The horn did not come to rest at ${where} in time. The sweep ends here.`,
+  notHere: (firmware: string) =>
+    `Firmware ${firmware} has no speed and torque control (0x25). It came with firmware 1.100.`,
+  alone: "Speed and torque are for one servo. Turn motion off, and on again without the others.",
+  value: { speed: "Speed", torque: "Torque, about" },
+  least: "Enter more than 0. Which way is said by the button.",
+  range: (ccw: string, cw: string) => `Limits: ${ccw} counter-clockwise, ${cw} clockwise.`,
+  hint: {
+    speed: "10 to 150\u202frpm is usual without a load.",
+    torque: "Torque is reckoned from the motor current.",
+  },
+  endless: "The horn turns without end: its angle limits do not hold it here.",
+  free: "The horn can turn on and on without touching anything",
+  ccw: "Counter-clockwise",
+  cw: "Clockwise",
+  hold: "Hold to run",
+  runs: (value: string) => `Runs at ${value}`,
+  released: "Let go: it brakes. It also brakes when this page loses the focus or the link.",
+  keys: "Hold the key, too. Letting go brakes.",
+
+  with: "Move together with",
+  notReady: (name: string) => `${name} is not ready.`,
+  noServoId: (name: string) => `${name} has no servo ID of its own. Give it one, 1 to 254.`,
+  sameServoId: (name: string, other: string, id: number) => `${name} and ${other} share servo ID ${id}.`,
+  unitUnknown: (name: string) =>
+    `What a position means to ${name} is not known for sure yet. Move it alone, off 0°, first.`,
+  firstNot: (why: string) => `No group: ${why}`,
+  enable: (n: number) => `Enable motion for ${n} servos`,
+  manner: "How they go together",
+  same: "One angle",
+  apart: "Keep distances",
+  sameHint: "All go to the one angle that is commanded.",
+  apartHint: "Each keeps its distance from the first.",
+  members: "Servos that move together",
+  silent: (age: string) => `No data for ${age}`,
+  beat: (sent: string, late: string) => `${sent}\u202fHz, ${late} late`,
+  ended: (why: string) => `They hold, and move no more together: ${why}`,
+  again: "Hold together again",
+  noSpan: "No angle is within the limits of all of them.",
+
+  from: "From",
+  to: "To",
+  speed: "At most",
+  pause: "Pause",
+  count: "Times",
+  moves: (from: string, to: string, count: number, speed: string, time: string) =>
+    `The horn goes to ${from}, then to ${to} and back ${round(count)}, at most ${speed}, for about ${time}.`,
+  within: (low: string, high: string) => `Limits ${low} to ${high}.`,
+  sweepFree: "The horn can turn freely over all of that",
+  start: "Start the sweep",
+  stop: "End the sweep",
+  progress: (done: number, count: number) => `${done} of ${count}`,
+  going: (where: string) => `On the way to ${where}`,
+  sweepEnds: "Esc, Stop, leaving or hiding this page ends it with torque off.",
+  sweepEnded: "The sweep ended with motion.",
+  sweepStopped: (done: number) => `The sweep was ended after ${done}. The horn holds where it is.`,
+  sweepDone: (count: number) => `The sweep is done: there and back ${round(count)}.`,
+  sweepFailed: (why: string) => `The sweep ended: ${why}`,
+  seconds: (s: string) => `${s}\u202fs`,
+};

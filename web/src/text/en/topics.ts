@@ -1,0 +1,34 @@
+/** Owns the English sentences of parts of the page that are fetched when first shown: a name for each topic. */
+import { words as api } from "./api";
+import { words as bus } from "./bus";
+import { words as commission } from "./commission";
+import { words as editing } from "./editing";
+import { words as faults } from "./faults";
+import { words as jogging } from "./jogging";
+import { words as keys } from "./keys";
+import { words as login } from "./login";
+import { words as matrix } from "./matrix";
+import { words as plots } from "./plots";
+import { words as recorder } from "./recorder";
+import { words as records } from "./records";
+import { words as takeOver } from "./take-over";
+import { words as tune } from "./tune";
+import { view } from "./view";
+
+export const topics = {
+  api,
+  bus,
+  commission,
+  editing,
+  faults,
+  keys,
+  jogging,
+  login,
+  matrix,
+  plots,
+  recorder,
+  records,
+  takeOver,
+  tune,
+  view,
+};

@@ -1,0 +1,14 @@
+/** Owns the English sentences of the 3D view, and the wall of horns; loaded with them. */
+
+export const view = {
+  frame: "3D view",
+  qualities: { auto: "Quality: auto", high: "Quality: high", low: "Quality: low" },
+  qualityAuto: { high: "Quality: auto, high", low: "Quality: auto, low" },
+  qualityHint: "High draws reflections and shadows. Low is for machines that draw in software.",
+  reset: "Reset view",
+  wall: (count: number) => (count === 1 ? "1 horn" : `${count} horns`),
+  wallOpen: (name: string, angle: string, state: string) => `${name}, ${angle}, ${state}`,
+  wallEmpty: "No servo is known yet. Connect, and each servo appears here with its horn.",
+  wallOld: (angle: string, age: string) => `${angle}, ${age} old`,
+  wallLost: "Frozen. No link to hornbill",
+};

@@ -1,0 +1,39 @@
+/** Owns the Japanese sentences of parts of the page that are fetched when first shown. */
+import { topics as english } from "../en/topics";
+import type { Partly, Topics } from "../language";
+import { whole } from "../whole";
+import { words as api } from "./api";
+import { words as bus } from "./bus";
+import { words as commission } from "./commission";
+import { words as editing } from "./editing";
+import { words as faults } from "./faults";
+import { words as jogging } from "./jogging";
+import { words as keys } from "./keys";
+import { words as login } from "./login";
+import { words as matrix } from "./matrix";
+import { words as plots } from "./plots";
+import { words as recorder } from "./recorder";
+import { words as records } from "./records";
+import { words as takeOver } from "./take-over";
+import { words as tune } from "./tune";
+import { view } from "./view";
+
+export const said = {
+  api,
+  bus,
+  commission,
+  editing,
+  faults,
+  jogging,
+  keys,
+  login,
+  matrix,
+  plots,
+  recorder,
+  records,
+  takeOver,
+  tune,
+  view,
+} satisfies Partly<Topics>;
+
+export const topics = whole(english, said);

@@ -1,0 +1,110 @@
+/** Owns which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
+import type { text } from "./en";
+import type { topics } from "./en/topics";
+
+export type Language = "en" | "ja";
+/** What is said on any page; every catalogue has this shape. */
+export type Text = typeof text;
+/** What is said by parts of the page that are fetched when they are first shown. */
+export type Topics = typeof topics;
+
+/** The shape of a catalogue in another language: the same keys and slots, other words. */
+export type Said<T> = T extends string
+  ? string
+  : T extends (...slots: infer Slots) => infer Sentence
+    ? (...slots: Slots) => Said<Sentence>
+    : { [Key in keyof T]: Said<T[Key]> };
+
+/** A catalogue that may lack words; `whole` puts the English ones there. */
+export type Partly<T> = T extends string
+  ? string
+  : T extends (...slots: infer Slots) => infer Sentence
+    ? (...slots: Slots) => Said<Sentence>
+    : { [Key in keyof T]?: Partly<T[Key]> };
+
+/** How each language calls itself, and where its words are. Only the chosen one is fetched. */
+export const LANGUAGES = {
+  en: {
+    name: "English",
+    text: () => import("./en").then(file => file.text),
+    topics: () => import("./en/topics").then(file => file.topics),
+  },
+  ja: {
+    name: "日本語",
+    text: () => import("./ja").then(file => file.text),
+    topics: () => import("./ja/topics").then(file => file.topics),
+  },
+} as const satisfies Record<
+  Language,
+  { name: string; text: () => Promise<Text>; topics: () => Promise<Topics> }
+>;
+
+const KEY = "hornbill.language";
+
+/** The language chosen here before, else the first of the browser's that there is, else English. */
+export function chosen(): Language {
+  try {
+    const kept = localStorage.getItem(KEY);
+    if (kept === "en" || kept === "ja") return kept;
+  } catch {
+    // Storage may be forbidden; the browser's wish stands then.
+  }
+  for (const wish of navigator.languages) {
+    const plain = wish.slice(0, 2).toLowerCase();
+    if (plain === "en" || plain === "ja") return plain;
+  }
+  return "en";
+}
+
+/** Keeps the choice and loads the page again in it: words are read once, when a part of the page is loaded. */
+export function choose(next: Language): void {
+  if (next === chosen()) return;
+  localStorage.setItem(KEY, next);
+  location.reload();
+}
+
+let known: Text | null = null;
+let knownTopics: Topics | null = null;
+let coming: Promise<void> | null = null;
+
+/** Takes catalogues that are here already; tests begin with it. */
+export function speak(words: Text, more: Topics): void {
+  known = words;
+  knownTopics = more;
+  coming = Promise.resolve();
+}
+
+/** Fetches what every page says in the chosen language; the topics follow while the page starts. */
+export async function startLanguage(): Promise<void> {
+  const language = chosen();
+  document.documentElement.lang = language;
+  const words = LANGUAGES[language].text();
+  coming = LANGUAGES[language].topics().then(found => {
+    knownTopics = found;
+  });
+  coming.catch(() => {
+    // Whoever waits for a topic is told; asked again then.
+    coming = null;
+  });
+  known = await words;
+}
+
+/** Resolves when the topics are here: before any part of the page that is fetched is run. */
+export function topicsLoaded(): Promise<void> {
+  coming ??= LANGUAGES[chosen()].topics().then(found => {
+    knownTopics = found;
+  });
+  return coming;
+}
+
+/** The loaded catalogue. */
+export function loadedText(): Text {
+  if (known === null) throw new Error("Text is used before its language is loaded.");
+  return known;
+}
+
+/** The loaded topics. */
+export function loadedTopics(): Topics {
+  if (knownTopics === null) throw new Error("A topic is used before its language is loaded.");
+  return knownTopics;
+}

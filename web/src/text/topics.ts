@@ -1,0 +1,20 @@
+/** Owns what parts of the page that are fetched when first shown say, in the language chosen at start. */
+import { loadedTopics } from "./language";
+
+export const {
+  api,
+  bus,
+  commission,
+  editing,
+  faults,
+  keys,
+  jogging,
+  login,
+  matrix,
+  plots,
+  recorder,
+  records,
+  takeOver,
+  tune,
+  view,
+} = loadedTopics();
