@@ -1,6 +1,52 @@
 /** Owns the catalogue of everything the page says, in Japanese. */
-import { text as english } from "./en";
-import { said } from "./ja/said";
-import { whole } from "./whole";
 
-export const text = whole(english, said);
+import { frame } from "./ja/frame";
+import { live } from "./ja/live";
+import { parameters } from "./ja/parameters";
+import { servos } from "./ja/servos";
+import { table } from "./ja/table";
+import type { Text } from "./language";
+
+export const text = {
+  name: "hornbill",
+  on: "オン",
+  off: "オフ",
+  cancel: "キャンセル",
+  close: "閉じる",
+  values: n => `${n}件の値`,
+
+  ...frame,
+  ...servos,
+  ...parameters,
+  ...live,
+
+  table,
+
+  problem(problem) {
+    const facts = problem.facts;
+    switch (problem.code) {
+      case "lease_held":
+        return live.motion.heldBy(String(facts.holder ?? "他の人"), facts.expires_in_s);
+      case "stopped":
+        return live.motion.whileStopped;
+      case "bus_disconnected":
+        return "バスに接続していません。アダプターを接続してください。";
+      case "bus_read_only":
+        return "このバスは記録の再生です。何も書き込みません。実際のバスを接続してください。";
+      case "unknown_servo":
+        return "このサーボはもう登録されていません。";
+      case "stale_revision":
+        return "他の人がこのサーボを変更しました。現在の値を確認してから、やり直してください。";
+      case "lease_required":
+        return "先に動作権を取ってください。";
+      case "configuration_lost":
+        return "サーボは保存値を失い、初期値で動いています。記録からスナップショットを復元するか、現在の値を保存してください。";
+      case "no_link":
+        return "hornbillが応答しません。";
+      case "unauthorized":
+        return "トークンが必要です。このページでサインインしてください。";
+      default:
+        return problem.message;
+    }
+  },
+} satisfies Text;

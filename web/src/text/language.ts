@@ -4,9 +4,9 @@ import type { topics } from "./en/topics";
 
 export type Language = "en" | "ja";
 /** What is said on any page; every catalogue has this shape. */
-export type Text = typeof text;
+export type Text = Said<typeof text>;
 /** What is said by parts of the page that are fetched when they are first shown. */
-export type Topics = typeof topics;
+export type Topics = Said<typeof topics>;
 
 /** The shape of a catalogue in another language: the same keys and slots, other words. */
 export type Said<T> = T extends string
@@ -14,13 +14,6 @@ export type Said<T> = T extends string
   : T extends (...slots: infer Slots) => infer Sentence
     ? (...slots: Slots) => Said<Sentence>
     : { [Key in keyof T]: Said<T[Key]> };
-
-/** A catalogue that may lack words; `whole` puts the English ones there. */
-export type Partly<T> = T extends string
-  ? string
-  : T extends (...slots: infer Slots) => infer Sentence
-    ? (...slots: Slots) => Said<Sentence>
-    : { [Key in keyof T]?: Partly<T[Key]> };
 
 /** How each language calls itself, and where its words are. Only the chosen one is fetched. */
 export const LANGUAGES = {

@@ -42,7 +42,7 @@ export const words = {
       supply: "I checked the supply: this voltage limit is meant",
       temperature: "I checked the temperature: this limit is meant",
       torque_off_in_rom: "Torque off in ROM is meant: it holds nothing after a restart",
-    } as Record<string, string>,
+    },
     go: (n: number) => `Write ${values(n)} all the same`,
   },
 

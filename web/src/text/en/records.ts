@@ -110,7 +110,7 @@ export const words = {
       supply: "I checked the supply: the voltage limits suit it",
       temperature: "I checked the temperature limits",
       torque_off_in_rom: "Torque off in ROM is meant: it holds nothing after a restart",
-    } as Record<string, string>,
+    },
   },
 
   drift: {

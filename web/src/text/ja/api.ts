@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the API page; loaded with it. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   title: "API",
@@ -67,4 +67,4 @@ export const words = {
     where: { path: "パス", query: "クエリー", header: "ヘッダー", cookie: "クッキー" },
     list: of => `${of}の配列`,
   },
-} satisfies Partly<Topics["api"]>;
+} satisfies Topics["api"];

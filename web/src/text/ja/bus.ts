@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the Bus page and of Connect; loaded with them. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   title: name => `バス ${name}`.trim(),
@@ -314,4 +314,4 @@ export const words = {
     },
     noBus: "先にバスを接続してください。記録するものがありません。",
   },
-} satisfies Partly<Topics["bus"]>;
+} satisfies Topics["bus"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the Commission page; loaded with it. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   title: "初期設定",
@@ -216,4 +216,4 @@ export const words = {
     held: { rom: "ROM", ram: "RAM", "": "未確認" },
     values: n => `${n}件の値を読み返し`,
   },
-} satisfies Partly<Topics["commission"]>;
+} satisfies Topics["commission"];

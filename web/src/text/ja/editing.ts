@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of what is fetched with the Parameters page: help, confirmation, undo. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 const LOAD = "出力がオフのサーボは何も保持せず、負荷が落ちることがあります。";
 
@@ -54,4 +54,4 @@ export const words = {
     go: n => `${n}件の値を元に戻す`,
     nothing: "既にすべて同じ値です。",
   },
-} satisfies Partly<Topics["editing"]>;
+} satisfies Topics["editing"];

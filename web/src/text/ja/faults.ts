@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the Faults page; loaded with it. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   title: "異常",
@@ -39,4 +39,4 @@ export const words = {
   failed: why => `異常の一部を読み出しまたは確認できません。${why}`,
   again: "再試行",
   open: name => `${name}のパラメーター`,
-} satisfies Partly<Topics["faults"]>;
+} satisfies Topics["faults"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the frame: rail, top bar, Stop, bands, events. */
-import type { Partly, Text } from "../language";
+import type { Text } from "../language";
 
 export const frame = {
   nav: {
@@ -122,4 +122,4 @@ export const frame = {
     hide: "イベントを隠す",
   },
   keys: "キー操作",
-} satisfies Partly<Text>;
+} satisfies Partial<Text>;

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the jog pad beyond an angle: hold to run, groups, sweeps. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   tabs: "指令の種類",
@@ -62,4 +62,4 @@ export const words = {
   sweepDone: count => `往復が完了しました: ${count}回。`,
   sweepFailed: why => `往復を終わりました: ${why}`,
   seconds: s => `${s}\u202fs`,
-} satisfies Partly<Topics["jogging"]>;
+} satisfies Topics["jogging"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese list of keys; loaded with it. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   title: "キー操作",
@@ -24,4 +24,4 @@ export const words = {
   jogEnter: ["Enter", "入力した角度を送る"],
   monitor: ["↑ ↓", "前後の転送へ（モニターにフォーカスがあるとき）"],
   scroll: ["↑ ↓", "スクロール（一覧にフォーカスがあるとき）"],
-} satisfies Partly<Topics["keys"]>;
+} satisfies Topics["keys"];

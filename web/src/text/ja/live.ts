@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the live panel and the Motion page. */
-import type { Partly, Text } from "../language";
+import type { Text } from "../language";
 
 const seconds = (n: unknown) => Math.max(1, Math.ceil(Number(n)));
 
@@ -83,4 +83,4 @@ export const live = {
     questionDo: "動かす",
     limitsUnknown: "このサーボの制限はまだ読み出していません。",
   },
-} satisfies Partly<Text>;
+} satisfies Partial<Text>;

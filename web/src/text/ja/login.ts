@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of signing in and out; loaded with them. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   title: "hornbillにサインイン",
@@ -18,4 +18,4 @@ export const words = {
     admin: "すべての操作",
   },
   leave: "サインアウト",
-} satisfies Partly<Topics["login"]>;
+} satisfies Topics["login"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the matrix, many servos side by side, and of choosing a profile for several. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 const servos = (n: number) => `${n}台`;
 const rows = (n: number) => `${n}項目`;
@@ -102,4 +102,4 @@ export const words = {
     facts: (model, n) => `${model}、${rows(n)}`,
     toProfiles: "プロファイルへ",
   },
-} satisfies Partly<Topics["matrix"]>;
+} satisfies Topics["matrix"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the Parameters page: rows, save bar, dialogs. */
-import type { Partly, Text } from "../language";
+import type { Text } from "../language";
 
 export const parameters = {
   params: {
@@ -152,4 +152,4 @@ export const parameters = {
     },
     liveAngle: angle => `現在${angle}。`,
   },
-} satisfies Partly<Text>;
+} satisfies Partial<Text>;

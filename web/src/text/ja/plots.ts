@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of plots: header, channels, cursors, marks, files. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const words = {
   angle: "角度",
@@ -70,4 +70,4 @@ export const words = {
     write: what => `書き込み ${what}`,
     refused: what => `拒否 ${what}`,
   },
-} satisfies Partly<Topics["plots"]>;
+} satisfies Topics["plots"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the recorder and its bundles; loaded with Records. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 const S = "\u202f";
 
@@ -88,4 +88,4 @@ export const words = {
     kind: { restart: "再起動", opcode: "保存または消去" },
     loading: "バンドルを読み込み中。",
   },
-} satisfies Partly<Topics["recorder"]>;
+} satisfies Topics["recorder"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the Records page and of what somebody else changed; loaded with them. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 const rows = (n: number) => `${n}項目`;
 
@@ -268,4 +268,4 @@ export const words = {
       lapsed: "期限切れ",
     },
   },
-} satisfies Partly<Topics["records"]>;
+} satisfies Topics["records"];

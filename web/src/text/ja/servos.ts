@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the Servos page and of what a servo does. */
-import type { Partly, Text } from "../language";
+import type { Text } from "../language";
 
 export const servos = {
   servos: {
@@ -119,4 +119,4 @@ export const servos = {
       identifying: n => `識別中 ${n}`,
     },
   },
-} satisfies Partly<Text>;
+} satisfies Partial<Text>;

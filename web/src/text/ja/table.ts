@@ -1,5 +1,5 @@
 /** Owns the Japanese names of what the server's tables name in English: parameters, groups, choices, faults. */
-import type { Partly, Text } from "../language";
+import type { Text } from "../language";
 
 const REPAIR = "使用を中止し、修理してください。";
 const AGAIN = `繰り返す場合は${REPAIR}`;
@@ -141,4 +141,4 @@ export const table = {
     watchdog_restart: `プログラムの停止で自動的に再起動しました。${AGAIN}`,
     ram_restart: `メモリーの異常で自動的に再起動しました。${AGAIN}`,
   },
-} satisfies Partly<Text["table"]>;
+} satisfies Text["table"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of getting motion control from somebody else; loaded with them. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 const seconds = (left: number) => `${Math.max(0, Math.ceil(left))}\u202fs`;
 
@@ -23,4 +23,4 @@ export const words = {
   yours: "動作権を取得しました",
   yoursText: "それまで指令されていたサーボのトルクはオフです。動作を有効にするまで何も動きません。",
   giveBack: "返す",
-} satisfies Partly<Topics["takeOver"]>;
+} satisfies Topics["takeOver"];

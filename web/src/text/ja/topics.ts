@@ -1,7 +1,5 @@
 /** Owns the Japanese sentences of parts of the page that are fetched when first shown. */
-import { topics as english } from "../en/topics";
-import type { Partly, Topics } from "../language";
-import { whole } from "../whole";
+import type { Topics } from "../language";
 import { words as api } from "./api";
 import { words as bus } from "./bus";
 import { words as commission } from "./commission";
@@ -18,7 +16,7 @@ import { words as takeOver } from "./take-over";
 import { words as tune } from "./tune";
 import { view } from "./view";
 
-export const said = {
+export const topics = {
   api,
   bus,
   commission,
@@ -34,6 +32,4 @@ export const said = {
   takeOver,
   tune,
   view,
-} satisfies Partly<Topics>;
-
-export const topics = whole(english, said);
+} satisfies Topics;

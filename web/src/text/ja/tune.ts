@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the Tune page; loaded with it. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 const S = "\u202f";
 
@@ -153,4 +153,4 @@ export const words = {
     smoothed: "スムージング（0x22）がオンで、その応答を計測しました。ループ自体を見るにはオフにします。",
     goTo: name => `${name}へ`,
   },
-} satisfies Partly<Topics["tune"]>;
+} satisfies Topics["tune"];

@@ -1,5 +1,5 @@
 /** Owns the Japanese sentences of the 3D view, and the wall of horns; loaded with them. */
-import type { Partly, Topics } from "../language";
+import type { Topics } from "../language";
 
 export const view = {
   frame: "3D表示",
@@ -12,4 +12,4 @@ export const view = {
   wallEmpty: "サーボはまだありません。接続すると、各サーボがホーンとともに現れます。",
   wallOld: (angle, age) => `${angle}、${age}前`,
   wallLost: "静止。hornbillに未接続",
-} satisfies Partly<Topics["view"]>;
+} satisfies Topics["view"];
