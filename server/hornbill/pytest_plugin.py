@@ -103,17 +103,22 @@ def _url(config: pytest.Config) -> str | None:
 
 
 def _under_test(hornbill: "Hornbill", config: pytest.Config) -> "Servo":
-    from hornbill.errors import InvalidValue, Unknown
+    from hornbill.errors import Busy, InvalidValue, Unknown
 
     name = config.getoption("--hornbill-servo")
     if name is None and _url(config) is not None:
         raise InvalidValue("Say which with --hornbill-servo LABEL, SERIAL or UID.")
     until = time.monotonic() + APPEAR_S
+    state = None
     while time.monotonic() < until:
         for one in hornbill.servos():
             if name is None or name in (one.known["label"], one.known["serial"], one.uid):
-                return hornbill.find(uid=one.uid)
+                state = one.known["state"]
+                if state == "ready":
+                    return hornbill.find(uid=one.uid)
         time.sleep(0.1)
+    if state is not None:
+        raise Busy(f"The servo is not ready after {APPEAR_S:g} s: it is {state.replace('_', ' ')}.")
     raise Unknown("unknown_servo", f"No servo on the bus has the label, serial or uid {name!r}.")
 
 

@@ -141,8 +141,11 @@ async def garbage(port: int, rounds: int, seed: int) -> None:
                 await way(socket)
 
 
-async def looking_on(port: int, idle: int, active: int, until: "asyncio.Event") -> int:
-    """Sockets that take everything, and ones that wait for nothing they asked for; how many messages came."""
+async def looking_on(port: int, idle: int, active: int, until: asyncio.Event, there: asyncio.Event) -> int:
+    """Sockets that take everything, and ones that wait for nothing they asked for; how many messages came.
+
+    `there` is set when all of them are open.
+    """
     url, heard = f"ws://127.0.0.1:{port}/api/v1/ws", 0
     everything = '{"type":"subscribe","topics":["servos","telemetry","events","jobs","bus"]}'
 
@@ -159,6 +162,7 @@ async def looking_on(port: int, idle: int, active: int, until: "asyncio.Event") 
             await stack.enter_async_context(connect(url, max_size=None, compression=None)) for _ in range(idle + active)
         ]
         listening = [asyncio.create_task(listen(socket)) for socket in sockets[:active]]
+        there.set()
         await until.wait()
         assert not any(task.done() for task in listening), "a socket that listens was closed"
         for task in listening:

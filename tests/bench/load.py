@@ -67,10 +67,11 @@ def _abuse() -> Iterator[dict[str, Any]]:
 
 async def _round(url: str, seed: int) -> tuple[Latency, int]:
     """Everything at once; what a healthy client sees, and the bytes the server has afterwards."""
-    port, over = int(_port(url)), asyncio.Event()
+    port, over, there = int(_port(url)), asyncio.Event(), asyncio.Event()
     async with httpx.AsyncClient(timeout=30) as client:
         uid = str((await client.get(f"{url}api/v1/servos")).json()[0]["uid"])
-        beside = asyncio.gather(slow_loris(port, SLOW, over), looking_on(port, IDLE, ACTIVE, over))
+        beside = asyncio.gather(slow_loris(port, SLOW, over), looking_on(port, IDLE, ACTIVE, over, there))
+        await there.wait()
         abuse = asyncio.gather(send_malformed(port, malformed(uid, seed, MALFORMED)), garbage(port, GARBAGE, seed))
         latency = await healthy(url, uid, abuse)
         over.set()

@@ -36,9 +36,10 @@ async def round_of_abuse(server: Server, seed: int) -> tuple[float, int, int]:
     """Everything at once: 99 % latency of a healthy client in ms, requests answered, messages listeners got."""
     port = int(server.url.rstrip("/").rpartition(":")[2])
     uid = str(server.servos()[0]["uid"])
-    over = asyncio.Event()
+    over, there = asyncio.Event(), asyncio.Event()
     slow = asyncio.create_task(slow_loris(port, 60, over))
-    listening = asyncio.create_task(looking_on(port, 60, 5, over))
+    listening = asyncio.create_task(looking_on(port, 60, 5, over, there))
+    await there.wait()
 
     async def abuse() -> int:
         answered, _ = await asyncio.gather(

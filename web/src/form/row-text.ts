@@ -6,7 +6,8 @@ import { full, NONE, withUnit } from "./format";
 
 /** What a row is called; its key while the catalogue is not there, or does not know it. */
 export function labelOf(key: string): string {
-  return catalog.value?.rows.get(key)?.label ?? key;
+  const { rows, faults } = catalog.value ?? {};
+  return rows?.get(key)?.label ?? faults?.find(one => one.key === key)?.label ?? key;
 }
 
 /** "0x38", or nothing. */
