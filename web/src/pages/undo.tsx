@@ -1,13 +1,13 @@
 /** Owns what is said after a write to RAM, and taking it back: what stood there before, written again and proved. */
 import { useSignal } from "@preact/signals";
 import { clock } from "../form/format";
-import { addressOf, labelOf, valueText } from "../form/row-text";
 import { type AskBack, lastWritten, type Wanted, type Written, write } from "../state/apply";
 import type { Sheet } from "../state/parameters";
 import { text } from "../text";
 import { editing } from "../text/topics";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
+import { BeforeAfter } from "./before-after";
 
 const said = editing.undo;
 
@@ -102,26 +102,11 @@ function UndoDialog({ sheet, name, written, onClose, onGo }: DialogProps) {
     >
       {changes.length === 0 && <p>{said.nothing}</p>}
       {changes.length > 0 && (
-        <table class="changes">
-          <thead>
-            <tr>
-              <th>{said.head.parameter}</th>
-              <th class="right">{said.head.now}</th>
-              <th class="right">{said.head.before}</th>
-            </tr>
-          </thead>
-          <tbody>
-            {changes.map(one => (
-              <tr key={one.key} data-testid={`undo-${one.key}`}>
-                <td>
-                  {labelOf(one.key)} <small class="second">{addressOf(one.key)}</small>
-                </td>
-                <td class="right second">{valueText(one.key, sheet.held(one.key))} →</td>
-                <td class="right strong k-intent">{valueText(one.key, one.before)}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
+        <BeforeAfter
+          head={{ parameter: said.head.parameter, now: said.head.now, next: said.head.before }}
+          changes={changes.map(one => ({ key: one.key, now: sheet.held(one.key), next: one.before }))}
+          testid="undo"
+        />
       )}
     </Dialog>
   );

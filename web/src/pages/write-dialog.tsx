@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { Restored, SafetyWord } from "../api/config-types";
-import { addressOf, labelOf, valueText } from "../form/row-text";
+import { labelOf } from "../form/row-text";
 import { saved, toConfirm } from "../state/records";
 import { text } from "../text";
 import { records as words } from "../text/topics";
@@ -11,6 +11,7 @@ import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
+import { BeforeAfter } from "./before-after";
 import { ConfirmTicks } from "./confirm-ticks";
 
 const said = words.write;
@@ -134,26 +135,11 @@ export function WriteDialog({ name, write, onClose }: Props) {
       )}
       {plan.value !== null && changes.length === 0 && <p>{said.nothing}</p>}
       {changes.length > 0 && (
-        <table class="changes">
-          <thead>
-            <tr>
-              <th>{said.head.parameter}</th>
-              <th class="right">{said.head.now}</th>
-              <th class="right">{said.head.target}</th>
-            </tr>
-          </thead>
-          <tbody>
-            {changes.map(one => (
-              <tr key={one.key} data-testid={`plan-${one.key}`}>
-                <td>
-                  {labelOf(one.key)} <small class="second">{addressOf(one.key)}</small>
-                </td>
-                <td class="right second">{valueText(one.key, one.before)} →</td>
-                <td class="right strong k-intent">{valueText(one.key, one.requested)}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
+        <BeforeAfter
+          head={{ parameter: said.head.parameter, now: said.head.now, next: said.head.target }}
+          changes={changes.map(one => ({ key: one.key, now: one.before, next: one.requested }))}
+          testid="plan"
+        />
       )}
       {plan.value !== null && changes.length > 0 && unchanged > 0 && (
         <p class="small dim">{said.unchanged(unchanged)}</p>
