@@ -59,7 +59,9 @@ test: setup web/dist/index.html chromium      ## every test there is
 	  "$$HORNBILL_VCAN_WRAPPER" -- $(BIN)/python -m pytest -q -p no:cacheprovider tests/socketcan; \
 	fi
 	$(BIN)/python -m pytest -n auto --ignore tests/socketcan --ignore $(E2E) $(PYTEST_ARGS)
-	$(BIN)/python -m pytest tests/socketcan $(E2E) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest tests/socketcan $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not alone" $(E2E) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m alone $(E2E) $(PYTEST_ARGS)
 
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev

@@ -1,6 +1,10 @@
-"""Owns the order of the tests: those in a browser come last."""
+"""Owns what holds for all tests: those in a browser come last, and none fails because the machine is busy."""
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("hornbill", deadline=None)
+settings.load_profile("hornbill")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

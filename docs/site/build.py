@@ -10,7 +10,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -61,7 +61,7 @@ def main(out: Path) -> int:
     pages = {page.source: page for page in map(_read, _sources())}
     wrong = [f"{page.source.relative_to(ROOT)}: {text}" for page in pages.values() for text in _link(page, pages)]
     sections = _contents(pages)
-    listed = {source for _, entries in sections for source, _ in entries}
+    listed = {source for _, entries in sections for source in _listed(entries)}
     wrong += [
         f"docs/README.md does not list {one.relative_to(ROOT)}"
         for one in pages
@@ -173,32 +173,60 @@ def _linked(page: Page, pages: dict[Path, Page], link: Token) -> tuple[bool, str
     return bool(copied), ""  # a file of the sources is named, and not linked
 
 
-def _contents(pages: dict[Path, Page]) -> list[tuple[str, list[tuple[Path, str]]]]:
+@dataclass(frozen=True)
+class Entry:
+    """A line of the contents, and those that stand beside it in the same item of docs/README.md."""
+
+    source: Path
+    text: str
+    within: tuple["Entry", ...] = ()
+
+
+Sections = list[tuple[str, list[Entry]]]
+
+
+def _contents(pages: dict[Path, Page]) -> Sections:
     """The sections of docs/README.md: a heading, and the pages that are linked below it."""
-    found: list[tuple[str, list[tuple[Path, str]]]] = []
+    found: Sections = []
     by_place = {page.place: source for source, page in pages.items()}
     index = pages[DOCS / "README.md"]
+    seen: set[Path] = set()
     for place, token in enumerate(index.tokens):
         if token.type == "heading_open" and token.tag == "h2":
             found.append((index.tokens[place + 1].content, []))
-        for at, child in enumerate(token.children or ()):
-            if child.type == "link_open" and found:
-                target = by_place.get(str(child.attrGet("href")).split("#")[0])
-                if target is not None and target not in [one for one, _ in found[-1][1]]:
-                    found[-1][1].append((target, (token.children or [])[at + 1].content))
+        children = token.children or []
+        item = [
+            Entry(target, children[at + 1].content)
+            for at, child in enumerate(children)
+            if child.type == "link_open" and (target := by_place.get(str(child.attrGet("href")).split("#")[0]))
+        ]
+        item = [one for one in item if found and one.source not in seen]
+        seen |= {one.source for one in item}
+        if item:
+            below = item[0].source.name == "README.md" and item[0].source.parent == item[-1].source.parent
+            found[-1][1].extend([Entry(item[0].source, item[0].text, tuple(item[1:]))] if below else item)
     return found
 
 
-def _html(
-    page: Page, sections: list[tuple[str, list[tuple[Path, str]]]], pages: dict[Path, Page], template: Template
-) -> str:
+def _listed(entries: Iterable[Entry]) -> Iterator[Path]:
+    for entry in entries:
+        yield entry.source
+        yield from _listed(entry.within)
+
+
+def _menu(page: Page, entries: Iterable[Entry], pages: dict[Path, Page]) -> str:
+    """A list of links; what belongs to one of them is shown while somebody reads there."""
     links: list[str] = []
-    for section, entries in sections:
-        links.append(f"<h2>{escape(section)}</h2><ul>")
-        for source, text in entries:
-            here = ' aria-current="page"' if source == page.source else ""
-            links.append(f'<li><a href="{_relative(page.place, pages[source].place)}"{here}>{escape(text)}</a></li>')
-        links.append("</ul>")
+    for entry in entries:
+        here = ' aria-current="page"' if entry.source == page.source else ""
+        text = f'<a href="{_relative(page.place, pages[entry.source].place)}"{here}>{escape(entry.text)}</a>'
+        opened = entry.within and page.source in _listed([entry])
+        links.append(f"<li>{text}{_menu(page, entry.within, pages) if opened else ''}</li>")
+    return f"<ul>{''.join(links)}</ul>"
+
+
+def _html(page: Page, sections: Sections, pages: dict[Path, Page], template: Template) -> str:
+    links = [f"<h2>{escape(section)}</h2>{_menu(page, entries, pages)}" for section, entries in sections]
     within = [f'<li><a href="#{anchor}">{escape(text)}</a></li>' for level, text, anchor in page.headings if level == 2]
     body = MARKDOWN.renderer.render(page.tokens, MARKDOWN.options, {})
     body = body.replace("<table>", '<div class="table" tabindex="0" role="group" aria-label="Table"><table>')

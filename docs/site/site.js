@@ -74,6 +74,26 @@
     }
   });
 
+  // Only where a browser lets a page write: on this machine, or over https.
+  if (navigator.clipboard) {
+    for (const code of document.querySelectorAll("pre")) {
+      const copy = document.createElement("button");
+      copy.type = "button";
+      copy.textContent = "Copy";
+      copy.addEventListener("click", async () => {
+        await navigator.clipboard.writeText(code.textContent.trimEnd());
+        copy.textContent = "Copied";
+        setTimeout(() => {
+          copy.textContent = "Copy";
+        }, 2000);
+      });
+      const block = document.createElement("div");
+      block.className = "block";
+      code.replaceWith(block);
+      block.append(code, copy);
+    }
+  }
+
   theme.hidden = false;
   theme.addEventListener("click", () => {
     const next = document.documentElement.dataset.theme === "dark" ? "light" : "dark";

@@ -103,9 +103,10 @@ def build(
                 stack.push_async_callback(bench.close)
             if at_once:
                 app.state.bench = bench
-            elif bench is not None:
-                # Started without a bus: the demo is one of the choices, and nothing of it runs until it is chosen.
+            if bench is not None and embedded is not None:
+                # The demo is one of the choices: nothing of it runs until it is chosen, nor beside another bus.
                 ports.before_embedded = partial(_switch_on, app, bench)
+                host.before_join = partial(_one_bus, bench)
             address = EMBEDDED if at_once and embedded is not None else settings.bus
             if address is not None:
                 await ports.join(host, address, settings.bitrate, log)
@@ -133,6 +134,12 @@ def build(
 async def _switch_on(app: FastAPI, bench: Bench) -> None:
     app.state.bench = bench
     await bench.start()
+
+
+async def _one_bus(bench: Bench, address: str) -> None:
+    """Simulated servos beside the servos of another bus would be moved by nobody, and be taken for real ones."""
+    if address != EMBEDDED:
+        await bench.rest()
 
 
 def recorder_of(host: Host, logs: Path) -> Recorder:

@@ -38,7 +38,7 @@ HornbillError
     ├── ForbiddenOrigin   forbidden_origin
     ├── Unauthorized      unauthorized: a token is needed, or this one is not known
     ├── ForbiddenRole     forbidden_role: the token's role does not reach so far; facts: role, needed
-    ├── TooManyAttempts   too_many_attempts: logins that failed; facts: retry_after_s
+    ├── TooManyAttempts   too_many_attempts: logins or tokens that were wrong; facts: retry_after_s
     ├── WrongMediaType    unsupported_media_type: a body that is not JSON
     ├── TooLarge          too_large: a body beyond its limit; facts: limit_bytes
     ├── KeyReused         idempotency_key_reused: the key came with another request before
@@ -312,7 +312,7 @@ class ForbiddenRole(BadRequest):
 
 
 class TooManyAttempts(BadRequest):
-    """Too many logins failed from there; facts: retry_after_s."""
+    """Too many logins failed, or tokens were wrong, from there; facts: retry_after_s (also the header Retry-After)."""
 
     code = "too_many_attempts"
     title = "Too many attempts"

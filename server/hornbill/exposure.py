@@ -1,6 +1,7 @@
 """Owns whether this server may be reached from a network, under which names, and who may then come in."""
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +16,15 @@ from hornbill.wire.port import RECORDINGS
 LOCAL: Final = frozenset(("127.0.0.1", "localhost", "::1"))
 FIRST: Final = "first start"
 """What the token is called that a container makes itself."""
-SHORTEST: Final = 8
-"""Characters of the shortest token somebody may think of themselves, when a network can guess at it."""
+SHORTEST: Final = 16
+"""Characters of the shortest token somebody may think of themselves: at Stop one can guess at it unhindered."""
 CONTAINER: Final = "HORNBILL_CONTAINER"
+_NETWORKS: Final = ("socketcand", "udp_multicast", "remote")
+"""Interfaces of python-can that reach other machines."""
+_SERIAL: Final = re.compile(
+    r"/dev/(tty(ACM|USB|AMA|S|THS|mxc)\d+|rfcomm\d+|(cu|tty)\.[\w.-]+|serial/by-(id|path)/[\w.:+,@-]+)(@\d+)?", re.ASCII
+)
+"""Paths of serial ports; not the terminals of people (/dev/tty1, /dev/pts/0)."""
 _MARKS: Final = (Path("/.dockerenv"), Path("/run/.containerenv"))
 
 
@@ -50,17 +57,17 @@ def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | N
     """
     _tls(settings)
     given = None if settings.token is None else settings.token.get_secret_value()
+    if given is not None and len(given) < SHORTEST:
+        raise NotExposed(
+            f"A token of {len(given)} characters can be guessed. Give one of {SHORTEST} or more, or none and make "
+            "one with 'hornbill token add NAME --role admin'."
+        )
     wide = settings.host not in LOCAL
     reached = wide or settings.behind_proxy or bool(settings.allow_host)
     if not reached:
         return Exposure(required=given is not None)
     hosts = LOCAL | set(settings.allow_host)
     if given is not None:
-        if len(given) < SHORTEST:
-            raise NotExposed(
-                f"A token of {len(given)} characters can be guessed. Give one of {SHORTEST} or more, or none and make "
-                "one with 'hornbill token add NAME --role admin'."
-            )
         return Exposure(_named(hosts, settings.host), wide, required=True)
     contained = in_container(os.environ if environment is None else environment)
     if demo:
@@ -83,9 +90,10 @@ def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | N
 def may_open(exposed: Exposure, given: str | None, address: str) -> None:
     """Whether somebody who asks over REST may connect `address`; `given` is the one of the command line.
 
-    Whoever comes over a network opens recordings of the data folder only, not any file of this machine, and no URL:
-    pyserial's reach other machines, and one of them (spy://) writes to any file. Where nobody has to say who they
-    are, no adapter. Raises PortOpenFailed.
+    Where a token is needed nobody opens, over REST, what is no adapter of this machine: of recordings those of the data
+    folder, of paths serial ports alone (opening writes to them), no URL (pyserial's reach other machines, and one of
+    them, spy://, writes to any file), and no interface that is a network. Where nobody has to say who they are, no
+    adapter. Raises PortOpenFailed.
     """
     if address in (given, EMBEDDED):
         return
@@ -100,10 +108,27 @@ def may_open(exposed: Exposure, given: str | None, address: str) -> None:
             f"{address} is not opened: where a token is needed, an adapter behind a URL is named at start, by --bus.",
             address=address,
         )
+    if exposed.required and not recording:
+        _adapter_of_this_machine(address)
     elsewhere = any(mark in address.partition(":")[2] for mark in ("/", "\\", ".."))
     if recording and elsewhere and (exposed.required or exposed.simulated_only):
         raise PortOpenFailed(
             f"{address} is not opened: over a network only recordings in the data folder are, by their name.",
+            address=address,
+        )
+
+
+def _adapter_of_this_machine(address: str) -> None:
+    interface, _, channel = (part.strip() for part in address.partition(":"))
+    if interface in _NETWORKS:
+        raise PortOpenFailed(
+            f"{address} is not opened: where a token is needed, a bus behind a network is named at start, by --bus.",
+            address=address,
+        )
+    if any(mark in channel for mark in ("/", "\\", "..")) and not _SERIAL.fullmatch(channel):
+        raise PortOpenFailed(
+            f"{address} is not opened: where a token is needed, the path is one of a serial port "
+            "(/dev/ttyACM0, /dev/cu.…, /dev/serial/…). Name any other at start, by --bus.",
             address=address,
         )
 

@@ -11,9 +11,12 @@ from typing import Any
 CLIENT = Path(__file__).parent / "client"
 
 ANSWERS = (
-    "Bus", "BurstSent", "Candidates", "Caution", "Commanded", "Drift", "Fault", "Finding", "Health", "Imported", "Job",
-    "KnownServo", "Lease", "LeaseView", "LogFile", "LogState", "ParametersPatched", "Parameters", "Profile", "Reading",
-    "SchemaDocument", "Servo", "Snapshot", "Stop", "TelemetryGrant", "Telemetry",
+    "Adapter", "AllocationChange", "Allocations", "AllocatorState", "AuditRow", "BatchPatched", "BatchRead",
+    "Bundle", "BundleContent", "BurstSent", "Bus", "Candidates", "Caution", "Commanded", "Comparison", "Drift",
+    "Fault", "Finding", "Forecast", "Health", "Imported", "Job", "KnownServo", "Lease", "LeaseView", "LogFile",
+    "LogState", "Node", "Parameters", "ParametersPatched", "PositionUnitState", "Profile", "Reading",
+    "RecorderState", "Recycled", "ResetPreview", "Restored", "RunOverlay", "SchemaDocument", "Servo", "Snapshot",
+    "StepRun", "Stop", "Stream", "Telemetry", "TelemetryGrant",
 )  # fmt: skip
 """Answers a program gets; what they are made of comes with them."""
 

@@ -1,5 +1,6 @@
 """Owns the reference pages of the documentation that are made: API by subject, WebSocket, metrics, command line."""
 
+import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
@@ -9,10 +10,12 @@ import typer
 from hornbill.api.metrics import TABLE
 from hornbill.api.roles import ANYBODY, HERE, Role, needed
 from hornbill.cli import app
-from hornbill.cli.failing import Exit
+from hornbill.cli.failing import MEANS, Exit
+from hornbill.settings import Settings
 
 DO_NOT: Final = "<!-- Written by `make generate`. Do not edit. -->\n\n"
 _ROW: Final = re.compile(r"/api/v1/servos/\{uid\}/parameters/[a-z0-9_]+$")
+_SHAPE: Final = re.compile(r"\{shape (\w+)\}")
 _PROBLEM: Final = "application/problem+json"
 
 
@@ -25,10 +28,17 @@ def pages(document: Mapping[str, Any]) -> dict[str, str]:
     schemas = document["components"]["schemas"]
     made = {f"api/{tag}.md": _api_page(tag, found, schemas) for tag, found in by_tag.items()}
     made["api/README.md"] = _api_index(by_tag)
+    made["api/types.md"] = _types(schemas)
     made["websocket.md"] = _websocket(schemas)
     made["metrics.md"] = _metrics()
     made["command-line.md"] = _command_line()
-    return {path: DO_NOT + text.rstrip() + "\n" for path, text in made.items()}
+    return {path: DO_NOT + _lead(text, path).rstrip() + "\n" for path, text in made.items()}
+
+
+def _lead(text: str, path: str) -> str:
+    """With what `_type` marks as a shape leading to the page of shapes."""
+    folder = "" if path.startswith("api/") else "api/"
+    return _SHAPE.sub(lambda found: f"[{found[1]}]({folder}types.md#{found[1].lower()})", text)
 
 
 def _api_index(by_tag: Mapping[str, list[tuple[str, str, dict[str, Any]]]]) -> str:
@@ -64,7 +74,7 @@ def _api_page(tag: str, found: Iterable[tuple[str, str, dict[str, Any]]], schema
         lines += _parameters(operation, schemas)
         lines += _body(operation, schemas)
         lines += ["", "| status | answer |", "| --- | --- |"]
-        lines += [f"| {status} | {_answer(told)} |" for status, told in sorted(operation["responses"].items())]
+        lines += [f"| {status} | {_answer(told, schemas)} |" for status, told in sorted(operation["responses"].items())]
     if rows:
         lines += [
             "", "## GET and PUT /servos/{uid}/parameters/KEY", "",
@@ -74,6 +84,22 @@ def _api_page(tag: str, found: Iterable[tuple[str, str, dict[str, Any]]], schema
             "reading after it was written and read back.",
         ]  # fmt: skip
     return "\n".join(lines)
+
+
+def _types(schemas: Mapping[str, Any]) -> str:
+    lines = [
+        "# API: types", "",
+        "What bodies and answers are made of. `?`: may be left out. Paths are in [the API](README.md), the messages "
+        "of the socket in [the WebSocket](../websocket.md), and what a row takes in "
+        "[the parameter manual](../../../schemas/generated/parameters.md).",
+    ]  # fmt: skip
+    for name in sorted(filter(lambda one: _has_section(one, schemas), schemas)):
+        lines += ["", f"## {name}", "", _text(schemas[name].get("description", "")), *_fields(schemas[name], schemas)]
+    return "\n".join(lines)
+
+
+def _has_section(name: str, schemas: Mapping[str, Any]) -> bool:
+    return bool(schemas[name].get("properties")) and not name.endswith(("Value", "Message"))
 
 
 def _parameters(operation: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[str]:
@@ -95,6 +121,9 @@ def _body(operation: Mapping[str, Any], schemas: Mapping[str, Any]) -> list[str]
         shape = told.get("schema", {})
         lines += ["", f"Body, `{media}`: {_type(shape, schemas)}"]
         lines += _fields(_resolved(shape, schemas), schemas)
+        for one in told.get("examples", {}).values():
+            sent = json.dumps(one["value"], ensure_ascii=False)
+            lines += ["", f"Example, {one['summary']}:", "", "```json", sent, "```"]
     return lines
 
 
@@ -151,13 +180,22 @@ def _command_line() -> str:
     lines = [
         "# The command line", "",
         "`hornbill COMMAND --help` says the same. Commands that ask a server find it by `--server` or "
-        "`HORNBILL_URL`, and their token "
-        "in `HORNBILL_TOKEN`. Options of `demo` and `serve` are environment variables as well: `HORNBILL_` and "
-        "the name in capitals.", "",
-        "## Exit codes", "", "| code | name |", "| --- | --- |",
-        *(f"| {int(one)} | {one.name.lower().replace('_', ' ')} |" for one in Exit),
-        "", "What they mean is in [rigs](../rigs.md#the-command-line).",
+        "`HORNBILL_URL`, and their token in `HORNBILL_TOKEN`.", "",
+        "## Exit codes", "", "| code | means |", "| --- | --- |", *(f"| {int(one)} | {MEANS[one]} |" for one in Exit),
     ]  # fmt: skip
+    lines += [
+        "", "## Environment variables", "",
+        "Of `hornbill demo` and `hornbill serve`; a word on the command line wins.", "",
+        "| variable | default | meaning |", "| --- | --- | --- |",
+    ]  # fmt: skip
+    for name, field in Settings.model_fields.items():
+        default = field.default if isinstance(field.default, (str, int, float)) and field.default != "" else None
+        shown = "" if default is None or default is False else f"`{int(default) if default is True else default}`"
+        lines.append(f"| `HORNBILL_{name.upper()}` | {shown} | {_cell(field.description or '')} |")
+    lines += [
+        "| `HORNBILL_URL` | `http://127.0.0.1:8000` | the server that other commands ask |",
+        "| `HORNBILL_CONTAINER` | found out | 1: this is a container, 0: it is none |",
+    ]
     command: Any = typer.main.get_command(app)
     for name, one in _commands(command, "hornbill"):
         lines += ["", f"## {name}", "", _text(one.help or "")]
@@ -184,11 +222,10 @@ def _option(one: Any) -> str:
     return f"| {word} | {default} | {_cell(one.help or '')} |"
 
 
-def _answer(told: Mapping[str, Any]) -> str:
+def _answer(told: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
     content = told.get("content", {})
     shape: Mapping[str, Any] = content.get("application/json", {}).get("schema", {})
-    name = str(shape.get("$ref", "")).rsplit("/", 1)[-1]
-    kind = f" ({name})" if name and name != "Problem" else ""
+    kind = f" ({_type(shape, schemas)})" if shape and not str(shape.get("$ref", "")).endswith("/Problem") else ""
     media = [one for one in content if one not in ("application/json", _PROBLEM)]
     text = str(told.get("description", "")).replace("Successful Response", "done")
     return _cell(text + kind + "".join(f" `{one}`" for one in media))
@@ -197,7 +234,10 @@ def _answer(told: Mapping[str, Any]) -> str:
 def _type(shape: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
     if "$ref" in shape:
         resolved = _resolved(shape, schemas)
-        return _type(resolved, schemas) if "enum" in resolved else str(shape["$ref"]).rsplit("/", 1)[-1]
+        name = str(shape["$ref"]).rsplit("/", 1)[-1]
+        if "enum" in resolved:
+            return _type(resolved, schemas)
+        return f"{{shape {name}}}" if _has_section(name, schemas) else name
     if "const" in shape:
         return f"`{shape['const']}`"
     if "enum" in shape:
@@ -211,6 +251,8 @@ def _type(shape: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
     if kind == "object" and isinstance(shape.get("additionalProperties"), dict):
         return f"{_type(shape['additionalProperties'], schemas)} by key"
     low, high = shape.get("minimum", shape.get("exclusiveMinimum")), shape.get("maximum", shape.get("exclusiveMaximum"))
+    if kind == "integer":
+        low, high = (None if one is None else int(one) for one in (low, high))
     if low is not None or high is not None:
         return f"{kind} {'' if low is None else low}…{'' if high is None else high}"
     return kind

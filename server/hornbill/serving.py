@@ -6,18 +6,28 @@ import logging
 import signal
 import socket
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import uvicorn
 from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from hornbill.api.event_stream import end_streams
-from hornbill.api.http import build_routes
+from hornbill.dawdling import protocol
 from hornbill.errors import HornbillError
 
 SWITCH_S = 0.0005
 """How long a thread may keep the interpreter while the loop waits for it. Python's own 5 ms would be added to whatever
 the loop does next, a stop too, as often as the thread of an adapter has a burst of frames in hand."""
+
+SPARING_S = 10.0
+"""How often at most the log says that a request was no HTTP."""
+
+
+ADDRESS_USE: int = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
+"""SO_REUSEADDR lets a port be listened on again at once. On Windows it would let another program listen on it, too."""
 
 
 class CannotListen(HornbillError):
@@ -32,7 +42,7 @@ def listen(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     # Named as TCP: of any other asyncio would not switch Nagle's delay off, and many an answer would be 40 ms late.
     made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-    made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    made.setsockopt(socket.SOL_SOCKET, ADDRESS_USE, 1)
     try:
         made.bind((host, port))
         made.listen(128)
@@ -49,18 +59,13 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
 
     `tls`: certificate chain and key, PEM. Raises CannotListen when they cannot be used.
     """
-    config = uvicorn.Config(
-        app, log_level="warning", access_log=False, ws="websockets-sansio", timeout_graceful_shutdown=2,
-        ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on", server_header=False,
-        proxy_headers=False,  # the guard reads them, where there is a proxy to believe
-        ssl_certfile=tls and str(tls[0]), ssl_keyfile=tls and str(tls[1]),
-    )  # fmt: skip
+    config = configured(app, tls)
     try:
         config.load()
     except OSError as error:  # of ssl, too
         listening.close()
         raise CannotListen(f"The certificate and its key cannot be used: {error}. Give a matching pair.") from None
-    logging.getLogger("uvicorn.error").addFilter(_told)
+    logging.getLogger("uvicorn.error").addFilter(Sparing())
     sys.setswitchinterval(SWITCH_S)
     server = _Server(config)
     _stop_on_signal(app)
@@ -68,13 +73,26 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
     while not server.started and not running.done():  # noqa: ASYNC110 - uvicorn has no event to wait for
         await asyncio.sleep(0.01)
     if server.started:
+        # Looking through all that was imported would now and then hold up frames for a tenth of a second, and now the
+        # first request: hardly any of it is garbage.
+        gc.freeze()
+        gc.enable()
         host, port = listening.getsockname()[:2]
         shown = f"[{host}]" if ":" in host else host
         print(announce.format(url=f"{'https' if tls else 'http'}://{shown}:{port}/"), flush=True)  # noqa: T201 - the one line a user waits for
-        await build_routes(app)
-        gc.collect()
-        gc.freeze()  # looking through all that was imported would now and then hold up frames for a tenth of a second
     await running
+
+
+def configured(
+    app: ASGIApp, tls: tuple[Path, Path] | None = None, http: type[asyncio.Protocol] | None = None
+) -> uvicorn.Config:
+    """How uvicorn serves `app`. `http`: what speaks HTTP, with its limits; as `dawdling.protocol` unless given."""
+    return uvicorn.Config(
+        app, log_level="warning", access_log=False, http=http or protocol(), ws="websockets-sansio",
+        timeout_graceful_shutdown=2, ws_max_size=1 << 20, ws_per_message_deflate=False, lifespan="on",
+        server_header=False, proxy_headers=False,  # the guard reads them, where there is a proxy to believe
+        ssl_certfile=tls and str(tls[0]), ssl_keyfile=tls and str(tls[1]),
+    )  # fmt: skip
 
 
 class _Server(uvicorn.Server):
@@ -86,9 +104,28 @@ class _Server(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def _told(record: logging.LogRecord) -> bool:
-    """uvicorn calls it an error when a socket is refused by an answer with a status, though it sends that answer."""
-    return record.getMessage() != "ASGI callable returned without completing handshake."
+class Sparing:
+    """A filter of uvicorn's log: whoever sends it garbage must not fill the disk with what is said of it."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        """`now` gives seconds."""
+        self._now = now
+        self._next = float("-inf")
+        self._left_out = 0
+
+    def __call__(self, record: logging.LogRecord) -> bool:
+        """Whether a line is written. Of malformed requests one is in `SPARING_S`, with the number of the others."""
+        text = record.getMessage()
+        if text != "Invalid HTTP request received.":
+            # It calls it an error when a socket is refused by an answer with a status, though it sends that answer.
+            return text != "ASGI callable returned without completing handshake."
+        if self._now() < self._next:
+            self._left_out += 1
+            return False
+        if self._left_out:
+            record.msg = f"{text} {self._left_out} more were since this was last said."
+        self._next, self._left_out = self._now() + SPARING_S, 0
+        return True
 
 
 def _stop_on_signal(app: FastAPI) -> None:

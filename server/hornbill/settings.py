@@ -14,8 +14,8 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix="HORNBILL_", frozen=True, extra="ignore")
 
-    host: str = "127.0.0.1"
-    port: int = Field(default=8000, ge=0, le=65535)
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on; 0 for any")
     token: SecretStr | None = Field(
         default=None, description="a token for admin that is kept nowhere, beside those of 'hornbill token add'"
     )
@@ -30,9 +30,14 @@ class Settings(BaseSettings):
     )
     tls_cert: Path | None = Field(default=None, description="certificate chain, PEM")
     tls_key: Path | None = Field(default=None, description="its private key, PEM")
-    bus: str | None = None
-    bitrate: int = Field(default=1_000_000, gt=0)
-    data_dir: Path = Field(default_factory=lambda: user_data_path("hornbill"))
+    bus: str | None = Field(
+        default=None, description="for `serve`: INTERFACE:CHANNEL, or a recording; for `demo`: auto or nothing"
+    )
+    bitrate: int = Field(default=1_000_000, gt=0, description="of the bus, bit/s")
+    data_dir: Path = Field(
+        default_factory=lambda: user_data_path("hornbill"),
+        description="folder of the database, logs and bundles; the system's place for a user's data unless told",
+    )
     database: str | None = Field(
         default=None,
         repr=False,
@@ -51,8 +56,8 @@ class Settings(BaseSettings):
     poll_budget_pct: float = Field(default=40.0, ge=1, le=80, description="share of the bus all polling may take, in %")
     telemetry_minutes: float = Field(default=10.0, gt=0, le=120, description="how much of every channel is kept")
     view: bool = Field(default=True, description="whether to start the 3D view")
-    servos: int = Field(default=6, ge=1, le=100)
-    seed: int = 1
+    servos: int = Field(default=6, ge=1, le=100, description="number of simulated servos of `demo`")
+    seed: int = Field(default=1, description="of everything random in them")
     sim_api: bool = Field(default=False, description="whether simulated servos can be added to the bus that is served")
 
     @field_validator("allow_host", mode="before")

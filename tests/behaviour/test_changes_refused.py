@@ -195,7 +195,8 @@ def test_a_servo_that_lost_its_settings_is_not_moved_until_it_is_saved() -> None
         problem(answer, "configuration_lost", 409)
         assert [name for _, name, _ in rig.writes()] == ["0x20"]
         json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 41}}, lease=lease))
-        assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))["state"] == "succeeded"
+        path, body = f"/servos/{servo.uid}/save?wait=true", {"confirm": ["torque_off_in_rom"]}
+        assert json(await rig.call("POST", path, body, lease=lease))["state"] == "succeeded"
         json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
         json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 5}, lease=lease))
 

@@ -10,9 +10,10 @@ from behaviour.rig import PLAIN, Rig, json, play, problem
 from hornbill.servo.servo import Servo, State
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.device import Stage
+from hornbill.sim.services import Services
 from hornbill.units import Uid
 from hornbill.wire.datatype import Kind
-from hornbill.wire.services import ExecuteOpcodeRequest, RestartNodeRequest
+from hornbill.wire.services import ExecuteOpcodeRequest, ExecuteOpcodeResponse, Opcode, RestartNodeRequest
 
 GAIN = 0x2C
 
@@ -385,17 +386,106 @@ def test_a_horn_that_turns_is_not_let_go_of() -> None:
     play(scene)
 
 
-def test_saving_torque_off_is_warned_of_and_needs_no_confirmation() -> None:
+def test_a_save_with_torque_off_asks_first_sends_nothing_and_is_done_once_it_is_confirmed() -> None:
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
         json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
         told = json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast?save=true"))
         assert told["moves"] is False
         assert any("looks dead" in one for one in told["warnings"])
-        job = await save(rig, servo)
+        for body in (None, {}, {"confirm": ["supply"]}):
+            asked = problem(await rig.call("POST", f"/servos/{servo.uid}/save", body), "needs_confirmation", 409)
+            assert (asked["confirm"], asked["key"]) == ("torque_off_in_rom", "torque_mode")
+        patch = {"values": {"angle_p_gain": 55}, "save": True}
+        before = rig.writes()
+        asked = problem(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", patch), "needs_confirmation", 409)
+        assert asked["confirm"] == "torque_off_in_rom"
+        batch = json(
+            await rig.call("PATCH", "/parameters", {"servos": {servo.uid: {"angle_p_gain": 55}}, "save": True})
+        )
+        assert batch["servos"][0]["problem"]["code"] == "needs_confirmation"
+        assert rig.writes() == before
+        assert rig.sim(servo).memory.stored(0x20) == 0
+        assert json(await rig.call("GET", "/jobs")) == []
+        body = {"confirm": ["torque_off_in_rom"]}
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", body))
         assert job["state"] == "succeeded"
         assert "looks dead" in step(job, "check")["evidence"]
         assert rig.sim(servo).memory.stored(0x20) == 1
+        # Now ROM has no torque already: a save takes nothing away, and technicians are not asked each time.
+        assert (await save(rig, servo))["state"] == "succeeded"
+
+    play(scene)
+
+
+@pytest.mark.parametrize("mode", ["off", "brake"])
+def test_a_servo_without_torque_is_saved_with_torque_when_that_is_asked_for(mode: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode}))
+        told = json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast?save=true&torque_on=true"))
+        assert not any("looks dead" in one for one in told["warnings"])
+        horn = rig.sim(servo).angle_deg
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", {"torque_on": True}))
+        assert job["state"] == "succeeded", job["error"]
+        assert told["text"] in step(job, "check")["evidence"]
+        assert (rig.sim(servo).memory.stored(0x20), servo.raw("torque_mode")) == (0, 0)
+        assert abs(rig.sim(servo).angle_deg - horn) < 1
+
+    play(scene)
+
+
+def test_when_a_save_with_torque_is_refused_torque_goes_off_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    opcode = Services.opcode
+
+    def no_save(self: Services, request: ExecuteOpcodeRequest, behaviour: Behaviour) -> ExecuteOpcodeResponse:
+        return ExecuteOpcodeResponse(0, False) if request.opcode == Opcode.SAVE else opcode(self, request, behaviour)
+
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+        monkeypatch.setattr(Services, "opcode", no_save)
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", {"torque_on": True}))
+        assert (job["state"], job["error"]["code"]) == ("failed", "refused_by_servo")
+        await asyncio.sleep(0.5)
+        assert (rig.sim(servo).output, servo.raw("torque_mode")) == (1, 1)
+
+    play(scene)
+
+
+def test_a_save_with_torque_is_refused_before_torque_is_turned_on() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        path = f"/servos/{servo.uid}"
+        json(await rig.call("POST", f"{path}/torque", {"mode": "off"}))
+        rig.sim(servo).conditions.voltage_v = 3.8
+        await asyncio.sleep(0.5)
+        job = json(await rig.call("POST", f"{path}/save?wait=true", {"torque_on": True}))
+        assert job["state"] == "failed"
+        assert rig.sim(servo).memory.get(0x20) == 1, "refused before anything was written"
+        other = await rig.lease()
+        problem(await rig.call("POST", f"{path}/save", {"torque_on": True}), "lease_held", 409)
+        json(await rig.call("POST", "/stop"))
+        problem(await rig.call("POST", f"{path}/save", {"torque_on": True}, lease=other), "stopped", 423)
+        assert rig.sim(servo).memory.get(0x20) == 1
+
+    play(scene)
+
+
+@pytest.mark.parametrize("mode", ["off", "brake"])
+def test_values_that_turn_torque_on_or_off_are_what_a_save_with_them_is_judged_by(mode: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        path, lease = f"/servos/{servo.uid}/parameters", await rig.lease()
+        patch = {"values": {"torque_mode": mode}, "save": True}
+        problem(await rig.call("PATCH", path, patch, lease=lease), "needs_confirmation", 409)
+        assert servo.raw("torque_mode") == 0
+        json(await rig.call("PATCH", path, {"values": {"torque_mode": mode}}, lease=lease))
+        problem(await rig.call("POST", f"/servos/{servo.uid}/save", lease=lease), "needs_confirmation", 409)
+        rig.sim(servo).memory.put(0x20, 0)  # as another tool would: what was read before is not what counts
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
+        assert job["state"] == "succeeded", job["error"]
+        assert rig.sim(servo).memory.stored(0x20) == 0
 
     play(scene)
 

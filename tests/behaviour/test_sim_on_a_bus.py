@@ -82,3 +82,44 @@ def test_without_a_bus_the_demo_can_be_chosen_and_runs_only_then(tmp_path: Path)
         assert len(json(await client.get("/sim/servos"))) == 6
 
     serve(scene, tmp_path, sim_api=False)
+
+
+def test_beside_another_bus_no_simulated_servo_is_on_and_the_demo_chosen_again_starts_anew(tmp_path: Path) -> None:
+    empty = tmp_path / "logs" / "empty.log"
+    empty.parent.mkdir(parents=True)
+    empty.write_text("(1.000000) can0 1E08FF05#0102030405060708\n")
+
+    async def scene(client: httpx.AsyncClient) -> None:
+        json(await client.put("/bus", json={"address": "memory:demo"}))
+        assert len(await until_ready(client)) >= 1
+        uid = next(one["uid"] for one in json(await client.get("/servos")) if one["state"] == "ready")
+        path = f"/servos/{uid}/parameters/temperature_limit_upper"
+        before = json(await client.get(path))["value"]
+        json(await client.put(path, json={"value": before - 1}))
+
+        json(await client.put("/bus", json={"address": "file:empty.log"}))
+        simulated = json(await client.get("/sim/servos"))
+        assert len(simulated) == 6
+        assert [one["power"] for one in simulated] == ["off"] * 6
+
+        problem(await client.put("/bus", json={"address": "file:nothing.log"}), "bus_open_failed", 502)
+        json(await client.put("/bus", json={"address": "memory:demo"}))
+        async with asyncio.timeout(30):
+            while json(await client.get(f"/servos/{uid}"))["state"] != "ready":
+                await asyncio.sleep(0.05)
+        assert json(await client.get(path))["value"] == before, "RAM does not outlive the supply"
+        assert all(one["power"] == "on" for one in json(await client.get("/sim/servos")))
+
+    serve(scene, tmp_path, sim_api=False)
+
+
+def test_a_bus_that_does_not_open_and_leaving_the_demo_alone_switch_no_servo_off(tmp_path: Path) -> None:
+    async def scene(client: httpx.AsyncClient) -> None:
+        json(await client.put("/bus", json={"address": "memory:demo"}))
+        assert len(await until_ready(client)) >= 1
+        problem(await client.put("/bus", json={"address": "file:nothing.log"}), "bus_open_failed", 502)
+        assert all(one["power"] == "on" for one in json(await client.get("/sim/servos")))
+        json(await client.delete("/bus"))
+        assert all(one["power"] == "on" for one in json(await client.get("/sim/servos")))
+
+    serve(scene, tmp_path, sim_api=False)

@@ -69,6 +69,7 @@ def pretend(platform: str) -> None:
         platformdirs.PlatformDirs = platformdirs.macos.MacOS  # type: ignore[misc]
     if platform == "win32":
         platformdirs.PlatformDirs = platformdirs.windows.Windows  # type: ignore[misc]
+        socket.SO_EXCLUSIVEADDRUSE = socket.SO_KEEPALIVE  # type: ignore[attr-defined] - one that Linux takes
         # It would ask the shell or the registry for the folder; the third way is the one there is here.
         platformdirs.windows.get_win_folder = platformdirs.windows.get_win_folder_from_env_vars
 
@@ -90,6 +91,7 @@ def start_and_ask() -> None:
 
     def heard(host: str, port: int) -> socket.socket:
         made = listen(host, port)
+        print("reuse", made.getsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR), flush=True)
         listening.append(made.getsockname()[1])
         return made
 

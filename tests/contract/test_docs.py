@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from hornbill import generate_reference
+from hornbill.cli.failing import MEANS
 from hornbill.generate import documents
 from hornbill.schema.catalog import Catalog
+from hornbill.settings import Settings
 from hornbill.sim.behaviour import Behaviour
 
 ROOT = Path(__file__).parents[2]
@@ -43,6 +45,31 @@ def test_the_reference_names_every_operation_and_every_command(reference: dict[s
             assert (method.upper(), short) in told or row.match(short), f"{method} {path}"
     for command in ("demo", "serve", "probe", "token add", "profile apply", "log start"):
         assert f"\n## hornbill {command}\n" in reference["command-line.md"]
+
+
+def test_every_setting_is_told_as_an_environment_variable(reference: dict[str, str]) -> None:
+    for name in Settings.model_fields:
+        assert re.search(
+            rf"^\| `HORNBILL_{name.upper()}` \|.*\| \S.* \|$", reference["command-line.md"], re.MULTILINE
+        ), name
+
+
+def test_exit_codes_mean_the_same_in_the_guide_for_rigs() -> None:
+    guide = (ROOT / "docs" / "rigs.md").read_text(encoding="utf-8")
+    for code, means in MEANS.items():
+        assert f"\n| {int(code)} | {means} |\n" in guide
+
+
+def test_every_type_of_a_body_or_answer_is_told_with_its_fields(reference: dict[str, str]) -> None:
+    document = json.loads(documents(Catalog.load())["openapi.json"])
+    page = reference["api/types.md"]
+    for name, shape in document["components"]["schemas"].items():
+        if shape.get("properties") and not name.endswith(("Value", "Message")):
+            _, _, told = page.partition(f"\n## {name}\n")
+            told = told.partition("\n## ")[0]
+            assert all(f"| `{field}`" in told for field in shape["properties"]), name
+    assert "{shape" not in "".join(reference.values())
+    assert "](types.md#burstsent)" in reference["api/motion.md"]
 
 
 def test_every_open_question_of_the_simulator_is_on_the_checklist() -> None:

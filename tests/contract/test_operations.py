@@ -1,14 +1,18 @@
 """What programs rely on in the OpenAPI document: names that stay, units, problems, and a key for each POST."""
 
+import asyncio
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
-import pytest
+import httpx
 
-from hornbill.api.document import document
+from hornbill.api.access import Access
+from hornbill.api.answer_words import ANSWERS
 from hornbill.api.http import create_api
 from hornbill.api.once import EVERY_TIME
+from hornbill.api.sessions import TRIES
+from hornbill.api.words import WORDS, fields, given, is_told
 from hornbill.schema.catalog import Catalog
 
 CATALOG = Catalog.load()
@@ -35,7 +39,7 @@ OPERATIONS = """
 
 @lru_cache
 def made() -> dict[str, Any]:
-    return document(create_api(CATALOG))
+    return create_api(CATALOG).openapi()
 
 
 def operations() -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -52,20 +56,13 @@ def test_every_operation_has_a_name_of_its_own_and_none_has_changed() -> None:
     assert others == sorted(OPERATIONS), "the names of operations are a contract: see OPERATIONS"
 
 
-@pytest.mark.parametrize("key", [key for key, row in CATALOG.parameters.items() if row.readable])
-def test_every_row_has_routes_with_type_unit_range_and_description(key: str) -> None:
-    row = CATALOG.parameters[key]
-    verbs = made()["paths"][f"/api/v1/servos/{{uid}}/parameters/{key}"]
-    assert verbs["get"]["operationId"] == f"get_{key}"
-    assert verbs["get"]["summary"] == row.label
-    assert row.description.strip()[:40] in verbs["get"]["description"]
-    assert ("put" in verbs) == row.writable
-    if row.writable:
-        name = verbs["put"]["requestBody"]["content"]["application/json"]["schema"]["$ref"].rsplit("/", 1)[-1]
-        value = made()["components"]["schemas"][name]["properties"]["value"]
-        assert {"type", "anyOf", "oneOf", "enum"} & value.keys(), value
-        if row.unit and row.unit_when is None:
-            assert row.unit in str(value) + verbs["put"]["description"]
+def test_every_row_has_routes_of_its_own_name() -> None:
+    for key, row in CATALOG.readable.items():
+        verbs = made()["paths"][f"/api/v1/servos/{{uid}}/parameters/{key}"]
+        assert {verb: one["operationId"] for verb, one in verbs.items()} == {
+            verb: f"{word}_{key}" for verb, word in (("get", "get"), ("put", "set")) if verb == "get" or row.writable
+        }
+        assert verbs["get"]["summary"] == row.label
 
 
 def test_every_operation_says_what_it_answers_and_problems_have_one_shape() -> None:
@@ -78,6 +75,35 @@ def test_every_operation_says_what_it_answers_and_problems_have_one_shape() -> N
             if status.startswith(("4", "5")):
                 assert answer["content"]["application/problem+json"]["schema"]["$ref"].endswith("/Problem"), place
                 assert "`" in answer["description"], f"{place} {status} names no code"
+
+
+def test_every_operation_declares_its_problems_and_all_but_stop_that_wrong_tokens_are_limited() -> None:
+    unlimited: list[str] = []
+    for verb, path, operation in operations():
+        answers = operation["responses"]
+        assert "`forbidden_origin`" in answers["403"]["description"], f"{verb} {path}"
+        if "429" not in answers:
+            unlimited.append(operation["operationId"])
+            continue
+        assert "`too_many_attempts`" in answers["429"]["description"]
+        assert answers["429"]["headers"]["Retry-After"]["schema"]["type"] == "integer"
+    assert unlimited == ["stop"]
+
+
+def test_what_is_declared_of_wrong_tokens_is_what_the_guard_answers() -> None:
+    async def ask() -> None:
+        app = create_api(CATALOG, access=Access(given="the-one-that-is-right"))
+        transport = httpx.ASGITransport(app, raise_app_exceptions=False, client=("192.0.2.9", 5000))
+        async with httpx.AsyncClient(transport=transport, base_url="http://test") as http:
+            for at in range(TRIES):
+                await http.get("/api/v1/servos", headers={"Authorization": f"Bearer wrong-{at}"})
+            for verb, path, operation in operations():
+                answer = await http.request(verb.upper(), path, headers={"Authorization": "Bearer wrong"})
+                limited = operation["operationId"] != "stop"
+                assert answer.status_code == (429 if limited else 401), f"{verb} {path}"
+                assert ("retry-after" in answer.headers) == limited
+
+    asyncio.run(ask())
 
 
 def test_every_post_takes_a_key_and_those_that_do_not_say_why() -> None:
@@ -111,3 +137,21 @@ def test_it_is_openapi_3_1_and_every_reference_leads_somewhere() -> None:
     for part in text.split("#/components/schemas/")[1:]:
         name = part.split("'", 1)[0]
         assert name in made()["components"]["schemas"], name
+
+
+def test_whatever_a_program_may_send_is_told() -> None:
+    shapes = dict.fromkeys(f"{shape}.{name}" for shape, name, one in given(made()) if not is_told(one))
+    untold = [one for one in shapes if not one.endswith("Value.value")]  # a row's, told by the operation
+    assert untold == [], "give the field a description, or its name a meaning in api/words.py"
+
+
+def test_whatever_a_program_is_answered_is_told() -> None:
+    untold = [f"{shape}.{name}" for shape, name, one in fields(made()) if not is_told(one)]
+    assert untold == [], "give the field a description, or its name a meaning in api/answer_words.py"
+
+
+def test_no_word_is_left_that_nothing_is_called() -> None:
+    for words, found in ((WORDS, given(made())), (ANSWERS, fields(made()))):
+        shapes = {f"{shape}.{name}" for shape, name, _ in found}
+        names = {one.rpartition(".")[2] for one in shapes}
+        assert [one for one in words if one not in shapes | names] == []

@@ -50,6 +50,7 @@ def test_a_wheel_holds_everything_the_program_needs_and_nothing_else(checkout: P
         "hornbill/store/migrations/env.py",
     ):
         assert needed in names, needed
+    assert [name for name in names if name.endswith("README.md")] == ["hornbill/_data/schemas/README.md"]
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {"hornbill"}
 

@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -56,16 +56,36 @@ def demo() -> Iterator[Demo]:
         yield Demo(url, api)
 
 
+def as_in_rom(api: httpx.Client, uid: str) -> None:
+    """Restart a servo that holds what is not in ROM: without torque a save asks."""
+    if api.get(f"/servos/{uid}").json()["unsaved"]:
+        api.post(f"/servos/{uid}/restart", params={"wait": True}).raise_for_status()
+
+
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """Chromium, headless; software WebGL."""
+def chromium() -> Iterator[Callable[..., Browser]]:
+    """Starts Chromium, headless, with further flags."""
     path = find()
     if path is None:
         pytest.skip("no Chromium: 'make chromium' finds or installs one")
     with sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield launched
-        launched.close()
+        yield lambda *flags: playwright.chromium.launch(executable_path=path, args=["--no-sandbox", *flags])
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: Callable[..., Browser]) -> Iterator[Browser]:
+    """Cannot draw 3D: where no graphics card does, drawing would take most of the time of a test of anything else."""
+    launched = chromium("--disable-3d-apis")
+    yield launched
+    launched.close()
+
+
+@pytest.fixture(scope="session")
+def scene_browser(chromium: Callable[..., Browser]) -> Iterator[Browser]:
+    """Draws 3D in software."""
+    launched = chromium()
+    yield launched
+    launched.close()
 
 
 @dataclass
@@ -77,9 +97,11 @@ class Watched:
 
 
 @pytest.fixture
-def context(browser: Browser) -> Iterator[BrowserContext]:
-    """A fresh profile in a 1440 x 900 window."""
-    made = browser.new_context(viewport={"width": 1440, "height": 900})
+def context(request: pytest.FixtureRequest) -> Iterator[BrowserContext]:
+    """A fresh profile in a 1440 x 900 window; it can draw 3D for tests marked `scene`."""
+    name = "scene_browser" if request.node.get_closest_marker("scene") else "browser"
+    launched: Browser = request.getfixturevalue(name)
+    made = launched.new_context(viewport={"width": 1440, "height": 900})
     made.set_default_timeout(15_000)
     yield made
     made.close()

@@ -1,7 +1,8 @@
 """Owns how a command in a guide is run: its blocks of shell, what they need, and a bench to run them on.
 
 A block is ```bash. Its first line may be a comment that says what keeps it from being run here, or how it is run:
-`# needs hardware`, `# needs root`, `# needs Docker`, `# needs a checkout`, `# runs until Ctrl-C`; several with commas.
+`# needs hardware`, `# needs root`, `# needs Docker`, `# needs a checkout`, `# needs the wheel`, `# runs until Ctrl-C`;
+several with commas.
 """
 
 import os
@@ -14,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 WRITTEN = "61-466861"
 """The serial the guides show."""
-NEEDS = ("needs hardware", "needs root", "needs Docker", "needs a checkout")
+NEEDS = ("needs hardware", "needs root", "needs Docker", "needs a checkout", "needs the wheel")
 ENDLESS = "runs until Ctrl-C"
 
 
@@ -53,7 +54,7 @@ def guides() -> list[Path]:
     """Every page for people: README, CONTRIBUTING, docs/, and the README of each folder."""
     dist = ROOT / "docs" / "dist"
     pages = [file for file in (ROOT / "docs").rglob("*.md") if dist not in file.parents]
-    return sorted([*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), *pages])
+    return sorted([*ROOT.glob("*.md"), *ROOT.glob("[!.]*/README.md"), *pages])
 
 
 class Rig:

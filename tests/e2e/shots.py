@@ -1,8 +1,10 @@
 """Owns `make shots`: the pictures of README and docs, taken from the real page with simulated servos."""
 
+import os
 import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
@@ -13,7 +15,8 @@ from playwright.sync_api import Page, sync_playwright  # noqa: E402
 from e2e.chromium import find  # noqa: E402
 from e2e.conftest import running_demo  # noqa: E402
 
-PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
+PICTURES = Path(os.environ.get("HORNBILL_PICTURES", Path(__file__).parents[2] / "docs" / "pictures"))
+"""Elsewhere when told so: to look at pictures without changing those of the docs."""
 LABELS = ("Elevator L", "Antenna arm", "Throttle", "Gripper", "Rudder", "Spare, new")
 WIDE, TABLET = {"width": 1440, "height": 900}, {"width": 820, "height": 1180}
 
@@ -163,7 +166,11 @@ def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
     name = api.post("/recorder/bundles", params={"wait": True}, json=body).json()["name"]
     page.goto(f"{url}records#recorder/{name}")
     page.get_by_test_id("bundle-servo").select_option(uid)
+    page.get_by_test_id("plot-current_angle").scroll_into_view_if_needed()
     page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()
+    page.get_by_test_id("bundle").evaluate("one => one.scrollTo(0, 0)")
+    page.locator("[data-testid=view-replay][data-state=shown]").wait_for(timeout=60_000)
+    drawn(page, "/hero/bla")
     page.wait_for_timeout(1500)
 
     def end() -> None:
@@ -173,14 +180,107 @@ def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
     return end
 
 
+def scrub(page: Page, url: str, uid: str) -> Callable[[], None]:
+    """The same, scrolled to its plots, on the way from one angle to the next: the horn there, its command ahead."""
+    end = recorder(page, url, uid)
+    slider = page.get_by_test_id("scrub-slider")
+    told = page.get_by_test_id("replay-angle")
+    slider.press("Home")
+    for _ in range(4000):
+        slider.press("ArrowRight")
+        if "command −45" in told.inner_text():  # the horn is on its way there
+            break
+    slider.evaluate("one => one.blur()")
+    page.get_by_test_id("bundle").evaluate("one => one.scrollTo(0, one.querySelector('.rec-split').offsetTop - 190)")
+    page.wait_for_timeout(1500)
+    return end
+
+
+def api_page(page: Page, url: str, uid: str) -> Callable[[], None]:
+    """The last actions as curl, above every operation there is. The answer takes the values back."""
+    api = httpx.Client(base_url=url + "api/v1", timeout=60)
+    path = f"/servos/{uid}/parameters/angle_limit_cw"
+    before = api.get(path).json()["value"]
+    page.goto(f"{url}servos/{uid}/parameters#angle_limit_cw")
+    box = page.get_by_test_id("input-angle_limit_cw")
+    for value in (before - 5, before - 3):
+        box.fill(f"{value:g}")
+        box.press("Enter")
+        page.locator("[data-testid=row-angle_limit_cw][data-state=staged]").wait_for()
+        page.get_by_test_id("apply").click()
+        page.locator("[data-testid=row-angle_limit_cw]:is([data-state=applied], [data-state=idle])").wait_for()
+    page.get_by_role("link", name="API").click()
+    page.get_by_role("main").get_by_role("heading").first.wait_for()
+    page.wait_for_load_state("networkidle")
+    page.wait_for_timeout(500)
+
+    def end() -> None:
+        api.put(path, json={"value": before})
+        api.close()
+
+    return end
+
+
+def matrix(page: Page, url: str, uid: str) -> Callable[[], None]:
+    """Every servo side by side; one was tuned otherwise. The answer takes that back."""
+    api = httpx.Client(base_url=url + "api/v1", timeout=60)
+    before = api.get(f"/servos/{uid}/parameters").json()["parameters"]
+    odd = {"angle_p_gain": 71, "temperature_limit_upper": 65}
+    api.patch(f"/servos/{uid}/parameters", json={"values": odd}).raise_for_status()
+    page.goto(f"{url}servos/matrix?uids=" + ",".join(one["uid"] for one in api.get("/servos").json()))
+    page.get_by_test_id("matrix").get_by_role("columnheader").nth(6).wait_for()
+    page.get_by_test_id("matrix").get_by_role("rowheader").nth(8).wait_for()
+    line = page.get_by_test_id("line-angle_p_gain")
+    line.wait_for()
+    line.evaluate("row => row.scrollIntoView({ block: 'center' })")
+    page.wait_for_timeout(1500)
+
+    def end() -> None:
+        api.patch(f"/servos/{uid}/parameters", json={"values": {key: before[key]["value"] for key in odd}})
+        api.close()
+
+    return end
+
+
+def wall(page: Page, url: str, _uid: str) -> None:
+    """Every horn at once."""
+    page.goto(url + "servos")
+    page.locator(".servo-row").nth(5).wait_for()
+    page.get_by_role("button", name="3D", exact=True).click()
+    page.locator("[data-testid=wall][data-state=shown]").wait_for(timeout=60_000)
+    drawn(page, "/crowd/horn-far")
+    page.wait_for_timeout(2000)
+    page.wait_for_function("() => document.querySelector('.wall-place[data-stale=true]') === null", timeout=60_000)
+
+
+def login(page: Page, _url: str, _uid: str) -> Callable[[], None]:
+    """What a page of a server that wants to be signed in to asks."""
+    stack = ExitStack()
+    _, url = stack.enter_context(running_demo("--servos", "1", "--token", "a-token-for-the-picture"))
+    page.goto(url)
+    page.get_by_test_id("login").wait_for()
+    return stack.close
+
+
+def drawn(page: Page, beginning: str) -> None:
+    """Waits until the 3D view has a node whose name begins so."""
+    (frame,) = [one for one in page.frames if "/viser/" in one.url]
+    frame.wait_for_function(
+        "name => Object.keys(window.__viserSceneTree?.getState() ?? {}).some(node => node.startsWith(name))",
+        arg=beginning,
+        timeout=60_000,
+    )
+
+
+SCENES: tuple[Callable[[Page, str, str], Callable[[], None] | None], ...] = (
+    servos, parameters, motion, bus, commission, records, faults, tune, recorder, scrub, api_page, matrix, wall, login,
+)  # fmt: skip
+
+
 def main() -> None:
     """Every page, or those named, in both themes, wide; and as a tablet shows it, in one."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    scenes = [
-        scene
-        for scene in (servos, parameters, motion, bus, commission, records, faults, tune, recorder)
-        if scene.__name__ in sys.argv[1:] or not sys.argv[1:]
-    ]
+    scenes = [scene for scene in SCENES if scene.__name__ in sys.argv[1:] or not sys.argv[1:]]
     with running_demo("--seed", "1") as (_, url), sync_playwright() as playwright:
         api = httpx.Client(base_url=url + "api/v1")
         while sum(one["state"] == "ready" for one in api.get("/servos").json()) < 6:
@@ -200,7 +300,7 @@ def main() -> None:
                 end = scene(page, url, uid)
                 name = f"{scene.__name__}-{theme}{suffix}.png"
                 page.screenshot(path=PICTURES / name, timeout=60_000)
-                sys.stdout.write(f"docs/pictures/{name}\n")
+                sys.stdout.write(f"{PICTURES.name}/{name}\n")
                 context.close()
                 if end is not None:
                     end()

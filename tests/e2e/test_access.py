@@ -1,12 +1,13 @@
 """Everybody can use the page: axe on every page in both themes, a finger's targets, and the keyboard alone."""
 
 import re
+from typing import Literal
 
 import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.conftest import Demo
-from e2e.test_bus_page import complaints
+from e2e.looks import complaints, too_small
 from e2e.test_technician import servo_of, wait_for
 
 PAGES = (
@@ -30,6 +31,8 @@ PAGES = (
     "api-page",
 )
 """Every page, and every part of one that has a link of its own."""
+SCENE = "servos/{uid}/parameters"
+"""A page with a 3D view, looked at once more where Chromium draws it."""
 
 DIALOGS = (
     ("servos", "keys", "keys-dialog"),
@@ -41,27 +44,8 @@ DIALOGS = (
 )
 """Page, what opens a dialog there."""
 
+THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 TABLET = {"width": 820, "height": 1180}
-
-SMALL = """() => {
-    const targets = 'button, a[href], input, select, textarea, summary, [role=tab], [role=switch], [role=slider]';
-    const clipped = one => {  // taken out of sight on purpose: a label or a row stands for it
-        const box = one.getBoundingClientRect();
-        const style = getComputedStyle(one);
-        return box.width <= 1 || style.opacity === '0' || style.visibility === 'hidden' || box.right < 0;
-    };
-    return [...document.querySelectorAll(targets)]
-        .filter(one => one.getClientRects().length && !one.matches('.row-link') && !one.disabled)
-        .map(one => {
-            const holder = one.matches('input') ? one.closest('label, .box, .search') ?? one : one;
-            if (holder === one && clipped(one)) return null;
-            const box = holder.getBoundingClientRect();
-            return [Math.round(box.width), Math.round(box.height), one.outerHTML.slice(0, 110)];
-        })
-        .filter(found => found && (found[0] < 44 || found[1] < 44))
-        .map(String);
-}"""
-"""What a finger cannot hit: everything that takes a touch and is less than 44 px wide or high."""
 
 
 def show(page: Page, demo: Demo, path: str) -> None:
@@ -78,20 +62,18 @@ def touch(page: Page) -> None:
     page.context.new_cdp_session(page).send("Emulation.setTouchEmulationEnabled", {"enabled": True})
 
 
-@pytest.mark.parametrize("path", PAGES)
+@pytest.mark.parametrize("path", [*PAGES, pytest.param(SCENE, marks=pytest.mark.scene, id="scene")])
 def test_axe_finds_nothing_in_either_theme_wide_or_on_a_tablet_and_a_finger_hits_everything(
     page: Page, demo: Demo, path: str
 ) -> None:
-    for theme in ("light", "dark"):
-        page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
+    for size in ("wide", "tablet"):
+        if size == "tablet":
+            touch(page)
         show(page, demo, path)
-        assert complaints(page) == [], f"{theme}, wide"
-    touch(page)
-    for theme in ("light", "dark"):
-        page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
-        show(page, demo, path)
-        assert complaints(page) == [], f"{theme}, tablet"
-    assert "\n".join(page.evaluate(SMALL)) == ""
+        for theme in THEMES:
+            page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+            assert complaints(page) == [], f"{theme}, {size}"
+    assert "\n".join(too_small(page)) == ""
     assert page.evaluate("() => document.documentElement.scrollWidth") <= TABLET["width"]
 
 
@@ -99,23 +81,24 @@ def test_axe_finds_nothing_in_either_theme_wide_or_on_a_tablet_and_a_finger_hits
 def test_a_dialog_has_a_name_keeps_the_focus_and_gives_it_back(
     page: Page, demo: Demo, path: str, opens: str, dialog: str | None
 ) -> None:
-    for theme in ("light", "dark"):
-        page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
-        show(page, demo, path)
-        page.get_by_test_id(opens).focus()
-        page.keyboard.press("Enter")
-        box = page.get_by_test_id(dialog) if dialog else page.get_by_role("dialog")
-        expect(box).to_be_visible()
-        page.wait_for_timeout(500)
+    show(page, demo, path)
+    page.get_by_test_id(opens).focus()
+    page.keyboard.press("Enter")
+    box = page.get_by_test_id(dialog) if dialog else page.get_by_role("dialog")
+    expect(box).to_be_visible()
+    page.wait_for_timeout(500)
+    for theme in THEMES:
+        page.emulate_media(color_scheme=theme, reduced_motion="reduce")
         assert complaints(page) == [], theme
-    for _ in range(40):
+    stops = box.evaluate("box => box.querySelectorAll('button, input, select, textarea, a, [tabindex]').length")
+    for _ in range(stops + 2):
         page.keyboard.press("Tab")
         assert box.evaluate("box => box.contains(document.activeElement)"), "the focus left the dialog"
     page.keyboard.press("Shift+Tab")
     assert box.evaluate("box => box.contains(document.activeElement)")
     touch(page)
     page.wait_for_timeout(300)
-    assert "\n".join(page.evaluate(SMALL)) == ""
+    assert "\n".join(too_small(page)) == ""
     box.get_by_role("button", name=re.compile("Close|Cancel|Keep")).last.click()
     expect(box).to_have_count(0)
     expect(page.get_by_test_id(opens)).to_be_focused()

@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import sys
 from typing import Any
 
 import pytest
@@ -25,7 +26,7 @@ def test_address_document_and_examples_are_those_of_this_server(page: Page, demo
     expect(examples).to_contain_text("curl -sS")
     assert any(uid in examples.inner_text() for uid in uids)
     page.get_by_role("button", name="Python").click()
-    expect(examples).to_contain_text("import httpx")
+    expect(examples).to_contain_text("from hornbill.client import Hornbill")
 
 
 def test_the_examples_in_python_run_as_they_stand(page: Page, demo: Demo) -> None:
@@ -37,6 +38,62 @@ def test_the_examples_in_python_run_as_they_stand(page: Page, demo: Demo) -> Non
     exec("\n".join(codes[:3]), said)  # all but writing and stopping: other tests go on with these servos
     said["rig"].close()
     assert len(said["servos"]) >= 6
+
+
+def test_what_was_done_last_runs_as_a_program(page: Page, demo: Demo, context: BrowserContext) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    row = f"/servos/{uid}/parameters/temperature_limit_upper"
+    before = demo.api.get(row).json()["value"]
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+
+    def program(action: str) -> str:
+        page.locator('a[href="/api-page"]').click()
+        sent = page.get_by_test_id("api-sent").locator("tbody tr").filter(has_text=re.compile(action)).first
+        sent.get_by_test_id("api-copy-python").click()
+        expect(sent.get_by_test_id("api-copy-python")).to_contain_text("Copied")
+        return page.evaluate("() => navigator.clipboard.readText()")
+
+    def run(code: str) -> None:
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=40, check=False)
+        assert done.returncode == 0, f"{code}\n{done.stderr}"
+
+    try:
+        page.goto(f"{demo.url}servos/{uid}/parameters#temperature_limit_upper")
+        page.get_by_test_id("input-temperature_limit_upper").fill(str(before - 1))
+        page.get_by_test_id("input-temperature_limit_upper").press("Enter")
+        page.get_by_test_id("apply").click()
+        wait_for(lambda: demo.api.get(row).json()["value"] == before - 1, 10, "not applied")
+        write = program("PATCH /api/v1/servos/.*/parameters")
+        demo.api.put(row, json={"value": before}).raise_for_status()
+        run(write)
+        assert demo.api.get(row).json()["value"] == before - 1
+
+        page.locator('a[href$="/motion"]').first.click()
+        page.get_by_test_id("enable-motion").click()
+        page.get_by_test_id("jog-value").fill("9")
+        page.get_by_test_id("jog-go").click()
+        expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+[89]\.\d°"), timeout=10_000)
+        move, lease = program("POST /api/v1/servos/.*/command"), program("POST /api/v1/leases")
+        wait_for(lambda: demo.api.get("/leases").json() == [], 10, "the page still has motion control")
+        demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 0}).raise_for_status()
+        run(move)
+        angle = demo.api.get(f"/servos/{uid}/parameters/current_angle").json()["value"]
+        assert abs(angle - 9) < 2
+        assert demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] == "off"
+        run(lease)
+        assert demo.api.get("/leases").json() == []
+
+        page.get_by_test_id("stop").click()
+        expect(page.get_by_test_id("stop-band")).to_be_visible()
+        stop = program("POST /api/v1/stop")
+        demo.api.delete("/stop").raise_for_status()
+        run(stop)
+        assert demo.api.get("/stop").json()["latched"]
+        demo.api.delete("/stop").raise_for_status()
+        expect(page.get_by_test_id("stop-band")).to_have_count(0)
+    finally:
+        demo.api.delete("/stop")
+        demo.api.put(row, json={"value": before}).raise_for_status()
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")

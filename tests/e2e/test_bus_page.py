@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import BrowserContext, Locator, Page, WebSocketRoute, expect
 
 from e2e.conftest import Demo
 from e2e.test_technician import wait_for
+
+pytestmark = pytest.mark.alone
 
 ROWS = ".f-row:not([hidden])"
 CANDUMP_LINE = re.compile(r"\(\d+\.\d{6}\) \S+ [0-9A-F]{8}#([0-9A-F]{2})*( [RT])?")
@@ -333,51 +334,6 @@ def test_a_lost_adapter_is_told_with_the_next_try_and_stop_keeps_its_place(
     disconnect = page.get_by_test_id("bus-disconnect").bounding_box()
     assert disconnect is not None
     assert disconnect["x"] + disconnect["width"] < stop["x"], "nothing that disconnects stands under Stop"
-
-
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_finds_nothing_on_any_part_in_either_theme(page: Page, demo: Demo, theme: str) -> None:
-    page.emulate_media(color_scheme="dark" if theme == "dark" else "light")
-    for part in ("monitor", "nodes", "ids"):
-        open_bus(page, demo, part)
-        page.wait_for_timeout(800)
-        assert complaints(page) == []
-    for button in ("bus-change", "bus-log", "bus-disconnect"):
-        open_bus(page, demo)
-        page.get_by_test_id(button).click()
-        page.wait_for_timeout(800)
-        assert complaints(page) == []
-
-
-def complaints(page: Page) -> list[str]:
-    found = json.loads(json.dumps(Axe().run(page).response))["violations"]
-    return [f"{one['id']}: {one['nodes'][0]['html'][:200]}" for one in found]
-
-
-def test_on_a_tablet_everything_to_touch_is_large_enough(page: Page, demo: Demo, context: BrowserContext) -> None:
-    page.set_viewport_size({"width": 768, "height": 1024})
-    for part in ("doctor", "monitor", "nodes", "ids"):
-        open_bus(page, demo, part)
-        page.wait_for_timeout(500)
-        assert too_small(page) == [], part
-        wide = page.evaluate("() => document.documentElement.scrollWidth")
-        assert wide <= 768
-    page.get_by_test_id("bus-log").click()
-    assert too_small(page) == []
-
-
-def too_small(page: Page) -> list[str]:
-    return page.evaluate(
-        """() => [...document.querySelectorAll('main button, main a, main input, .dialog button, .dialog a')]
-            .filter(one => one.getClientRects().length && !one.matches('.row-link'))  // its row is the target
-            .map(one => {
-                const target = one.matches('input') ? one.closest('label, .box') ?? one : one;
-                const box = target.getBoundingClientRect();
-                return [Math.round(box.width), Math.round(box.height), one.outerHTML.slice(0, 90)];
-            })
-            .filter(([width, height]) => width < 44 || height < 44)
-            .map(String)"""
-    )
 
 
 def test_by_keyboard_alone_the_parts_and_the_filter_are_reached(page: Page, demo: Demo) -> None:

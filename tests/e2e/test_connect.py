@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, Page, Route, expect
 
+from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving
-from e2e.test_bus_page import complaints, too_small
 
 NOTHING = [{"address": "memory:demo", "name": "Simulated servos", "state": "ready", "usable": True, "reason": None,
             "remedy": None, "bitrate": 1_000_000, "sample_point": None}]  # fmt: skip
@@ -83,6 +83,27 @@ def test_each_adapter_tells_its_state_and_reason_and_what_is_plugged_in_comes_be
     plain.get_by_test_id("connect").click()  # no such thing is plugged into this machine
     expect(plain.get_by_test_id("connect-refused")).to_contain_text(re.compile("ttyACM0"))
     assert server.api.get("/bus").json()["state"] == "disconnected"
+
+
+def test_before_the_demo_is_left_for_another_bus_the_page_says_what_becomes_of_it_and_it_is_switched_off(
+    server: Server, plain: Page, tmp_path: Path
+) -> None:
+    (tmp_path / "logs").mkdir(exist_ok=True)
+    (tmp_path / "logs" / "short.log").write_text("(1.000000) can0 1E08FF05#0102030405060708\n")
+    adapters(plain, PLUGGED)
+    server.api.put("/bus", json={"address": "memory:demo"}).raise_for_status()
+    server.ready(6)
+    plain.goto(server.url + "bus")
+    plain.get_by_test_id("bus-change").click()
+    plain.get_by_test_id("adapter-memory:demo").get_by_role("radio").check()
+    expect(plain.get_by_test_id("switches-off")).to_have_count(0)
+    plain.get_by_test_id("adapter-other").check()
+    plain.get_by_test_id("adapter-address").fill("file:short.log")
+    expect(plain.get_by_test_id("switches-off")).to_contain_text("simulated servos are switched off")
+    assert all(one["power"] == "on" for one in server.api.get("/sim/servos").json())
+    plain.get_by_test_id("connect").click()
+    expect(plain.get_by_test_id("connect-dialog")).to_have_count(0)
+    assert [one["power"] for one in server.api.get("/sim/servos").json()] == ["off"] * 6
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

@@ -12,11 +12,11 @@ from urllib.parse import unquote, urlsplit
 
 import httpx
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
 
-from e2e.conftest import Demo
+from e2e.conftest import Demo, as_in_rom
 from e2e.guides import ENDLESS, NEEDS, ROOT, WRITTEN, Block, Rig, blocks, guides
+from e2e.looks import complaints
 from e2e.servers import Server, running
 
 PAGES = [file for file in guides() if any(not one.marks for one in blocks(file))]
@@ -26,7 +26,7 @@ NO_HARDWARE = "needs hardware"
 
 @pytest.fixture(scope="module")
 def shared() -> Iterator[Server]:
-    """One demo for all guides: its servos are as their last reader left them, as a reader's are."""
+    """One demo for all guides: what is in ROM is as their last reader left it, as a reader's is."""
     with running("demo", "--servos", "3", "--seed", "3") as server:
         server.ready(3)
         yield server
@@ -34,8 +34,10 @@ def shared() -> Iterator[Server]:
 
 @pytest.fixture
 def bench(shared: Server) -> Iterator[Server]:
-    """The demo, without a stop or a lease of the guide before."""
+    """The demo, without a stop, a lease or values in RAM alone of the guide before."""
     shared.ready(3)
+    for one in shared.servos():
+        as_in_rom(shared.api, str(one["uid"]))
     yield shared
     shared.api.delete("/stop")
     for lease in shared.api.get("/leases").json():
@@ -122,14 +124,14 @@ class Links(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("docs") / "site"
-    subprocess.run([sys.executable, ROOT / "docs" / "site" / "build.py", folder], check=True)
-    return folder
+def built() -> Path:
+    """The site, where the program looks for it in a checkout."""
+    subprocess.run([sys.executable, ROOT / "docs" / "site" / "build.py"], check=True, env=dict(os.environ))
+    return ROOT / "docs" / "dist"
 
 
-def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_inline(site: Path) -> None:
-    pages = {file: Links(file) for file in site.rglob("*.html")}
+def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_inline(built: Path) -> None:
+    pages = {file: Links(file) for file in built.rglob("*.html")}
     assert len(pages) > 40
     for file, page in pages.items():
         assert page.inline == [], file
@@ -165,12 +167,6 @@ def test_a_link_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
     assert not (copy / "docs" / "dist").exists()
 
 
-@pytest.fixture(scope="module")
-def built() -> None:
-    """The site where the program looks for it in a checkout."""
-    subprocess.run([sys.executable, ROOT / "docs" / "site" / "build.py"], check=True, env=dict(os.environ))
-
-
 @pytest.mark.usefixtures("built")
 def test_the_program_serves_the_site_below_docs_under_the_pages_policy(demo: Demo) -> None:
     index = httpx.get(demo.url + "docs", follow_redirects=True)
@@ -187,15 +183,39 @@ def test_the_program_serves_the_site_below_docs_under_the_pages_policy(demo: Dem
 
 @pytest.mark.usefixtures("built")
 def test_somebody_finds_a_page_reads_it_dark_and_axe_finds_nothing(page: Page, demo: Demo) -> None:
-    page.goto(demo.url + "docs/")
+    page.goto(demo.url + "api-page")
+    there = page.get_by_test_id("api-docs").get_attribute("href")
+    assert there is not None
+    assert there == demo.url + "docs/"
+    page.goto(there)
     page.keyboard.press("/")
     page.keyboard.type("position unit hardware")
     page.locator("#found a").first.click()
     page.get_by_role("heading", level=1).wait_for()
     for _ in range(2):
-        for path in ("docs/tutorial.html", "docs/reference/api/servos.html"):
+        for path in ("docs/index.html", "docs/tutorial.html", "docs/reference/api/servos.html"):
             page.goto(demo.url + path)
-            found = Axe().run(page)
-            assert found.violations_count == 0, found.generate_report()
+            assert complaints(page) == [], path
         page.get_by_role("button", name="Light or dark").click()
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+GUIDES = re.findall(
+    r'^  (\w+): "([\w/-]*)",$', (ROOT / "web" / "src" / "ui" / "guide.tsx").read_text("utf-8"), re.MULTILINE
+)
+
+
+@pytest.mark.usefixtures("built")
+def test_every_link_of_the_page_into_the_documentation_is_answered(page: Page, demo: Demo) -> None:
+    assert len(GUIDES) > 10
+    for name, place in GUIDES:
+        answer = httpx.get(f"{demo.url}docs/{place and place + '.html'}")
+        assert answer.status_code == 200, name
+    page.goto(demo.url + "api-page")
+    page.get_by_test_id("guide-rigs").wait_for()
+    page.get_by_test_id("keys").click()
+    page.get_by_test_id("guide-tutorial").wait_for()
+    links = page.locator('a[href*="/docs/"]').evaluate_all("all => all.map(one => [one.href, one.target])")
+    assert {httpx.get(href).status_code for href, _ in links} == {200}
+    assert {target for _, target in links} == {"_blank"}, "what is staged or moving stays in its own tab"
+    assert {href.removeprefix(demo.url) for href, _ in links} >= {"docs/", "docs/tutorial.html", "docs/rigs.html"}

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
+from e2e.looks import complaints
 from e2e.servers import Server, running, until
-from e2e.test_bus_page import complaints
 
 KEYS = ("angle_limit_cw", "speed_limit_cw")
 

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.conftest import Demo
-from e2e.test_bus_page import complaints, too_small
+from e2e.looks import complaints, too_small
 from e2e.test_technician import servo_of, wait_for
 
 

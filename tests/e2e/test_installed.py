@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 from urllib.parse import urljoin
@@ -53,23 +54,37 @@ def test_the_sdist_makes_a_wheel_and_both_hold_the_notices(dist: Path) -> None:
     assert not any("node_modules" in name or "__pycache__" in name for name in [*names, *inside])
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-def test_the_wheel_runs_the_demo_in_a_fresh_environment_without_node(version: str, dist: Path, tmp_path: Path) -> None:
-    python = find_python(version)
-    if python is None:
-        pytest.skip(f"Python {version} is not installed here")
-    environment = tmp_path / "environment"
-    bare = [python, "-m", "venv", str(environment)]
-    subprocess.run(bare, check=True, env={name: os.environ[name] for name in os.environ if name != "PYTHONPATH"})
-    bin_ = environment / "bin"
+@pytest.fixture(scope="module")
+def environments(dist: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A fresh environment with the wheel for each Python that is here, made side by side: most of it is waiting."""
     (wheel,) = dist.glob("*.whl")
-    for what in (("--require-hashes", "-r", str(ROOT / "requirements.lock")), (str(wheel),)):
-        pip = [str(bin_ / "python"), "-m", "pip", "install", "--quiet", "--no-deps", "--no-compile", *what]
-        installed = subprocess.run(pip, capture_output=True, text=True, check=False)
-        assert installed.returncode == 0, installed.stderr[-2000:]
-    clean = {"PATH": str(bin_), "HOME": str(tmp_path), "LANG": "C.UTF-8"}
+    bare = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+    def make(python: str, folder: Path) -> None:
+        subprocess.run([python, "-m", "venv", "--without-pip", str(folder)], check=True, env=bare)
+        into = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python")]
+        for what in (("--require-hashes", "-r", str(ROOT / "requirements.lock")), (str(wheel),)):
+            run = [*into, "install", "--quiet", "--no-deps", "--no-compile", *what]
+            installed = subprocess.run(run, capture_output=True, text=True, check=False, env=bare)
+            assert installed.returncode == 0, installed.stderr[-2000:]
+        subprocess.run([*into, "check"], check=True, capture_output=True, env=bare)
+
+    found = {version: python for version in VERSIONS if (python := find_python(version))}
+    folders = {version: tmp_path_factory.mktemp("python") / version for version in found}
+    with ThreadPoolExecutor(len(found)) as pool:
+        list(pool.map(make, found.values(), folders.values()))
+    return folders
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_wheel_runs_the_demo_in_a_fresh_environment_without_node(
+    version: str, environments: dict[str, Path], tmp_path: Path
+) -> None:
+    if version not in environments:
+        pytest.skip(f"Python {version} is not installed here")
+    bin_ = environments[version] / "bin"
+    clean = {"PATH": str(bin_), "HOME": str(tmp_path), "TMPDIR": str(tmp_path), "LANG": "C.UTF-8"}
     assert shutil.which("node", path=clean["PATH"]) is None
-    subprocess.run([bin_ / "python", "-m", "pip", "check"], check=True, capture_output=True, env=clean)
     command = [str(bin_ / "hornbill"), "demo", "--port", "0", "--servos", "2"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=tmp_path, env=clean) as process:
         try:
@@ -80,7 +95,7 @@ def test_the_wheel_runs_the_demo_in_a_fresh_environment_without_node(version: st
         finally:
             process.terminate()
             process.wait(timeout=30)
-    assert not list(tmp_path.glob("hornbill-demo*"))
+    assert list(tmp_path.glob("hornbill-demo*")) == [], "what the demo kept is gone with it"
 
 
 def _answers(url: str) -> None:

@@ -43,6 +43,7 @@ def test_in_english_no_japanese_is_fetched(page: Page, demo: Demo) -> None:
     assert [len(script) for script in fetched if re.search(r"[\u3040-\u30ff]{4}", script)] == []
 
 
+@pytest.mark.alone
 def test_the_first_paint_comes_within_a_second_in_either_language(page: Page, japanese: Page, demo: Demo) -> None:
     for one in (page, japanese):
         painted: list[float] = []

@@ -111,6 +111,50 @@ def test_a_column_is_copied_to_the_others_but_for_who_they_are(page: Page, demo:
     expect(page.get_by_test_id(f"cell-{uids[3]}-angle_p_gain")).to_contain_text("40")
 
 
+def test_a_plan_that_could_switch_servos_off_says_so_and_writes_nothing_without_a_tick(
+    page: Page, demo: Demo, uids: list[str]
+) -> None:
+    before = held(demo, uids[0], "voltage_limit_lower")["value"]
+    page.goto(f"{demo.url}servos/matrix?uids={','.join(uids[:2])}#voltage_limit_lower")
+    page.get_by_test_id("set-voltage_limit_lower").click()
+    page.get_by_test_id("set-value").fill("7.2")
+    page.get_by_test_id("set-go").click()
+    page.get_by_test_id("matrix-review").click()
+    dialog = page.get_by_test_id("plan-dialog")
+    for uid in uids[:2]:
+        expect(page.get_by_test_id(f"plan-{uid}")).to_have_attribute("data-outcome", "rejected")
+        expect(page.get_by_test_id(f"plan-{uid}")).to_contain_text("could switch the output off at once")
+    expect(dialog).not_to_contain_text("confirm")
+    expect(page.get_by_test_id("plan-go")).to_have_count(0)
+    expect(page.get_by_test_id("plan-again")).to_be_disabled()
+    assert [held(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
+
+    dialog.get_by_role("checkbox", name="I checked the supply").check()
+    page.get_by_test_id("plan-again").click()
+    expect(page.get_by_test_id("plan-go")).to_be_enabled()
+    assert [held(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
+    dialog.get_by_role("checkbox", name="I checked the supply").uncheck()
+    expect(page.get_by_test_id("plan-go")).to_have_count(0)
+    expect(page.get_by_test_id("plan-again")).to_be_disabled()
+    dialog.get_by_role("checkbox", name="I checked the supply").check()
+    page.get_by_test_id("plan-go").click()
+    for uid in uids[:2]:
+        expect(page.get_by_test_id(f"result-{uid}")).to_have_attribute("data-state", "ok")
+        assert held(demo, uid, "voltage_limit_lower")["value"] == 7.2
+        path = f"/servos/{uid}/parameters/voltage_limit_lower"
+        demo.api.put(path, json={"value": before}).raise_for_status()
+
+
+def test_with_nothing_staged_the_bar_speaks_of_what_is_in_ram_only(page: Page, demo: Demo, uids: list[str]) -> None:
+    row = f"/servos/{uids[0]}/parameters/angle_dead_band"
+    before = demo.api.get(row).json()["value"]
+    demo.api.put(row, json={"value": before + 0.5}).raise_for_status()
+    page.goto(f"{demo.url}servos/matrix?uids={uids[0]}#angle_dead_band")
+    expect(page.get_by_test_id("matrix-bar")).to_contain_text("in RAM only")
+    expect(page.get_by_test_id("matrix-bar")).not_to_contain_text("0 changes")
+    demo.api.put(row, json={"value": before}).raise_for_status()
+
+
 def test_heads_stay_in_sight_on_a_tablet(page: Page, demo: Demo, uids: list[str]) -> None:
     page.set_viewport_size({"width": 768, "height": 1024})
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#voltage_limit_lower")

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Page, ViewportSize, expect
 
-from e2e.conftest import Demo
-from e2e.test_bus_page import complaints, too_small
+from e2e.conftest import Demo, Watched
+from e2e.looks import complaints, too_small
 from e2e.test_technician import wait_for
+
+pytestmark = pytest.mark.alone
 
 WIDE: ViewportSize = {"width": 1440, "height": 900}
 TABLET: ViewportSize = {"width": 820, "height": 1180}
@@ -230,6 +232,7 @@ def test_a_group_goes_to_one_angle_or_keeps_its_distances_and_all_of_it_ends(
     demo.api.patch(f"/sim/servos/{pair[1]}", json={"power": "off"})
     expect(page.get_by_test_id("group-ended")).to_contain_text("Boom", timeout=10_000)
     expect(page.get_by_test_id("jog-refusal")).to_contain_text("Boom")
+    expect(page.get_by_text("/api/v1"), "advice to programs").to_have_count(0)
     expect(page.get_by_test_id("jog-step--10")).to_be_disabled()
     demo.api.patch(f"/sim/servos/{pair[1]}", json={"power": "on"})
     wait_for(lambda: state(demo, pair[1]) == "ready", 25, "it did not come back")
@@ -239,6 +242,78 @@ def test_a_group_goes_to_one_angle_or_keeps_its_distances_and_all_of_it_ends(
     wait_for(lambda: abs(angle(demo, pair[0]) - 24) < 2.5, 6, "they do not go together again")
     page.get_by_test_id("disable-motion").click()
     wait_for(lambda: [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"], 3, "torque stayed on")
+
+
+def answers(demo: Demo, uid: str, does: bool) -> None:
+    """It hears and does everything and is heard on the bus; only its answers are lost, or not."""
+    demo.api.patch(f"/sim/servos/{uid}", json={"drop_responses_pct": 0 if does else 100}).raise_for_status()
+
+
+@pytest.fixture
+def unanswered(page: Page, watched: Watched) -> Iterator[None]:
+    """Chromium says of every answer above 399 that it could not be loaded; 504 is what these tests are about."""
+    yield
+    page.goto("about:blank")
+    watched.complaints[:] = [one for one in watched.complaints if "status of 504" not in one]
+
+
+def nothing_claimed(page: Page, silent: str, others: str) -> None:
+    """The others are off and it is said; the silent one is named, and not as off."""
+    expect(page.get_by_test_id("torque-is-off")).to_contain_text(others, timeout=10_000)
+    expect(page.get_by_test_id("silent-band")).to_contain_text(f"No answer: {silent}.", timeout=15_000)
+    expect(page.get_by_test_id("silent-band")).not_to_contain_text(others)
+    expect(page.get_by_test_id("torque-is-off")).not_to_contain_text(silent)
+    expect(page.get_by_test_id("motion-band")).to_have_count(0)
+
+
+def all_known(page: Page, *names: str) -> None:
+    """Whoever was silent has answered: the page says so by itself."""
+    expect(page.get_by_test_id("silent-band")).to_have_count(0, timeout=15_000)
+    for name in names:
+        expect(page.get_by_test_id("torque-is-off")).to_contain_text(name)
+
+
+@pytest.mark.usefixtures("unanswered")
+def test_a_member_that_is_silent_at_enabling_is_named_and_nothing_is_claimed_of_it(
+    page: Page, demo: Demo, pair: tuple[str, str], winch: str
+) -> None:
+    page.goto(f"{demo.url}servos/{winch}/motion")
+    page.get_by_test_id("group").locator("summary").click()
+    page.get_by_test_id(f"group-{pair[1]}").check()
+    answers(demo, pair[1], False)
+    try:
+        page.get_by_test_id("enable-motion").click()
+        expect(page.get_by_test_id("motion-refusal")).to_contain_text("Boom", timeout=15_000)
+        nothing_claimed(page, "Boom", "Winch")
+        assert raw(demo, winch, "torque_mode") == "off"
+        assert demo.api.get("/leases").json() == []
+        # on another page it is no less true
+        page.get_by_role("link", name="Records").first.click()
+        expect(page.get_by_test_id("silent-band")).to_contain_text("Boom")
+    finally:
+        answers(demo, pair[1], True)
+    expect(page.get_by_test_id("silent-band")).to_have_count(0, timeout=15_000)
+    assert [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"]
+
+
+@pytest.mark.usefixtures("unanswered")
+def test_a_member_that_is_silent_at_turning_off_is_named_and_nothing_is_claimed_of_it(
+    page: Page, demo: Demo, pair: tuple[str, str], winch: str
+) -> None:
+    turn(demo, winch, 0)
+    begin_group(page, demo, pair)
+    answers(demo, pair[1], False)
+    try:
+        page.get_by_test_id("jog-torque-off").click()
+        expect(page.get_by_test_id("jog-refusal")).to_contain_text("Boom", timeout=15_000)
+        expect(page.get_by_test_id("silent-band")).to_contain_text("No answer: Boom.")
+        assert raw(demo, winch, "torque_mode") == "off"
+        page.get_by_test_id("disable-motion").click()
+        nothing_claimed(page, "Boom", "Winch")
+    finally:
+        answers(demo, pair[1], True)
+    all_known(page, "Winch", "Boom")
+    assert [raw(demo, uid, "torque_mode") for uid in pair] == ["off", "off"]
 
 
 def sweep(page: Page, demo: Demo, uid: str, count: str) -> None:

@@ -14,20 +14,29 @@ from e2e.conftest import Demo
 from e2e.servers import Server, running
 from e2e.test_technician import servo_of
 
+pytestmark = pytest.mark.alone
+
 STATUS_PERIOD_S = 0.1
 """A servo tells its angle ten times a second (the Status message)."""
-DRAWN_S = 0.6
-"""Batches on their way (0.1 s), the page's clock (0.2 s), and a picture on a machine with something else to do."""
+TOLD_S = 0.6
+"""The request (0.1 s), batches on their way (0.1 s), the page's clock (0.2 s), and something else to do (0.2 s)."""
+MOST_HELD_S = 0.75
+"""No allowance is made for a page that hangs for longer."""
 WATCHED_HZ = 20
 
 # Notes on the page's own clock when an attribute of an element first becomes what is wanted.
 NOTE = """([selector, attribute, wanted]) => {
     window.noted = null;
     const began = performance.now();
+    let last = began;
+    window.held = 0;
     const look = () => {
+        const now = performance.now();
+        window.held = Math.max(window.held, now - last);
+        last = now;
         const one = document.querySelector(selector);
         const is = attribute === 'disabled' ? one?.disabled : one?.getAttribute(attribute);
-        if (one && String(is) === wanted) window.noted = performance.now() - began;
+        if (one && String(is) === wanted) window.noted = now - began;
         else requestAnimationFrame(look);
     };
     look();
@@ -42,6 +51,12 @@ def seconds(page: Page, within_s: float) -> float:
     """Seconds from `begin` until the attribute was as wanted."""
     page.wait_for_function("() => window.noted !== null", timeout=within_s * 1000)
     return page.evaluate("() => window.noted") / 1000
+
+
+def allowed(page: Page, within_s: float) -> float:
+    """What may pass until it is seen. Without a GPU a scene holds the page while it is drawn: before the mark, and
+    before the picture that shows it."""
+    return within_s + TOLD_S + 2 * min(MOST_HELD_S, page.evaluate("() => window.held") / 1000)
 
 
 @pytest.fixture
@@ -63,10 +78,10 @@ def test_the_angle_of_a_silent_servo_is_grey_at_once(page: Page, demo: Demo) -> 
     try:
         begin(page, angle, "data-stale", "true")
         demo.api.patch(f"/sim/servos/{uid}", json={"mute": True}).raise_for_status()
-        took = seconds(page, 5)
+        took, most = seconds(page, 5), allowed(page, 2 * STATUS_PERIOD_S)
     finally:
         demo.api.patch(f"/sim/servos/{uid}", json={"mute": False})
-    assert took < 2 * STATUS_PERIOD_S + DRAWN_S, f"{took:.2f} s"
+    assert took < most, f"{took:.2f} s of {most:.2f} s"
     expect(page.locator(angle), "it is back by itself").to_have_attribute("data-stale", "false", timeout=15_000)
 
 
@@ -81,10 +96,10 @@ def test_a_figure_that_is_polled_is_grey_after_two_periods(page: Page, demo: Dem
     try:
         begin(page, readout, "data-stale", "true")
         demo.api.patch(f"/sim/servos/{uid}", json={"mute": True}).raise_for_status()
-        took = seconds(page, 5)
+        took, most = seconds(page, 5), allowed(page, 2 / granted)
     finally:
         demo.api.patch(f"/sim/servos/{uid}", json={"mute": False})
-    assert took < 2 / granted + DRAWN_S, f"{took:.2f} s at {granted:.0f} Hz"
+    assert took < most, f"{took:.2f} s of {most:.2f} s at {granted:.0f} Hz"
     expect(page.locator(readout)).to_have_attribute("data-stale", "false", timeout=15_000)
 
 

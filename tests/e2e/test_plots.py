@@ -10,6 +10,8 @@ from playwright.sync_api import Locator, Page, expect
 from e2e.conftest import Demo
 from e2e.test_technician import wait_for
 
+pytestmark = pytest.mark.alone
+
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -23,7 +25,7 @@ def opened(page: Page, demo: Demo, uid: str) -> Locator:
     page.goto(f"{demo.url}servos/{uid}/parameters")
     plot = page.get_by_test_id("plot-angle")
     plot.locator("canvas").first.wait_for()
-    expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 20"))
+    expect(page.get_by_test_id("plot-rate")).to_have_text(re.compile(r"\d+ of 20"), timeout=20_000)
     page.wait_for_timeout(3000)
     return plot
 
@@ -133,6 +135,51 @@ def test_a_recording_is_opened_from_the_disk_and_a_file_that_is_none_is_refused(
     expect(page.get_by_test_id("plot-live")).to_have_text("Show all")
     page.get_by_test_id("plot-close-file").click()
     expect(page.get_by_test_id("plot-angle")).to_be_visible()
+
+
+HEADS = """canvas => {
+    const ratio = devicePixelRatio, high = Math.round(12 * ratio), left = Math.round(60 * ratio);
+    const { data, width } = canvas.getContext('2d').getImageData(left, 0, canvas.width - left, high);
+    const columns = new Set();
+    for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 120) columns.add((i / 4) % width);
+    return columns.size;
+}"""
+"""How many columns of the strip above a lane, right of its axis, where marks and their words stand, are not empty."""
+
+
+def heads(plot: Locator) -> int:
+    return plot.locator(".plot-lane canvas").first.evaluate(HEADS)
+
+
+def test_a_write_is_marked_when_it_happens_and_its_mark_goes_with_its_time(page: Page, demo: Demo, uid: str) -> None:
+    plot = opened(page, demo, uid)
+    page.get_by_test_id("plot-window").select_option("5")
+    wait_for(lambda: heads(plot) == 0, 20, "something before is still marked")
+    held = demo.api.get(f"/servos/{uid}/parameters").json()["parameters"]["angle_p_gain"]["value"]
+    demo.api.put(f"/servos/{uid}/parameters/angle_p_gain", json={"value": held + 1}).raise_for_status()
+    demo.api.put(f"/servos/{uid}/parameters/angle_p_gain", json={"value": held}).raise_for_status()
+    wait_for(lambda: heads(plot) > 20, 5, "the writes are not marked by more than a triangle")
+    wait_for(lambda: heads(plot) == 0, 10, "their marks stay")
+    other = next(one["uid"] for one in demo.api.get("/servos").json() if one["uid"] != uid)
+    gain = demo.api.get(f"/servos/{other}/parameters").json()["parameters"]["angle_p_gain"]["value"]
+    demo.api.put(f"/servos/{other}/parameters/angle_p_gain", json={"value": gain}).raise_for_status()
+    page.wait_for_timeout(2500)
+    assert heads(plot) == 0, "the write of another servo"
+
+
+def test_a_fault_is_marked_when_it_comes_up_and_when_it_is_over(page: Page, demo: Demo, uid: str) -> None:
+    """A mark alone is 8 columns wide; its word, "fault", makes it 15 to 17 (a write's is longer)."""
+    plot = opened(page, demo, uid)
+    page.get_by_test_id("plot-window").select_option("5")
+    wait_for(lambda: heads(plot) == 0, 20, "something before is still marked")
+    try:
+        demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"temperature_high": True}}).raise_for_status()
+        wait_for(lambda: heads(plot) > 11, 5, "the fault is not marked, or by no word")
+        wait_for(lambda: heads(plot) == 0, 10, "its mark stays")
+    finally:
+        demo.api.patch(f"/sim/servos/{uid}", json={"faults": {"temperature_high": False}}).raise_for_status()
+    wait_for(lambda: heads(plot) > 11, 5, "that it is over is not marked")
+    wait_for(lambda: heads(plot) == 0, 10, "that mark stays")
 
 
 def test_several_servos_are_drawn_in_one_plot_each_with_its_own_wish(page: Page, demo: Demo) -> None:

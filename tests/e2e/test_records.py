@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from e2e.conftest import Demo
+from e2e.conftest import Demo, Watched, as_in_rom
+from e2e.looks import complaints
 from e2e.servers import Server, running, until
-from e2e.test_bus_page import complaints
 from e2e.test_technician import servo_of, wait_for
 
 
@@ -50,6 +50,7 @@ def test_snapshots_and_audit_are_told_in_words(page: Page, demo: Demo) -> None:
 
 def test_a_report_prints_black_on_white_with_every_fact_and_no_button(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
+    as_in_rom(demo.api, uid)
     job = demo.api.post(f"/servos/{uid}/save").json()["id"]
     wait_for(lambda: demo.api.get(f"/jobs/{job}").json()["state"] == "succeeded", 30, "the save does not end")
     page.goto(f"{demo.url}records#reports")
@@ -100,3 +101,47 @@ def test_a_bundle_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded
     page.get_by_test_id("connect").click()
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Active", timeout=15_000)
     server.ready(2)
+
+
+def test_a_restore_that_could_switch_the_servo_off_says_so_and_writes_nothing_without_a_tick(
+    page: Page, demo: Demo, watched: Watched
+) -> None:
+    uid = servo_of(demo, "BLA21-06U-A0")
+    row = f"/servos/{uid}/parameters/voltage_limit_lower"
+
+    def held() -> object:
+        return demo.api.get(row).json()["value"]
+
+    before = held()
+    supply = demo.api.get(f"/servos/{uid}/parameters/current_voltage").json()["value"]
+    danger = round(supply - 0.2, 1)
+    demo.api.put(row, json={"value": danger, "confirm": ["supply"]}).raise_for_status()
+    try:
+        number = demo.api.post(f"/servos/{uid}/snapshots", json={"reason": "too near"}).json()["id"]
+        demo.api.put(row, json={"value": before}).raise_for_status()
+        page.goto(f"{demo.url}records#snapshots/{uid}")
+        page.get_by_test_id(f"snapshot-{number}").click()
+        page.get_by_test_id("differs-voltage_limit_lower").get_by_role("checkbox").check()
+        page.get_by_test_id("restore-ticked").click()
+        dialog = page.get_by_test_id("write-dialog")
+        expect(dialog.get_by_role("alert")).to_contain_text("could switch the output off at once: the supply is")
+        expect(dialog).not_to_contain_text("confirm")
+        expect(page.get_by_test_id("write-confirm")).to_have_count(0)
+        again = dialog.get_by_role("button", name="Try again")
+        expect(again).to_be_disabled()
+        assert held() == before
+        tick = dialog.get_by_role("checkbox", name="I checked the supply")
+        tick.check()
+        again.click()
+        expect(page.get_by_test_id("plan-voltage_limit_lower")).to_be_visible()
+        assert held() == before
+        tick.uncheck()
+        expect(page.get_by_test_id("write-confirm")).to_be_disabled()
+        tick.check()
+        page.get_by_test_id("write-confirm").click()
+        expect(page.get_by_test_id("records-note").first).to_contain_text("written and read back")
+        assert held() == danger
+    finally:
+        demo.api.put(row, json={"value": before}).raise_for_status()
+    # The browser itself says of each refused request that it was refused.
+    watched.complaints[:] = [one for one in watched.complaints if "409" not in one]

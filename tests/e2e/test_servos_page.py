@@ -99,3 +99,47 @@ def test_a_profile_is_chosen_for_the_ticked_servos(page: Page, demo: Demo) -> No
     dialog = page.get_by_test_id("apply-dialog")
     expect(dialog.get_by_test_id(f"apply-{one['uid']}").get_by_role("checkbox")).to_be_checked()
     expect(dialog.get_by_test_id(f"apply-{other['uid']}").get_by_role("checkbox")).not_to_be_checked()
+
+
+def test_ticked_servos_are_plotted_together_and_one_more_or_less_is_seen_at_once(page: Page, demo: Demo) -> None:
+    shown = demo.api.get("/servos").json()
+    page.goto(demo.url + "servos")
+    for one in shown[:3]:
+        page.get_by_test_id(f"select-{one['uid']}").check()
+    page.get_by_test_id("plot-selected").click()
+    curves = page.get_by_role("list", name="Curves").get_by_role("listitem")
+    expect(curves).to_have_text([one["label"] for one in shown[:3]])
+    expect(page.get_by_test_id("plot-many").locator("canvas")).to_be_visible()
+    page.get_by_test_id("many-commands").check()
+    expect(curves, "a command has the colour of its servo and no line of its own").to_have_count(3)
+    page.get_by_test_id(f"select-{shown[0]['uid']}").uncheck()
+    expect(curves).to_have_text([one["label"] for one in shown[1:3]])
+    page.get_by_test_id(f"select-{shown[4]['uid']}").check()
+    expect(curves).to_have_count(3)
+
+
+@pytest.mark.scene
+def test_the_wall_shows_each_servo_found_under_its_name_and_leads_to_it(page: Page, demo: Demo) -> None:
+    shown = demo.api.get("/servos").json()
+    page.goto(demo.url + "servos")
+    expect(page.locator(".servo-row")).to_have_count(6)
+    page.get_by_role("button", name="3D", exact=True).click()
+    wall = page.get_by_test_id("wall")
+    expect(wall).to_have_attribute("data-state", "shown", timeout=40_000)
+    expect(wall.get_by_role("link")).to_have_count(6)
+    boxes = [page.get_by_test_id(f"wall-{one['uid']}").bounding_box() for one in shown]
+    places = {(round(box["x"]), round(box["y"])) for box in boxes if box}
+    assert len(places) == 6, "each a place of its own"
+    (frame,) = [one for one in page.frames if "/viser/" in one.url]
+    frame.wait_for_function(
+        "() => Object.keys(window.__viserSceneTree?.getState() ?? {}).some(node => node.startsWith('/crowd/horn-far'))"
+    )
+    model = shown[0]["model"]
+    page.get_by_test_id("filter-model").select_option(model)
+    expect(wall.get_by_role("link")).to_have_count(sum(one["model"] == model for one in shown))
+    page.get_by_test_id("filter-model").select_option("")
+    link = page.get_by_test_id(f"wall-{shown[2]['uid']}")
+    expect(link).to_have_attribute("aria-label", re.compile(rf"^{shown[2]['label']}, [+−]?\d+\.\d°, "))
+    expect(link).to_have_attribute("data-stale", "false")
+    link.press("Enter")
+    expect(page).to_have_url(re.compile(rf"/servos/{shown[2]['uid']}/parameters"))

@@ -8,8 +8,11 @@ import sys
 import time
 
 import httpx
+import pytest
 
 from e2e.conftest import running_demo
+
+pytestmark = pytest.mark.alone
 
 
 def test_http_answers_soon_and_all_six_servos_are_there_within_twelve_seconds() -> None:

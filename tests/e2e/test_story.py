@@ -8,15 +8,17 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, until
-from e2e.test_bus_page import complaints, too_small
+
+pytestmark = pytest.mark.alone
 
 TABLET = {"width": 820, "height": 1180}
 NAMES = tuple(f"Flap {number}" for number in range(1, 13))
 PROFILE = "Flaps"
 LIMIT = 40.0
-WITHIN_S = 90
-"""How long either story may take."""
+WITHIN_S = 180
+"""How long either story may take, on a machine that is busy with something else, too."""
 
 
 @pytest.fixture

@@ -7,10 +7,13 @@ from collections.abc import Callable
 
 import httpx
 import numpy as np
+import pytest
 from PIL import Image
-from playwright.sync_api import Page, Request, expect
+from playwright.sync_api import BrowserContext, Page, Request, expect
 
-from e2e.conftest import Demo
+from e2e.conftest import Demo, as_in_rom
+
+pytestmark = pytest.mark.alone
 
 
 def wait_for(what: Callable[[], bool], within_s: float, message: str) -> None:
@@ -57,8 +60,41 @@ def test_the_list_shows_every_servo_with_a_live_angle(page: Page, demo: Demo) ->
     expect(page).to_have_url(re.compile(f"/servos/{uid}/"))
 
 
+@pytest.mark.parametrize(
+    ("pressed", "tick", "in_rom"), [("torque", "The horn is free", "on"), ("go", "is meant", "off")]
+)
+def test_a_servo_that_was_moved_is_saved_with_torque_or_without_as_somebody_says(
+    pressed: str, tick: str, in_rom: str, page: Page, context: BrowserContext, demo: Demo
+) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    as_in_rom(demo.api, uid)
+    demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()  # as the end of any motion
+    row = f"/servos/{uid}/parameters/angle_p_gain"
+    gain = demo.api.get(row).json()["value"]
+    tab = context.new_page()  # not watched: the console tells of the save that was refused, as it should
+    try:
+        tab.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
+        tab.get_by_test_id("input-angle_p_gain").fill(str(gain - 1))
+        tab.get_by_test_id("input-angle_p_gain").press("Enter")
+        tab.get_by_test_id("apply-save").click()
+        tab.get_by_test_id("confirm-save").click()
+        dialog = tab.get_by_test_id("ask-back")
+        expect(dialog).to_contain_text("after every start it holds nothing")
+        button = tab.get_by_test_id(f"ask-back-{pressed}")
+        expect(button).to_be_disabled()
+        dialog.get_by_label(re.compile(tick)).check()
+        button.click()
+        expect(tab.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=20_000)
+        held = rows(demo, uid)
+        assert (held["torque_mode"]["rom"], held["angle_p_gain"]["rom"]) == (in_rom, gain - 1)
+    finally:
+        demo.api.put(row, json={"value": gain}).raise_for_status()
+        demo.api.post(f"/servos/{uid}/save", params={"wait": True}, json={"torque_on": True}).raise_for_status()
+
+
 def test_limits_are_changed_saved_and_come_back_from_rom(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-06U-A0")
+    as_in_rom(demo.api, uid)
     written: list[str] = []
     page.on("request", lambda request: written.append(body_of(request)) if request.method in ("PUT", "PATCH") else None)
     page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
@@ -86,9 +122,7 @@ def test_limits_are_changed_saved_and_come_back_from_rom(page: Page, demo: Demo)
     before = demo.api.get(f"/servos/{uid}").json()
     page.get_by_test_id("apply-save").click()
     expect(page.get_by_test_id("save-dialog")).to_contain_text("0.0°")
-    horn_free = page.get_by_test_id("horn-free")
-    if horn_free.count():  # not asked where the servo restarts with torque off, as tests before may have left it
-        horn_free.check()
+    page.get_by_test_id("horn-free").check()
     page.get_by_test_id("confirm-save").click()
     expect(page.get_by_test_id("job-dialog")).to_be_visible()
     expect(page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=20_000)
@@ -134,6 +168,7 @@ def test_a_jog_moves_the_plot_and_the_scene_and_stop_holds_until_it_is_cleared(p
     assert demo.api.get(f"/servos/{uid}/parameters/torque_mode").json()["value"] == "off"
 
 
+@pytest.mark.scene
 def test_the_plot_and_the_3d_scene_follow_the_horn(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA15-06U-A0")
     page.goto(f"{demo.url}servos/{uid}/parameters")

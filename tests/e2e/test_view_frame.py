@@ -19,6 +19,8 @@ from hornbill.view.wish import Wish
 from unit.view.servos import Servos, pose
 from unit.view.site import serving
 
+pytestmark = [pytest.mark.scene, pytest.mark.alone]
+
 WIDTH, HEIGHT = 480, 300
 KEY = "5" * 32
 KNOWN = "'unsafe-eval' is not an allowed source of script"
@@ -48,7 +50,7 @@ class Shown:
 
 
 @pytest.fixture
-def shown(browser: Browser) -> Iterator[Shown]:
+def shown(scene_browser: Browser) -> Iterator[Shown]:
     """A page with the frame in it. It must end without a foreign request and without an unknown complaint."""
 
     async def host(_: Request) -> HTMLResponse:
@@ -65,7 +67,7 @@ def shown(browser: Browser) -> Iterator[Shown]:
     foreign: list[str] = []
     complaints: list[str] = []
     with serving(Route("/", host), *routes(viewer, allowed=same_origin(["127.0.0.1"]))) as port:
-        page = browser.new_page(viewport={"width": WIDTH + 40, "height": HEIGHT + 40})
+        page = scene_browser.new_page(viewport={"width": WIDTH + 40, "height": HEIGHT + 40})
         ours = (f"http://127.0.0.1:{port}/", f"ws://127.0.0.1:{port}/", "data:", "blob:")
         page.on("request", lambda request: None if request.url.startswith(ours) else foreign.append(request.url))
 
@@ -147,14 +149,14 @@ def test_a_click_selects_the_servo_under_it(shown: Shown) -> None:
 NODES = "() => Object.keys(window.__viserSceneTree?.getState() ?? {})"
 
 
-def test_two_browsers_see_each_its_own_servo_theme_and_quality(browser: Browser) -> None:
+def test_two_browsers_see_each_its_own_servo_theme_and_quality(scene_browser: Browser) -> None:
     servos = Servos(pose(0, series="BLA15"), pose(1), pose(2))
     viewer = Viewer(servos)
     wanted = (("0" * 32, "darkMode&quality=low", 0), ("1" * 32, "quality=high", 1))
     with serving(*routes(viewer, allowed=same_origin(["127.0.0.1"]))) as port:
         pages: list[Page] = []
         for key, look, number in wanted:
-            page = browser.new_context(viewport={"width": 360, "height": 240}).new_page()
+            page = scene_browser.new_context(viewport={"width": 360, "height": 240}).new_page()
             page.goto(f"http://127.0.0.1:{port}/viser/{key}/?fixedDpr=1&{look}&select={servos.now[number].uid}")
             page.wait_for_function(f"() => ({NODES})().includes('/hero/pivot')", timeout=30_000)
             pages.append(page)
@@ -183,10 +185,10 @@ def open_view(page: Page, demo: Demo, uid: str) -> Frame:
     return frame
 
 
-def test_in_the_page_two_browsers_look_at_different_servos(page: Page, browser: Browser, demo: Demo) -> None:
+def test_in_the_page_two_browsers_look_at_different_servos(page: Page, scene_browser: Browser, demo: Demo) -> None:
     shown = {one["model"][:5]: one["uid"] for one in demo.api.get("/servos").json()}
     assert {"BLA15", "BLA21"} <= shown.keys()
-    other = browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark").new_page()
+    other = scene_browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark").new_page()
     first = open_view(page, demo, shown["BLA15"])
     second = open_view(other, demo, shown["BLA21"])
     first.wait_for_function(f"() => ({NODES})().includes('/hero/bla15-low')")

@@ -23,7 +23,7 @@ def settings(folder: Path, **other: Any) -> Settings:
 @pytest.mark.parametrize("host", sorted(LOCAL))
 def test_this_machine_needs_no_token(tmp_path: Path, demo: bool, host: str) -> None:
     assert decide(settings(tmp_path, host=host), demo=demo, environment=OUTSIDE) == Exposure()
-    assert decide(settings(tmp_path, host=host, token="x"), demo=demo, environment=OUTSIDE).required
+    assert decide(settings(tmp_path, host=host, token=LONG), demo=demo, environment=OUTSIDE).required
 
 
 @pytest.mark.parametrize("demo", [True, False])
@@ -49,9 +49,14 @@ def test_with_a_token_of_the_data_folder_or_of_the_command_line_it_may_be_wider(
     assert kept == Exposure(LOCAL | {"bench.local", "rig"}, addresses=True, required=True)
 
 
-def test_a_token_that_can_be_guessed_opens_no_network(tmp_path: Path) -> None:
-    with pytest.raises(NotExposed, match="7 characters can be guessed"):
-        decide(settings(tmp_path, host="0.0.0.0", token="7 chars"), demo=False, environment=OUTSIDE)
+@pytest.mark.parametrize("demo", [True, False])
+@pytest.mark.parametrize("where", [{"host": "0.0.0.0"}, {"host": "127.0.0.1"}, {"behind_proxy": True}])
+def test_a_token_of_fewer_than_16_characters_can_be_guessed_and_is_refused_with_the_way_to_make_one(
+    tmp_path: Path, demo: bool, where: dict[str, Any]
+) -> None:
+    with pytest.raises(NotExposed, match=r"15 characters can be guessed.*hornbill token add NAME --role admin"):
+        decide(settings(tmp_path, token="x" * 15, **where), demo=demo, environment=OUTSIDE)
+    assert decide(settings(tmp_path, token="x" * 16, **where), demo=demo, environment=OUTSIDE).required
 
 
 def test_an_empty_token_is_a_mistake_and_not_an_open_door() -> None:
@@ -95,6 +100,32 @@ def test_over_a_network_no_adapter_behind_a_url_is_opened(address: str) -> None:
         may_open(Exposure(required=True), None, address)
     with pytest.raises(PortOpenFailed):
         may_open(Exposure(simulated_only=True), None, address)
+    may_open(Exposure(required=True), address, address)
+    may_open(Exposure(), None, address)
+
+
+PORTS = (
+    "socketcan:can0", "slcan:/dev/ttyACM0", "slcan:/dev/ttyUSB1@115200", "slcan:COM3", "pcan:PCAN_USBBUS1",
+    "slcan:/dev/cu.usbmodem1101", "slcan:/dev/serial/by-id/usb-Zubax_Robotics_Babel_31-if00", "memory:demo",
+)  # fmt: skip
+OTHERS = (
+    "slcan:/etc/passwd", "slcan:/dev/sda", "serial:/dev/mem", "slcan:/dev/ttyACM0/../../etc/motd", "slcan:../x",
+    "robotell:/home/me/.ssh/authorized_keys", "slcan:/dev/tty1", "slcan:/dev/pts/0", "slcan:/dev/serial/by-id/../../x",
+    "slcan: /dev/sda", "slcan:\\\\.\\PhysicalDrive0", "slcan:/dev/ttyACM\u0661", "slcan:/dev/ttyACM0@/etc/x@115200",
+    "socketcand:192.0.2.1", "udp_multicast:239.74.163.2", "remote:192.0.2.1",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("address", PORTS)
+def test_with_a_token_the_adapters_of_this_machine_are_opened(address: str) -> None:
+    may_open(Exposure(required=True), None, address)
+
+
+@pytest.mark.parametrize("address", OTHERS)
+def test_with_a_token_no_other_path_and_no_network_is_opened_unless_it_was_named_at_start(address: str) -> None:
+    with pytest.raises(PortOpenFailed, match="at start, by --bus") as refused:
+        may_open(Exposure(required=True), None, address)
+    assert refused.value.facts["address"] == address
     may_open(Exposure(required=True), address, address)
     may_open(Exposure(), None, address)
 

@@ -4,6 +4,7 @@ import asyncio
 import logging
 import secrets
 import time
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -12,7 +13,7 @@ from starlette.requests import HTTPConnection
 
 from hornbill.api.roles import WORDS, Role
 from hornbill.api.sessions import Attempts, Sessions, Tickets
-from hornbill.errors import ForbiddenRole, StoreFailed, Unauthorized
+from hornbill.errors import ForbiddenRole, StoreFailed, TooManyAttempts, Unauthorized
 from hornbill.store.tokens import Token, Tokens, digest
 
 log = logging.getLogger(__name__)
@@ -26,6 +27,8 @@ FRESH_S: Final = 2.0
 """A token that another process made or revoked is known, or forgotten, after this at the latest."""
 USED_S: Final = 60.0
 """How often it is kept that a token was used."""
+AT_WORK: Final = 1000
+"""Tokens at work that are remembered, each with where it was right; the one not used for longest goes first."""
 _NOBODY: Final = ""
 """In the place of a digest: what whoever has none brings."""
 
@@ -64,6 +67,8 @@ class Access:
         self.sessions = Sessions()
         self.tickets = Tickets()
         self.attempts = Attempts()
+        self.guesses = Attempts("wrong tokens came")
+        self._at_work: OrderedDict[tuple[str, str], None] = OrderedDict()
 
     @property
     def required(self) -> bool:
@@ -104,11 +109,15 @@ class Access:
         """When a token was used that is not kept yet, seconds since 1970; None when there is nothing newer."""
         return self._used.get(name)
 
-    def who(self, connection: HTTPConnection, ticket: str | None = None) -> Identity | None:
-        """Who a request comes from: the header counts, then the ticket, then the cookie. None: nobody we know."""
+    def who(self, connection: HTTPConnection, ticket: str | None = None, *, stopping: bool = False) -> Identity | None:
+        """Who a request comes from: the header counts, then the ticket, then the cookie. None: nobody we know.
+
+        `stopping`: Stop is pressed. Raises TooManyAttempts as `offered`.
+        """
         kind, _, secret = connection.headers.get("authorization", "").partition(" ")
         if kind.lower() == "bearer":  # any other is for a proxy in front of us
-            return self.bearer(secret.strip())
+            address = connection.client.host if connection.client else ""
+            return self.offered(secret.strip(), address, stopping=stopping)
         if ticket is not None:
             taken = self.tickets.take(ticket, self._now())
             return None if taken is None else self._known(*taken)
@@ -129,6 +138,32 @@ class Access:
             if secrets.compare_digest(known, offered):
                 found = known
         return self._known(found, found) if found else None
+
+    def offered(self, secret: str, address: str, *, stopping: bool = False) -> Identity | None:
+        """Who has the token that came from `address`. Raises TooManyAttempts after too many that were wrong.
+
+        From then on none is looked at that was not right from there before, so that nobody learns by it which is:
+        programs at work go on, newcomers wait. A stop is looked at always: it must not wait for what others do.
+        """
+        place, now = (address, digest(secret)), self._now()
+        if place not in self._at_work:
+            try:
+                self.guesses.allow(address, now)
+            except TooManyAttempts:
+                if not stopping:
+                    raise
+                return self.bearer(secret)
+        who = self.bearer(secret)
+        if who is not None:
+            self._at_work[place] = None
+            self._at_work.move_to_end(place)
+            while len(self._at_work) > AT_WORK:
+                self._at_work.popitem(last=False)
+        elif self._required:
+            self._at_work.pop(place, None)
+            self.guesses.failed(address, now, place[1])
+            log.warning("a token that is not known came from %s", address)
+        return who
 
     def login(self, secret: str, address: str) -> tuple[Identity, str]:
         """Who it is, and the secret of a new session. Raises Unauthorized and TooManyAttempts."""

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
 
+from hornbill.api import PREFIX
 from hornbill.api import access_models as shapes
 from hornbill.api.access import COOKIE, WHO, Access, Identity, cookie
 from hornbill.api.dependencies import TheHost
@@ -17,7 +18,7 @@ from hornbill.store.audit import Entry
 from hornbill.store.tokens import Token
 
 log = logging.getLogger(__name__)
-router = APIRouter(tags=["access"])
+router = APIRouter(prefix=PREFIX, tags=["access"])
 
 
 async def _access(request: Request) -> Access:

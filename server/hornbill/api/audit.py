@@ -12,6 +12,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import StreamingResponse
 
+from hornbill.api import PREFIX
 from hornbill.api.config_models import AuditRow
 from hornbill.api.dependencies import TheHost
 from hornbill.api.models import UidField
@@ -21,7 +22,7 @@ from hornbill.servo.host import Host
 from hornbill.store.audit import AuditEntry
 from hornbill.units import Uid
 
-router = APIRouter(tags=["audit"])
+router = APIRouter(prefix=PREFIX, tags=["audit"])
 
 PAGE = 1000
 COLUMNS = ("id", "time", "by", "action", "outcome", "uid", "key", "before", "requested", "after", "detail", "job")

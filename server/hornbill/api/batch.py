@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from hornbill.api import config_models, models, present
+from hornbill.api import PREFIX, config_models, models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.parameters import revision_of
 from hornbill.api.problems import declared, problem
@@ -14,7 +14,7 @@ from hornbill.servo.host import Host
 from hornbill.servo.reading import readings
 from hornbill.units import Uid
 
-router = APIRouter(tags=["parameters"])
+router = APIRouter(prefix=PREFIX, tags=["parameters"])
 
 Listed = Annotated[str | None, Query(description="separated by commas; all unless given")]
 

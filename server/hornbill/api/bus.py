@@ -3,11 +3,11 @@
 from fastapi import APIRouter, Request
 
 from hornbill import __version__
-from hornbill.api import bus_models, present
+from hornbill.api import PREFIX, bus_models, present
 from hornbill.api.dependencies import TheAdapters, TheHost
 from hornbill.api.problems import declared
 
-router = APIRouter(tags=["bus"])
+router = APIRouter(prefix=PREFIX, tags=["bus"])
 
 
 @router.get("/bus", operation_id="get_bus")

@@ -3,14 +3,14 @@
 from fastapi import APIRouter
 from starlette.responses import Response
 
-from hornbill.api import config_models, models, present
+from hornbill.api import PREFIX, config_models, models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.jobs import JOB_ANSWERS, Wait, answer
 from hornbill.api.problems import declared
 from hornbill.servo.configuration.commission_plan import Wanted
 from hornbill.units import Uid
 
-router = APIRouter(tags=["commissioning"])
+router = APIRouter(prefix=PREFIX, tags=["commissioning"])
 
 PROBLEMS = declared(
     "unknown_servo", "unknown_profile", "invalid_value", "out_of_range", "not_in_this_model", "conflict",

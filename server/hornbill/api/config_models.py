@@ -5,11 +5,24 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from hornbill.api.bus_models import PendingAllocation
-from hornbill.api.models import Change, Model, ParametersPatched, Problem, Reading, Servo, UidField, Value
+from hornbill.api.models import Change, Confirmed, Model, ParametersPatched, Problem, Reading, Servo, UidField, Value
 
 Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^/\\\x00-\x1f]+$")]
 SafetyWord = Literal["supply", "temperature", "torque_off_in_rom"]
 OnAnomaly = Literal["stop", "continue"]
+
+
+class Save(Model):
+    """What a save is asked for with."""
+
+    confirm: Confirmed = Field(default=[])
+    torque_on: bool = Field(
+        default=False,
+        description=(
+            "ROM is to have torque on, whatever RAM has: it is turned on right before the write. The horn is held where"
+            " it stands until the servo restarts, and then does what the forecast says."
+        ),
+    )
 
 
 class Snapshot(Model):

@@ -1,4 +1,4 @@
-"""Owns the OpenAPI document: FastAPI's own, with the WebSocket's messages added to its components."""
+"""Owns the OpenAPI document: FastAPI's own, with each row's routes and the WebSocket's messages added."""
 
 import re
 from typing import Annotated, Any, Literal
@@ -7,21 +7,23 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import TypeAdapter
 
-from hornbill.api import messages, once, roles
+from hornbill.api import examples, messages, once, roles, rows, words
 from hornbill.api.access import COOKIE
 from hornbill.api.problems import MEDIA_TYPE, STATUS, declared
+from hornbill.schema.catalog import Catalog
 
 _INVALID = declared("invalid_value")[STATUS["invalid_value"]]["description"]
 _REF = "#/components/schemas/{model}"
 
 
-def document(app: FastAPI) -> dict[str, Any]:
+def document(app: FastAPI, catalog: Catalog) -> dict[str, Any]:
     """The document, made once and kept on the application."""
     if app.openapi_schema is None:
         made = get_openapi(
             title=app.title, version=app.version, summary=app.summary, routes=app.routes, servers=app.servers or None
         )
-        schemas: dict[str, Any] = made.setdefault("components", {}).setdefault("schemas", {})
+        rows.declare(made, catalog)
+        schemas: dict[str, Any] = made["components"]["schemas"]
         unions: tuple[tuple[str, Any, Literal["validation", "serialization"]], ...] = (
             ("ClientMessage", messages.ClientMessage, "validation"),
             ("ServerMessage", messages.ServerMessage, "serialization"),
@@ -35,6 +37,8 @@ def document(app: FastAPI) -> dict[str, Any]:
         _declare_validation(made)
         _declare_access(made)
         _declare_keys(made)
+        words.describe(made)
+        examples.show(made)
         app.openapi_schema = made
     return app.openapi_schema
 
@@ -72,15 +76,21 @@ def _declare_access(made: dict[str, Any]) -> None:
                 codes += ["unauthorized"] if least is roles.Role.VIEW else ["unauthorized", "forbidden_role"]
             if verb in ("post", "put", "patch", "delete"):
                 codes += ["unsupported_media_type", "too_large"]
+            if operation["operationId"] != "stop":  # a stop never waits for what others guessed
+                codes.append("too_many_attempts")
             for status, answer in declared(*codes).items():
                 _answers(operation["responses"], str(status), answer["description"])
+            if "429" in operation["responses"]:
+                operation["responses"]["429"]["headers"] = {"Retry-After": _LATER}
 
 
+_LATER = {"description": "ask again after so long, s", "schema": {"type": "integer", "minimum": 1}}
 _KEY = {
     "name": once.HEADER,
     "in": "header",
     "required": False,
     "description": "Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.",
+    "example": "rig-7-run-2031",
     "schema": {"type": "string", "minLength": 1, "maxLength": once.LONGEST, "pattern": "^[!-~]+$"},
 }
 

@@ -2,13 +2,13 @@
 
 from fastapi import APIRouter
 
-from hornbill.api import config_models, models
+from hornbill.api import PREFIX, config_models, models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.parameters import PATCH_PROBLEMS, may_begin, patched
 from hornbill.api.problems import declared
 from hornbill.errors import Busy
 
-router = APIRouter(tags=["history"])
+router = APIRouter(prefix=PREFIX, tags=["history"])
 
 
 @router.get("/servos/{uid}/drift", operation_id="get_drift", responses=declared("unknown_servo"))
@@ -25,7 +25,9 @@ async def restore_drift(
     """Write back what ROM held, all or nothing, identity rows too. The flag goes when ROM is proved to hold it."""
     wanted = body or config_models.DriftRestore()
     values = {one.key: one.was for one in host.drift.rows(servo)}
-    saves = may_begin(host, servo, save=wanted.save, lease=lease) and bool(values)
+    saves = bool(values) and await may_begin(
+        host, servo, save=wanted.save, lease=lease, confirm=wanted.confirm, values=values
+    )
     outcome = await host.changes.apply(servo, values, lease, confirm=wanted.confirm, reason="before drift is undone")
     return patched(host, servo, outcome, lease, saves=saves)
 

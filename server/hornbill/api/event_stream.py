@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final
 from fastapi import APIRouter, Header, Query, Request
 from starlette.responses import StreamingResponse
 
+from hornbill.api import PREFIX
 from hornbill.api.access import WHO, Access, Identity
 from hornbill.api.dependencies import TheHost
 from hornbill.api.live import shared
@@ -15,7 +16,7 @@ from hornbill.api.rings import Reader
 from hornbill.api.tape import Tape
 from hornbill.servo.host import Host
 
-router = APIRouter(tags=["live"])
+router = APIRouter(prefix=PREFIX, tags=["live"])
 
 TOPICS: Final = ("servos", "events", "jobs", "bus", "telemetry")
 HEARTBEAT_S: Final = 10.0

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 
+from hornbill.api import PREFIX
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.motion_models import Fault
 from hornbill.api.problems import declared
@@ -12,7 +13,7 @@ from hornbill.servo.acting import signed
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 
-router = APIRouter(tags=["faults"])
+router = APIRouter(prefix=PREFIX, tags=["faults"])
 
 ServoUid = Annotated[str, Path(description="unique id, 32 lower-case hex digits")]
 Key = Annotated[str, Path(description="key of the bit, as in the list")]

@@ -69,19 +69,19 @@ class Guard:
             await self._socket(self._access, who, scope, receive, send)
 
     def _admit(self, scope: Scope) -> Identity | None:
-        """Who it is. Raises ForbiddenOrigin, Unauthorized or ForbiddenRole."""
+        """Who it is. Raises ForbiddenOrigin, Unauthorized, TooManyAttempts or ForbiddenRole."""
         connection = HTTPConnection(scope)
         why = None if self._policy is None else self._policy(connection)
         if why is not None:
             raise ForbiddenOrigin(why)
         method, path = scope.get("method", "GET"), route_path(scope)
-        role = needed(method, path)
-        who = self._access.who(connection, _ticket(scope))
+        role, stopping = needed(method, path), (method, path) == ("POST", "/api/v1/stop")
+        who = self._access.who(connection, _ticket(scope), stopping=stopping)
         if role == ANYBODY or not self._access.required:
             return who
         if role == HERE and not self._behind_proxy and _is_here(scope):
             return who
-        if who is None and (method, path) == ("POST", "/api/v1/stop"):
+        if who is None and stopping:
             who = self._access.stopper(connection)
         if who is None:
             raise Unauthorized(

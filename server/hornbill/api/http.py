@@ -1,6 +1,5 @@
 """Owns create_api: routers, problems, the guard and the page, put into one FastAPI application."""
 
-import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
@@ -11,6 +10,7 @@ from starlette.routing import BaseRoute
 
 from hornbill import __version__
 from hornbill.api import (
+    PREFIX,
     access_routes,
     audit,
     batch,
@@ -54,7 +54,6 @@ from hornbill.api.once import Once
 from hornbill.api.origin import Policy
 from hornbill.schema.catalog import Catalog
 
-PREFIX = "/api/v1"
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
 
 
@@ -99,7 +98,7 @@ def create_api(
     app.state.measures = measures
     problems.install(app)
     for part in (
-        stop.router,  # routes are looked through in this order, and built when they are first looked at
+        stop.router,  # routes are looked through in this order
         parameters.router(catalog),  # a rig writes a thousand values a second
         servos.router,
         inventory.router,
@@ -129,22 +128,11 @@ def create_api(
         live.router,
         event_stream.router,
         access_routes.router,
+        metrics.router,
     ):
-        app.include_router(part, prefix=PREFIX)
-    app.include_router(metrics.router)
+        app.router.routes.extend(part.routes)
     app.router.routes.extend(mounted)
     docs.install(app, docs_folder)
     page.install(app, page_folder)
-    app.openapi = lambda: document(app)
+    app.openapi = lambda: document(app, catalog)
     return app
-
-
-async def build_routes(app: FastAPI) -> None:
-    """Build every route now, which the first request past it would else wait for, and a stop with it: 0.2 s in all.
-
-    Router after router, so that what has to be done meanwhile is.
-    """
-    nowhere: dict[str, object] = {"type": "http", "method": "GET", "path": "/", "root_path": "", "headers": []}
-    for route in app.router.routes:
-        route.matches(nowhere)
-        await asyncio.sleep(0)

@@ -3,12 +3,12 @@
 from fastapi import APIRouter
 from starlette.responses import Response
 
-from hornbill.api import models
+from hornbill.api import PREFIX, models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.jobs import JOB_ANSWERS, Wait, answer
 from hornbill.api.problems import declared
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(prefix=PREFIX, tags=["motion"])
 
 PROBLEMS = declared(
     "unknown_servo", "not_in_this_model", "busy", "configuration_lost", "stopped", "lease_required", "lease_held",

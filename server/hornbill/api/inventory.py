@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query
 from starlette.responses import Response
 
+from hornbill.api import PREFIX
 from hornbill.api.config_models import KnownServo
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.models import ServoPatch, UidField, Value
@@ -21,7 +22,7 @@ from hornbill.store.audit import Entry
 from hornbill.store.servos import StoredServo
 from hornbill.units import Uid
 
-router = APIRouter(tags=["inventory"])
+router = APIRouter(prefix=PREFIX, tags=["inventory"])
 
 UidPath = Annotated[UidField, Path(description="unique id, 32 lower-case hex digits")]
 Model = Annotated[str | None, Query(description="this model alone, e.g. BLA21-06U-A0")]

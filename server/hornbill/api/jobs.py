@@ -6,13 +6,13 @@ import orjson
 from fastapi import APIRouter, Query
 from starlette.responses import Response
 
-from hornbill.api import models, present
+from hornbill.api import PREFIX, models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.problems import declared
 from hornbill.servo.host import Host
 from hornbill.servo.jobs import Job
 
-router = APIRouter(tags=["jobs"])
+router = APIRouter(prefix=PREFIX, tags=["jobs"])
 
 Wait = Annotated[bool, Query(description="answer only when the job has ended: 200 and the finished job")]
 JOB_ANSWERS: dict[int | str, dict[str, Any]] = {

@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query
 from starlette.responses import Response
 
+from hornbill.api import PREFIX
 from hornbill.api import motion_models as models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.jobs import JOB_ANSWERS, Wait, answer
@@ -18,7 +19,7 @@ from hornbill.servo.host import Host
 from hornbill.store.runs import Run
 from hornbill.units import Uid
 
-router = APIRouter(tags=["lab"])
+router = APIRouter(prefix=PREFIX, tags=["lab"])
 
 RunPath = Annotated[int, Path(description="number of the run", ge=1, le=2**31 - 1)]
 STEP_PROBLEMS = declared(

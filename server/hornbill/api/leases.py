@@ -2,13 +2,13 @@
 
 from fastapi import APIRouter
 
-from hornbill.api import models, motion_models, present
+from hornbill.api import PREFIX, models, motion_models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.problems import declared
 from hornbill.servo.acting import signed
 from hornbill.servo.takeover import PASS_S
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(prefix=PREFIX, tags=["motion"])
 
 
 @router.post(

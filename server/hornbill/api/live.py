@@ -7,6 +7,7 @@ from typing import Any
 from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketDisconnect
 
+from hornbill.api import PREFIX
 from hornbill.api.access import WHO
 from hornbill.api.feed import BATCH_S
 from hornbill.api.outbox import Outbox, Shared
@@ -24,7 +25,7 @@ from hornbill.servo.hub import (
 
 log = logging.getLogger(__name__)
 
-router = APIRouter()
+router = APIRouter(prefix=PREFIX)
 
 REFRESH_S = 1.0
 """Servos that are online are sent again this often, so that ages and uptimes on a page go on."""

@@ -9,13 +9,13 @@ from fastapi import APIRouter
 from fastapi import Path as InPath
 from starlette.responses import StreamingResponse
 
-from hornbill.api import bus_models
+from hornbill.api import PREFIX, bus_models
 from hornbill.api.dependencies import TheRecorder
 from hornbill.api.problems import declared
 from hornbill.bus.logfile import LogFormat
 from hornbill.bus.recorder import LogStatus
 
-router = APIRouter(tags=["logs"])
+router = APIRouter(prefix=PREFIX, tags=["logs"])
 
 _CHUNK = 1 << 18
 

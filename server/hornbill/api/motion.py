@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
 
-from hornbill.api import models, motion_models, present
+from hornbill.api import PREFIX, models, motion_models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.problems import declared, together
 from hornbill.errors import InvalidValue
@@ -15,7 +15,7 @@ from hornbill.servo.jogging import Profile
 from hornbill.servo.reading import reading
 from hornbill.servo.settling import wait_settled
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(prefix=PREFIX, tags=["motion"])
 
 MOTION_PROBLEMS = declared(
     "unknown_servo", "invalid_value", "out_of_range", "mode_off", "torque_off", "not_in_this_model", "busy", "stopped",

@@ -4,7 +4,7 @@ from typing import Annotated, Final, Literal
 
 from fastapi import APIRouter, Path
 
-from hornbill.api import bus_models, present
+from hornbill.api import PREFIX, bus_models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.models import UidField
 from hornbill.api.problems import declared
@@ -18,7 +18,7 @@ from hornbill.units import Instant, Uid
 from hornbill.wire.messages import Health, NodeStatus
 from hornbill.wire.services import GetNodeInfoResponse, SoftwareVersion
 
-router = APIRouter(tags=["bus"])
+router = APIRouter(prefix=PREFIX, tags=["bus"])
 
 UidPath = Annotated[UidField, Path(description="unique id, 32 lower-case hex digits")]
 

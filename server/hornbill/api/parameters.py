@@ -1,25 +1,24 @@
-"""Owns the parameter routes, made from the tables: a GET (and PUT) a row, the whole set, and PATCH."""
+"""Owns the parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
 
-from collections.abc import Callable, Collection
-from typing import Annotated, Any, TypeAlias
+from collections.abc import Collection, Mapping
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Depends, Header, Query
 from pydantic import WithJsonSchema, create_model
 
-from hornbill.api import models, present
+from hornbill.api import PREFIX, models, present, rows
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.problems import declared, problem, together
 from hornbill.errors import HornbillError
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import COMMANDS
 from hornbill.schema.parameter import Parameter
+from hornbill.servo.configuration import torque_in_rom
 from hornbill.servo.configuration.changes import Outcome
 from hornbill.servo.host import Host
 from hornbill.servo.identification import read_rows
 from hornbill.servo.reading import reading, readings
 from hornbill.servo.servo import Servo
-
-JsonSchema: TypeAlias = dict[str, Any]
 
 READ_PROBLEMS = declared("unknown_servo", "not_in_this_model", "refused_by_servo", "no_answer", "bus_disconnected")
 WRITE_PROBLEMS = declared(
@@ -31,45 +30,32 @@ COMMAND_PROBLEMS = declared("lease_required", "stopped", "mode_off", "torque_off
 PATCH_PROBLEMS = together(WRITE_PROBLEMS, declared("stale_revision", "lease_required", "stopped"))
 
 
+async def _row(host: TheHost, servo: TheServo, key: str) -> Parameter:
+    return host.changes.row(servo, key)
+
+
+_TheRow = Annotated[Parameter, Depends(_row)]
+"""The row of `{key}`; found before the body is looked at, which a key that is none need not bring."""
+
+
 def router(catalog: Catalog) -> APIRouter:
-    """Every parameter route. Rows come first, so that a known key is never taken for an unknown one."""
-    made = APIRouter(tags=["parameters"])
+    """Every parameter route: one GET and one PUT serve all rows, and `rows` says of each what it takes."""
+    made = APIRouter(prefix=PREFIX, tags=["parameters"])
     _whole_set(made, catalog)
-    for row in catalog.readable.values():
-        _row_routes(made, catalog, row)
-    _any_other_key(made)
+    _any_row(made)
     return made
 
 
-def value_schema(catalog: Catalog, row: Parameter) -> JsonSchema:
-    """JSON Schema of a row's value, with the widest range over all models: the servo's own is checked on writing."""
-    shown: JsonSchema = {"title": row.label, "description": _description(row)}
-    if row.kind == "choice":
-        return {**shown, "type": "string", "enum": [choice.key for choice in row.choices]}
-    if row.kind == "switch":
-        return {**shown, "type": "boolean"}
-    low, high = catalog.widest(row.key)
-    if low is not None and high is not None:
-        shown |= {"minimum": low / row.per_unit, "maximum": high / row.per_unit}
-    if row.per_unit == 1:
-        return {**shown, "type": "integer", "x-unit": row.unit}
-    return {**shown, "type": "number", "multipleOf": 1 / row.per_unit, "x-unit": row.unit}
-
-
-def _description(row: Parameter) -> str:
-    unit = f" Unit: {row.unit}." if row.unit else ""
-    since = "" if row.since == "1.010" else f" Since firmware {row.since}."
-    pwm = " Only in models with PWM input." if row.pwm_only else ""
-    return f"{row.description}{unit} Register {row.name}, section {row.section}.{since}{pwm}"
-
-
 def _whole_set(made: APIRouter, catalog: Catalog) -> None:
-    rows = [row for row in catalog.readable.values() if row.writable and row.group != "command"]
-    values_schema: JsonSchema = {
+    values_schema: rows.JsonSchema = {
         "type": "object",
         "minProperties": 1,
         "additionalProperties": False,
-        "properties": {row.key: value_schema(catalog, row) for row in rows},
+        "properties": {
+            row.key: rows.value_schema(catalog, row)
+            for row in catalog.readable.values()
+            if row.writable and row.group != "command"
+        },
     }
     values_type = Annotated[dict[str, Any], WithJsonSchema(values_schema)]
     body_type = create_model("ParametersPatch", __base__=models.ParametersPatch, values=(values_type, ...))
@@ -109,18 +95,23 @@ def _whole_set(made: APIRouter, catalog: Catalog) -> None:
                         for key, value in body.values.items()
                     ],
                 )  # fmt: skip
-        saves = may_begin(host, servo, save=body.save and not body.dry_run, lease=lease)
+        saves = await may_begin(
+            host, servo, save=body.save and not body.dry_run, lease=lease, confirm=body.confirm, values=body.values
+        )
         outcome = await host.changes.apply(
             servo, body.values, lease, dry_run=body.dry_run, revision=revision_of(revision), confirm=body.confirm,
         )  # fmt: skip
         return patched(host, servo, outcome, lease, saves=saves)
 
 
-def may_begin(host: Host, servo: Servo, *, save: bool, lease: str | None) -> bool:
-    """Whether a save follows; raises what speaks against it now, before anything is written."""
+async def may_begin(
+    host: Host, servo: Servo, *, save: bool, lease: str | None, confirm: Collection[str], values: Mapping[str, object]
+) -> bool:
+    """Whether a save follows; raises what speaks against it now, before any of `values` is written."""
     host.connected()
     if save:
         host.saving.check(servo, lease)
+        await torque_in_rom.require(host.asker, servo, confirm, values)
     return save
 
 
@@ -142,66 +133,32 @@ def patched(host: Host, servo: Servo, outcome: Outcome, lease: str | None, *, sa
     )
 
 
-def _row_routes(made: APIRouter, catalog: Catalog, row: Parameter) -> None:
-    path = f"/servos/{{uid}}/parameters/{row.key}"
+def _any_row(made: APIRouter) -> None:
+    """What every row answers. Keys that are no row, rows that cannot be written: problems, not a bare 404 or 405."""
 
-    async def get(host: TheHost, servo: TheServo) -> models.Reading:
+    @made.get(rows.PATH, operation_id=rows.GET, responses=READ_PROBLEMS)
+    async def get(host: TheHost, servo: TheServo, row: _TheRow) -> models.Reading:
         host.connected()
-        await host.asker.read(servo, host.changes.row(servo, row.key))
+        await host.asker.read(servo, row)
         return present.reading(reading(servo, row.key, host.base))
 
-    made.add_api_route(
-        path, get, methods=["GET"], operation_id=f"get_{row.key}", summary=row.label, description=_description(row),
-        responses=READ_PROBLEMS,
-    )  # fmt: skip
-    if not row.writable:
-        return
-    name = "".join(part.capitalize() for part in row.key.split("_")) + "Value"
-    value_type = Annotated[Any, WithJsonSchema(value_schema(catalog, row))]
-    body_type = create_model(name, __base__=models.RowValue, value=(value_type, ...))
-
+    @made.put(rows.PATH, operation_id=rows.PUT, responses=together(WRITE_PROBLEMS, COMMAND_PROBLEMS))
     async def put(
-        host: TheHost,
-        servo: TheServo,
-        body: body_type,  # pyright: ignore[reportInvalidTypeForm, reportUnknownParameterType]
-        lease: LeaseHeader = None,
+        host: TheHost, servo: TheServo, row: _TheRow, body: models.RowValue, lease: LeaseHeader = None
     ) -> models.Reading:
-        assert isinstance(body, models.RowValue)
-        await _write(host, servo, row.key, body.value, lease, body.confirm)
+        await _write(host, servo, row, body.value, lease, body.confirm)
         return present.reading(reading(servo, row.key, host.base))
-
-    handler: Callable[..., Any] = put  # pyright: ignore[reportUnknownVariableType] - its body type is made here
-    made.add_api_route(
-        path, handler, methods=["PUT"], operation_id=f"set_{row.key}", summary=f"Set {row.label.lower()}",
-        description=_description(row), responses=together(WRITE_PROBLEMS, COMMAND_PROBLEMS),
-    )  # fmt: skip
-
-
-def _any_other_key(made: APIRouter) -> None:
-    """Keys that are no row, rows that cannot be written: the same problems as everywhere, not a bare 404 or 405."""
-    path = "/servos/{uid}/parameters/{key}"
-
-    @made.get(path, include_in_schema=False)
-    async def get(host: TheHost, servo: TheServo, key: str) -> models.Reading:
-        host.changes.row(servo, key)
-        raise AssertionError(f"{key} has a route of its own")
-
-    @made.put(path, include_in_schema=False)
-    async def put(host: TheHost, servo: TheServo, key: str, lease: LeaseHeader = None) -> models.Reading:
-        await _write(host, servo, key, None, lease)
-        raise AssertionError(f"{key} has a route of its own")
 
 
 async def _write(
-    host: Host, servo: Servo, key: str, value: object, lease: str | None, confirm: Collection[str] = ()
+    host: Host, servo: Servo, row: Parameter, value: object, lease: str | None, confirm: Collection[str]
 ) -> None:
-    row = host.changes.row(servo, key)
     host.connected()
     if row.key in COMMANDS and row.writable:
         number = host.changes.number(row, value)
         await host.motion.command(servo, lease, COMMANDS[row.key], number, clamp=False, confirm=confirm)
         return
-    outcome = await host.changes.apply(servo, {key: value}, lease, confirm=confirm)
+    outcome = await host.changes.apply(servo, {row.key: value}, lease, confirm=confirm)
     if outcome.failure is not None:
         raise outcome.failure
 

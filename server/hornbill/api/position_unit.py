@@ -2,13 +2,13 @@
 
 from fastapi import APIRouter
 
-from hornbill.api import models, present
+from hornbill.api import PREFIX, models, present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.motion_models import PositionUnitPut
 from hornbill.api.problems import declared
 from hornbill.errors import Busy
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(prefix=PREFIX, tags=["motion"])
 
 
 @router.get("/servos/{uid}/position-unit", operation_id="get_position_unit", responses=declared("unknown_servo"))

@@ -91,7 +91,9 @@ def answer(error: errors.HornbillError) -> Response:
     # It may repeat what was sent: whole numbers of any size and half surrogates, which orjson refuses, and NaN, which
     # no JSON has: that becomes a text.
     text = json.dumps(json.loads(json.dumps(shown.model_dump(), default=str), parse_constant=str))
-    return Response(text, shown.status, media_type=MEDIA_TYPE)
+    wait_s = error.facts.get("retry_after_s")
+    headers = None if wait_s is None else {"Retry-After": str(wait_s)}
+    return Response(text, shown.status, headers, media_type=MEDIA_TYPE)
 
 
 def declared(*codes: str) -> dict[int | str, dict[str, Any]]:

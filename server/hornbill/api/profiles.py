@@ -7,6 +7,7 @@ from urllib.parse import quote
 from fastapi import APIRouter, Header, Path, Query, Request
 from starlette.responses import Response
 
+from hornbill.api import PREFIX
 from hornbill.api import config_models as shapes
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.jobs import JOB_ANSWERS, Wait
@@ -20,7 +21,7 @@ from hornbill.servo.configuration.profiles import Draft, Profile
 from hornbill.servo.host import Host
 from hornbill.units import Uid
 
-router = APIRouter(tags=["profiles"])
+router = APIRouter(prefix=PREFIX, tags=["profiles"])
 
 LARGEST_FILE = 256 * 1024
 """Bytes of a file that is imported; a profile of all rows has about 3 kB."""

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi import Path as InPath
 from starlette.responses import StreamingResponse
 
+from hornbill.api import PREFIX
 from hornbill.api import recorder_models as models
 from hornbill.api.dependencies import TheBundles, TheHost
 from hornbill.api.problems import declared
@@ -17,7 +18,7 @@ from hornbill.bus.bundles import BundleFolder, KeptBundle
 from hornbill.errors import InvalidValue, LogFailed
 from hornbill.servo import bundle as form
 
-router = APIRouter(tags=["recorder"])
+router = APIRouter(prefix=PREFIX, tags=["recorder"])
 
 _CHUNK = 1 << 18
 _ZIP = "application/zip"

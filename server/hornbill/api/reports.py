@@ -5,13 +5,14 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query
 from starlette.responses import Response
 
+from hornbill.api import PREFIX
 from hornbill.api.dependencies import TheHost
 from hornbill.api.problems import declared
 from hornbill.servo.configuration.report import report
 from hornbill.servo.configuration.report_formats import as_csv, as_json, as_junit
 from hornbill.servo.configuration.report_page import as_html
 
-router = APIRouter(tags=["jobs"])
+router = APIRouter(prefix=PREFIX, tags=["jobs"])
 
 Format = Annotated[
     Literal["csv", "json", "junit", "html"],

@@ -5,14 +5,14 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from starlette.responses import Response
 
-from hornbill.api import config_models, models
+from hornbill.api import PREFIX, config_models, models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.jobs import JOB_ANSWERS, Wait, answer
 from hornbill.api.problems import declared, together
 from hornbill.servo.configuration.forecast import forecast
 from hornbill.servo.identification import read_rows
 
-router = APIRouter(tags=["configuration"])
+router = APIRouter(prefix=PREFIX, tags=["configuration"])
 
 READ_PROBLEMS = declared("unknown_servo", "no_answer", "bus_disconnected", "invalid_value")
 Keep = Annotated[bool, Query(description="origin, servo id and node id (0x44 to 0x46) stay")]
@@ -28,13 +28,14 @@ async def forecast_restart(
     host: TheHost,
     servo: TheServo,
     save: Annotated[bool, Query(description="RAM is saved first; false: ROM as it is")] = False,
+    torque_on: Annotated[bool, Query(description="the save is to be with `torque_on`")] = False,
 ) -> config_models.Forecast:
     """What a restart, or with `save` a save, does to the horn, and what speaks against it. Reads, moves nothing."""
     host.connected()
     live = ("current_angle", "current_voltage", "fault_warning")
     rows = (key for key, one in servo.registers.items() if key in live or one.parameter.rom)
     await read_rows(host.asker, servo, list(rows))
-    return config_models.Forecast.model_validate(forecast(servo, as_saved=save))
+    return config_models.Forecast.model_validate(forecast(servo, as_saved=save, torque_on=torque_on))
 
 
 @router.get(

@@ -2,6 +2,7 @@
 
 from fastapi import APIRouter
 
+from hornbill.api import PREFIX
 from hornbill.api.models import Model
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import EffectRule
@@ -71,7 +72,7 @@ def document(catalog: Catalog) -> SchemaDocument:
 
 def router(catalog: Catalog) -> APIRouter:
     """The one route; the document is made once, for it never changes while the server runs."""
-    made = APIRouter(tags=["schema"])
+    made = APIRouter(prefix=PREFIX, tags=["schema"])
     whole = document(catalog)
 
     @made.get("/schema", operation_id="get_schema")

@@ -1,4 +1,4 @@
-"""Owns what a login leaves behind: sessions of browsers, tickets for sockets, and how often a login may fail.
+"""Owns what a login leaves behind: sessions of browsers, tickets for sockets, and how often a guess may fail.
 
 All of it is in memory and by digest: it ends with the process. Time is an argument.
 """
@@ -7,6 +7,7 @@ import secrets
 from collections import OrderedDict
 from dataclasses import dataclass
 from hashlib import sha256
+from ipaddress import ip_address
 from typing import Final
 
 from hornbill.errors import TooManyAttempts
@@ -21,7 +22,7 @@ _MOST: Final = 1000
 """Sessions, tickets and addresses kept; the oldest go first."""
 
 TRIES: Final = 10
-"""Logins that may fail from one address within `WINDOW_S`; from all together ten times as many."""
+"""Logins, or tokens, that may be wrong from one address within `WINDOW_S`; from all together ten times as many."""
 WINDOW_S: Final = 60.0
 
 
@@ -98,37 +99,52 @@ class Tickets:
 
 
 class Attempts:
-    """Counts logins that failed. Who logs in rightly is never counted."""
+    """Counts what failed. Who brings what is right is never counted."""
 
-    def __init__(self) -> None:
-        self._failed: OrderedDict[str, list[float]] = OrderedDict()
+    def __init__(self, what: str = "logins have failed") -> None:
+        """`what` is said of a number of them."""
+        self._what = what
+        self._failed: OrderedDict[str, list[tuple[float, str]]] = OrderedDict()
 
     def allow(self, address: str, now: float) -> None:
         """Raises TooManyAttempts when too many have failed from `address`, or from everywhere, in the last minute."""
+        if not self._failed:
+            return
         self._forget(now)
-        mine = self._failed.get(address, [])
-        every = sorted(at for one in self._failed.values() for at in one)
+        mine = [at for at, _ in self._failed.get(_network(address), [])]
+        every = sorted(at for one in self._failed.values() for at, _ in one)
         for times, most in ((mine, TRIES), (every, TRIES * 10)):
             if len(times) >= most:
                 wait_s = max(1, round(times[-most] + WINDOW_S - now))
                 raise TooManyAttempts(
-                    f"{len(times)} logins have failed in the last minute. Try again in {wait_s} s.",
+                    f"{len(times)} {self._what} in the last minute. Try again in {wait_s} s.",
                     retry_after_s=wait_s,
                 )
 
-    def failed(self, address: str, now: float) -> None:
-        """One more has failed."""
-        self._failed.setdefault(address, []).append(now)
+    def failed(self, address: str, now: float, guess: str = "") -> None:
+        """One more has failed. The same `guess`, by digest, is one however often it comes: that guesses at nothing."""
+        known = self._failed.setdefault(_network(address), [])
+        if not guess or all(before != guess for _, before in known):
+            known.append((now, guess))
         while len(self._failed) > _MOST:
             self._failed.popitem(last=False)
 
     def _forget(self, now: float) -> None:
         for address in list(self._failed):
-            recent = [at for at in self._failed[address] if at + WINDOW_S > now]
+            recent = [one for one in self._failed[address] if one[0] + WINDOW_S > now]
             if recent:
                 self._failed[address] = recent
             else:
                 del self._failed[address]
+
+
+def _network(address: str) -> str:
+    """What one household is counted by: of IPv6 it has 2^64 addresses, and can guess from each."""
+    try:
+        known = ip_address(address)
+    except ValueError:  # a name, or nothing
+        return address
+    return known.exploded[:19] if known.version == 6 and known.ipv4_mapped is None else address
 
 
 def _key(secret: str) -> str:

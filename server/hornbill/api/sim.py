@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from fastapi import APIRouter, Depends, Path, Request
 
-from hornbill.api import sim_models
+from hornbill.api import PREFIX, sim_models
 from hornbill.api.problems import declared
 from hornbill.errors import Busy, InvalidValue, Unknown
 from hornbill.schema.catalog import Catalog
@@ -38,7 +38,7 @@ ServoUid = Annotated[str, Path(description="unique id, 32 lower-case hex digits"
 
 def router(catalog: Catalog) -> APIRouter:
     """The routes under /sim. They answer no_simulator (404) where no bench is set up."""
-    routes = APIRouter(prefix="/sim", tags=["simulator"])
+    routes = APIRouter(prefix=f"{PREFIX}/sim", tags=["simulator"])
 
     @routes.get("/servos", operation_id="list_sim_servos", responses=declared("no_simulator"))
     async def list_sim_servos(bench: TheBench) -> list[sim_models.SimServo]:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Path, Query
 
-from hornbill.api import config_models
+from hornbill.api import PREFIX, config_models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.models import UidField
 from hornbill.api.parameters import PATCH_PROBLEMS, may_begin, patched, revision_of
@@ -19,7 +19,7 @@ from hornbill.servo.servo import Servo
 from hornbill.store.snapshots import Snapshot
 from hornbill.units import Uid
 
-router = APIRouter(tags=["history"])
+router = APIRouter(prefix=PREFIX, tags=["history"])
 
 UidPath = Annotated[UidField, Path(description="unique id, 32 lower-case hex digits")]
 SnapshotId = Annotated[int, Path(description="number of a snapshot of this servo")]
@@ -135,7 +135,10 @@ async def compare_sides(
 async def _restore(
     host: Host, servo: Servo, side: Side, wanted: config_models.RowsToWrite, lease: str | None, revision: str | None
 ) -> config_models.Restored:
-    saves = may_begin(host, servo, save=wanted.save and not wanted.dry_run, lease=lease)
+    named = {key: side.values.get(key) for key in wanted.keys or ()}
+    saves = await may_begin(
+        host, servo, save=wanted.save and not wanted.dry_run, lease=lease, confirm=wanted.confirm, values=named
+    )
     outcome, left_out = await host.restoring.restore(
         servo, side, lease, keys=wanted.keys, identity=wanted.identity, dry_run=wanted.dry_run,
         revision=revision_of(revision), confirm=wanted.confirm,

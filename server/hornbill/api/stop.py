@@ -4,12 +4,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from hornbill.api import models, present
+from hornbill.api import PREFIX, models, present
 from hornbill.api.dependencies import TheHost
 from hornbill.api.problems import declared
 from hornbill.servo.acting import signed
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(prefix=PREFIX, tags=["motion"])
 
 By = Annotated[str, Query(description="who does it, for the log and for everybody to see; 80 characters are kept")]
 WITHIN_S = 0.25

@@ -2,6 +2,7 @@
 
 from fastapi import APIRouter
 
+from hornbill.api import PREFIX
 from hornbill.api import motion_models as models
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.motion import MOTION_PROBLEMS
@@ -9,7 +10,7 @@ from hornbill.api.problems import declared, together
 from hornbill.servo.jogging import Profile
 from hornbill.servo.streams import Stream
 
-router = APIRouter(tags=["motion"])
+router = APIRouter(prefix=PREFIX, tags=["motion"])
 
 STREAM_PROBLEMS = together(MOTION_PROBLEMS, declared("conflict", "position_unit_unconfirmed", "bus_budget"))
 

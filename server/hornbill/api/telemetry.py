@@ -6,7 +6,7 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Query
 from starlette.responses import StreamingResponse
 
-from hornbill.api import models, telemetry_files
+from hornbill.api import PREFIX, models, telemetry_files
 from hornbill.api.dependencies import TheHost, TheServo
 from hornbill.api.problems import declared
 from hornbill.errors import InvalidValue
@@ -14,7 +14,7 @@ from hornbill.servo.host import Host
 from hornbill.servo.ring import Columns
 from hornbill.servo.servo import Servo
 
-router = APIRouter(tags=["telemetry"])
+router = APIRouter(prefix=PREFIX, tags=["telemetry"])
 
 WISH_PROBLEMS = declared("unknown_servo", "unknown_parameter", "not_in_this_model", "invalid_value")
 FILE_PROBLEMS = declared("unknown_servo", "unknown_parameter", "invalid_value")

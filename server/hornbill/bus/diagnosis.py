@@ -80,7 +80,7 @@ def users_of(device: str) -> list[str]:
     for process in Path("/proc").glob("[0-9]*"):
         try:
             if any(os.path.realpath(each) == target for each in (process / "fd").iterdir()):
-                found.append(f"{(process / 'comm').read_text().strip()} (process {process.name})")
+                found.append(f"{(process / 'comm').read_text(encoding='utf-8').strip()} (process {process.name})")
         except OSError:  # it ended, or belongs to somebody else
             continue
     return found

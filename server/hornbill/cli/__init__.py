@@ -2,7 +2,26 @@
 
 import typer
 
-from hornbill.cli import bench, bus, commissioning, moving, parameters, probing, profiles, starting, tokens, watching
+from hornbill.cli import (
+    bench,
+    bus,
+    commissioning,
+    connecting,
+    faults,
+    history,
+    jobs,
+    measuring,
+    moving,
+    parameters,
+    plain_text,
+    probing,
+    profiles,
+    records,
+    restarting,
+    starting,
+    tokens,
+    watching,
+)
 
 app = typer.Typer(no_args_is_help=True, help="Configure BLA15 and BLA21 servos over DroneCAN.")
 
@@ -16,21 +35,48 @@ for _name, _command in {
     "save": parameters.save,
     "apply": bench.apply,
     "export": bench.export,
+    "compare": history.compare,
+    "copy": history.copy,
+    "undo": history.undo,
+    "label": restarting.label,
+    "identify": restarting.identify,
+    "restart": restarting.restart,
+    "factory-reset": restarting.factory_reset,
     "command": moving.command,
     "stop": moving.stop,
+    "torque": restarting.torque,
+    "step": measuring.step,
+    "samples": measuring.samples,
+    "position-unit": measuring.position_unit,
     "watch": watching.watch,
     "commission": commissioning.commission,
     "doctor": bus.doctor,
     "probe": probing.probe,
+    "leases": connecting.leases,
+    "health": connecting.health,
+    "audit": records.audit,
     "decode": starting.decode,
     "openapi": starting.openapi,
 }.items():
     app.command(_name)(_command)
-app.add_typer(profiles.app, name="profile")
-app.add_typer(bus.log, name="log")
-app.add_typer(tokens.app, name="token")
+for _name, _group in {
+    "profile": profiles.app,
+    "snapshots": history.snapshots,
+    "drift": history.drift,
+    "faults": faults.app,
+    "jobs": jobs.app,
+    "runs": measuring.runs,
+    "inventory": records.inventory,
+    "bus": connecting.bus,
+    "ids": connecting.ids,
+    "log": bus.log,
+    "bundles": records.bundles,
+    "token": tokens.app,
+}.items():
+    app.add_typer(_group, name=_name)
 
 
 def main() -> None:
     """Run the command line."""
+    plain_text.speak()
     app()

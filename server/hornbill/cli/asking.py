@@ -37,6 +37,12 @@ def complete_key(context: typer.Context, incomplete: str) -> list[tuple[str, str
     return [(one["key"], one["label"]) for one in _rows(context) if one["key"].startswith(incomplete)]
 
 
+def complete_job(context: typer.Context, incomplete: str) -> list[tuple[str, str]]:
+    """Jobs, the newest first."""
+    jobs = reversed(_at_once(context, "/jobs"))
+    return [(one["id"], f"{one['kind']}, {one['state']}") for one in jobs if one["id"].startswith(incomplete)]
+
+
 def complete_change(context: typer.Context, incomplete: str) -> list[tuple[str, str]]:
     """`key=` of parameters that can be written, and after it the choices of the row."""
     rows = {one["key"]: one for one in _rows(context) if one["access"] == "rw"}

@@ -1,13 +1,14 @@
 """Owns `hornbill apply` and `hornbill export`: a bench as a file, to keep beside the tests it is for."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hornbill.cli.agreeing import Yes, agree
 from hornbill.cli.asking import HERE, AsJson, Server, client, complete_servo
 from hornbill.cli.failing import Exit
+from hornbill.cli.plain_text import text_of
 from hornbill.cli.showing import print_json, progress
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 def apply(
     file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="bench file, as 'hornbill export' writes")],
     check: Annotated[bool, typer.Option("--check", help="only compare: exit code 1 when something differs")] = False,
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="do not ask")] = False,
+    yes: Yes = False,
     server: Server = HERE,
     as_json: AsJson = False,
 ) -> None:
@@ -31,7 +32,7 @@ def apply(
     if as_json and not (yes or check):
         raise typer.BadParameter("--json cannot ask: add --yes or --check")
     with client(server) as hornbill:
-        entries = parse(file, file.read_text(encoding="utf-8"))
+        entries = parse(file, text_of(file))
         plans = plan(hornbill, file.name, entries)
         differing = [one for one in plans if one.differences]
         if as_json:
@@ -43,10 +44,7 @@ def apply(
         if not differing:
             return
         check_torque(file.name, plans)
-        if not yes:
-            if not sys.stdin.isatty():
-                raise typer.BadParameter("nobody is there to ask: add --yes, or --check to compare only")
-            typer.confirm("Do it?", abort=True)
+        agree("Do it?", yes, instead=", or --check to compare only")
         with progress() as bar:
             carry_out(hornbill, file.name, plans, bar)
         if not as_json:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from hornbill.client.sync.servo import Progress
 
 TORQUE, TORQUE_WORD = "torque_mode", "torque_off_in_rom"
+NO_TORQUE = ("off", "brake")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,8 @@ def check_torque(file: str, plans: Sequence[Plan]) -> None:
     without torque from then on.
     """
     told = [
-        f"{file}:{one.entry.lines['']}: {one.servo.title} has torque off now and on in ROM, and a save keeps what is: "
+        f"{file}:{one.entry.lines['']}: {one.servo.title} has no torque now, and ROM is not known to have none; "
+        "a save keeps what is: "
         f'it would start without torque. Restart it first, or if that is meant, add confirm = ["{TORQUE_WORD}"].'
         for one in plans
         if one.torque_off and TORQUE_WORD not in one.entry.confirm
@@ -113,7 +115,7 @@ def carry_out(hornbill: "Hornbill", file: str, plans: Sequence[Plan], on_progres
                 values, save=one.save, if_match=one.revision, confirm=one.entry.confirm, on_progress=on_progress
             )
         else:
-            one.servo.save(on_progress=on_progress)
+            one.servo.save(confirm=one.entry.confirm, on_progress=on_progress)
     if not changed:
         return
     left = [one for one in plan(hornbill, file, [one.entry for one in changed]) if one.differences]
@@ -169,5 +171,9 @@ def _one(servo: "Servo", entry: Entry, given: dict[str, Any], *, refresh: bool) 
             differences.append(Difference(change["key"], change["before"], reading["rom"], change["requested"], write))
     save = entry.save and bool(differences)
     others = [key for key in servo.refresh()["unsaved"] if key not in wanted] if save else []
-    torque_off = TORQUE in others and readings[TORQUE]["value"] == "off"
+    held = readings.get(TORQUE)
+    torque_off = (
+        save and held is not None and TORQUE not in wanted
+        and held["value"] in NO_TORQUE and held["rom"] not in NO_TORQUE
+    )  # fmt: skip
     return Plan(entry, servo, planned["revision"], differences, save, others, torque_off)

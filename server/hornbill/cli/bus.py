@@ -1,12 +1,15 @@
 """Owns the commands about the bus: doctor, and log with its words."""
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from hornbill.cli.asking import HERE, AsJson, Server, client
 from hornbill.cli.failing import Exit
 from hornbill.cli.showing import print_json, print_table
+
+if TYPE_CHECKING:
+    from hornbill.client import answers
 
 log = typer.Typer(no_args_is_help=True, help="Log every frame on the bus to a file in the server's data folder.")
 
@@ -41,28 +44,28 @@ def start(
 ) -> None:
     """Begin to log; it goes on until it is stopped or full."""
     with client(server) as hornbill:
-        _show(hornbill.ask("POST", "/bus/log", {"format": form, "name": name, "limit_mb": limit_mb}), as_json)
+        _show(hornbill.bus.start_log(form=form, name=name, limit_mb=limit_mb), as_json)
 
 
 @log.command("stop")
 def stop(server: Server = HERE, as_json: AsJson = False) -> None:
     """End the log; says so when the file is complete."""
     with client(server) as hornbill:
-        _show(hornbill.ask("DELETE", "/bus/log"), as_json)
+        _show(hornbill.bus.stop_log(), as_json)
 
 
 @log.command("status")
 def status(server: Server = HERE, as_json: AsJson = False) -> None:
     """How far the log is."""
     with client(server) as hornbill:
-        _show(hornbill.ask("GET", "/bus/log"), as_json)
+        _show(hornbill.bus.log(), as_json)
 
 
 @log.command("list")
 def list_(server: Server = HERE, as_json: AsJson = False) -> None:
     """The logs there are, the newest first."""
     with client(server) as hornbill:
-        logs = hornbill.ask("GET", "/bus/logs")
+        logs = hornbill.bus.logs()
     if as_json:
         print_json(logs)
     else:
@@ -73,10 +76,17 @@ def list_(server: Server = HERE, as_json: AsJson = False) -> None:
 def get(name: Annotated[str, typer.Argument(help="as 'hornbill log list' has it")], server: Server = HERE) -> None:
     """Write a log to standard output: hornbill log get NAME > bus.log"""
     with client(server) as hornbill:
-        typer.echo(hornbill.download(f"/bus/logs/{name}"), nl=False)
+        typer.echo(hornbill.bus.log_file(name), nl=False)
 
 
-def _show(state: dict[str, Any], as_json: bool) -> None:
+@log.command("delete")
+def delete(name: Annotated[str, typer.Argument(help="as 'hornbill log list' has it")], server: Server = HERE) -> None:
+    """Delete a log."""
+    with client(server) as hornbill:
+        hornbill.bus.delete_log(name)
+
+
+def _show(state: "answers.LogState", as_json: bool) -> None:
     if as_json:
         print_json(state)
         return

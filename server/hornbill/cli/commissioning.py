@@ -1,12 +1,15 @@
 """Owns `hornbill commission`: which servos look new, and giving them ids, labels and values."""
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hornbill.cli.asking import HERE, AsJson, Confirm, Server, client
 from hornbill.cli.showing import print_job, print_json, print_table, progress
 from hornbill.errors import InvalidValue
+
+if TYPE_CHECKING:
+    from hornbill.client import answers
 
 
 def commission(
@@ -25,7 +28,7 @@ def commission(
     """Give new servos their servo ids and labels, and a profile; each all or nothing, saved and proved."""
     with client(server) as hornbill:
         if not servos:
-            _candidates(hornbill.ask("GET", "/commissioning/candidates"), as_json)
+            _candidates(hornbill.candidates(), as_json)
             return
         units: list[dict[str, Any]] = []
         for word in servos:
@@ -36,16 +39,15 @@ def commission(
                     f"{word!r} is no servo with an id. Write SERVO=ID, for example 61-466861=3:Elevator."
                 )
             units.append({"uid": hornbill.look_up(name).uid, "servo_id": int(number), "label": label})
-        body = {
-            "servos": units, "profile": profile, "save": save, "identify": identify, "confirm": confirm or [],
-            "on_anomaly": "continue" if go_on else "stop",
-        }  # fmt: skip
         with progress() as bar:
-            job = hornbill.wait(hornbill.ask("POST", "/commissioning", body)["id"], on_progress=bar)
+            job = hornbill.commission(
+                units, profile=profile, save=save, identify=identify, confirm=confirm or (),
+                on_anomaly="continue" if go_on else "stop", on_progress=bar,
+            )  # fmt: skip
     print_json(job) if as_json else print_job(job)
 
 
-def _candidates(found: dict[str, Any], as_json: bool) -> None:
+def _candidates(found: "answers.Candidates", as_json: bool) -> None:
     if as_json:
         print_json(found)
         return

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 from enum import IntEnum
+from typing import Final
 
 import typer
 
@@ -16,18 +17,27 @@ class Exit(IntEnum):
 
     DONE = 0
     FAILED = 1
-    """It cannot be done as asked, or was found not to be as wanted: drift, a doctor's warning, not confirmed."""
     USAGE = 2
     NO_SERVER = 3
     NO_ANSWER = 4
-    """The servo did not answer: nobody knows whether it acted."""
     REFUSED = 5
-    """The servo answered, and said no."""
     BLOCKED = 6
-    """Not now: stopped, busy, somebody else has motion control, or there is no bus."""
     NOT_ALLOWED = 7
-    """No token, or one that may not do this."""
     INTERRUPTED = 130
+
+
+MEANS: Final = {
+    Exit.DONE: "done",
+    Exit.FAILED: "it cannot be done as asked, or was found not to be as wanted",
+    Exit.USAGE: "wrong words on the command line",
+    Exit.NO_SERVER: "no server",
+    Exit.NO_ANSWER: "the servo did not answer: nobody knows whether it acted",
+    Exit.REFUSED: "the servo said no",
+    Exit.BLOCKED: "not now: stopped, busy, somebody else has motion control, no bus",
+    Exit.NOT_ALLOWED: "no token, or one that may not do this",
+    Exit.INTERRUPTED: "Ctrl-C",
+}
+"""Every exit code for people."""
 
 
 _BLOCKED = (

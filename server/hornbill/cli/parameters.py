@@ -64,9 +64,15 @@ def set_(
             print_job(job)
 
 
-def save(servo: Which, server: Server = HERE, as_json: AsJson = False) -> None:
+def save(
+    servo: Which,
+    server: Server = HERE,
+    confirm: Confirm = None,
+    torque_on: Annotated[bool, typer.Option("--torque-on", help="ROM is to have torque on, whatever RAM has.")] = False,
+    as_json: AsJson = False,
+) -> None:
     """Write RAM to ROM, and read it back after the restart. The servo restarts; its horn may move to 0°."""
     with client(server) as hornbill:
         with progress() as show:
-            job = hornbill.look_up(servo).save(on_progress=show)
+            job = hornbill.look_up(servo).save(confirm=confirm or (), torque_on=torque_on, on_progress=show)
         print_json(job) if as_json else print_job(job)

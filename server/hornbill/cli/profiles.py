@@ -7,6 +7,7 @@ from urllib.parse import quote
 import typer
 
 from hornbill.cli.asking import HERE, AsJson, Confirm, Server, Which, client
+from hornbill.cli.plain_text import text_of
 from hornbill.cli.showing import print_job, print_json, print_table, progress
 
 app = typer.Typer(no_args_is_help=True, help="Named sets of values.")
@@ -61,7 +62,7 @@ def put(
         raise typer.BadParameter("a profile is a .toml or a .json file")
     with client(server) as hornbill:
         done = hornbill.ask(
-            "PUT", f"/profiles/{quote(name, safe='')}/file", content=file.read_text(encoding="utf-8"),
+            "PUT", f"/profiles/{quote(name, safe='')}/file", content=text_of(file),
             headers={"Content-Type": MEDIA[file.suffix.lower()]},
         )  # fmt: skip
     print_json(done) if as_json else print(f"{name}: {len(done['profile']['values'])} rows kept.")
@@ -91,4 +92,4 @@ def apply(
 def delete(name: Name, server: Server = HERE) -> None:
     """Forget a profile. Servos it was applied to stay as they are."""
     with client(server) as hornbill:
-        hornbill.ask("DELETE", f"/profiles/{quote(name, safe='')}")
+        hornbill.delete_profile(name)

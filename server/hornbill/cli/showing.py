@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,10 @@ def print_json(what: object) -> None:
 
 def print_table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Columns as wide as what is in them, under a head: the same in a terminal and in a pipe, and never cut."""
-    table = [heads, *([_cell(cell) for cell in row] for row in rows)]
+    table = [heads, *([cell(one) for one in row] for row in rows)]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     for row in table:
-        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
 
 
 def print_readings(readings: Iterable["answers.Reading"]) -> None:
@@ -71,13 +72,23 @@ def progress() -> "Generator[Callable[[answers.Job], None]]":
         yield show
 
 
+def shown(value: object) -> str:
+    """A value of a parameter as people write it."""
+    return _value(value, "inactive")
+
+
+def instant(at: float | None) -> str:
+    """An instant in seconds since 1970 UTC, in the time of this machine."""
+    return "never" if at is None else time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(at))
+
+
+def cell(value: object) -> str:
+    """Text for a terminal: what a servo or a person called it may hold signs that a terminal obeys."""
+    return "–" if value is None else "".join(sign if sign.isprintable() else "·" for sign in str(value))
+
+
 def _outcome(change: "answers.Change") -> Any:
     return change["requested"] if change["verdict"] == "planned" else change["after"]
-
-
-def _cell(value: object) -> str:
-    """What a servo or a person called it may hold signs that a terminal obeys."""
-    return "–" if value is None else "".join(sign if sign.isprintable() else "·" for sign in str(value))
 
 
 def _value(value: Any, unknown: str) -> str:

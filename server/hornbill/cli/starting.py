@@ -1,6 +1,7 @@
 """Owns the commands that start something here, without asking a server: demo, serve, sim, decode, openapi."""
 
 import asyncio
+import gc
 import sys
 from functools import partial
 from pathlib import Path
@@ -18,7 +19,10 @@ Host = Annotated[str | None, typer.Option(help="address to listen on; 127.0.0.1 
 Port = Annotated[int | None, typer.Option(help="port to listen on; 8000 unless told, 0 for any", show_default=False)]
 Token = Annotated[
     str | None,
-    typer.Option(help="a token for admin, beside those of 'hornbill token add'; HORNBILL_TOKEN hides it from others"),
+    typer.Option(
+        help="a token for admin, of 16 characters or more, beside those of 'hornbill token add'; HORNBILL_TOKEN hides "
+        "it from others"
+    ),
 ]
 AllowHost = Annotated[list[str] | None, typer.Option(help="a name under which it is reached; may be given again")]
 BehindProxy = Annotated[
@@ -151,6 +155,9 @@ def _demo_bus(asked: str | None) -> tuple[str | None, str]:
 
 
 def _serve(settings: "Settings", *, demo: bool, announce: str) -> None:
+    # Nearly all that starting makes is kept, and looking it through again and again is a sixth of its time.
+    # `serving.serve` sets it apart and switches this on.
+    gc.disable()
     from hornbill import app as application
     from hornbill import exposure, serving
     from hornbill.cli.tokens import first_link

@@ -2,7 +2,6 @@
 
 from collections.abc import Generator
 from contextlib import contextmanager
-from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hornbill.cli.failing import failures
-from hornbill.cli.showing import print_json
+from hornbill.cli.showing import instant, print_json
 
 if TYPE_CHECKING:
     from hornbill.store.tokens import Tokens
@@ -72,7 +71,7 @@ def list_(data_dir: DataDir = None, database: DatabaseUrl = None, as_json: AsJso
     if not found:
         print("No token: on this machine everybody may do everything, and nobody else gets in.")
     for one in found:
-        print(f"{one.name:<32} {one.role:<10} made {_day(one.created_at)}  last used {_day(one.last_used_at)}")
+        print(f"{one.name:<32} {one.role:<10} made {instant(one.created_at)}  last used {instant(one.last_used_at)}")
 
 
 @app.command()
@@ -107,7 +106,3 @@ def _tokens(data_dir: Path | None, database: str | None) -> "Generator[Tokens]":
         settings = Settings(**{name: value for name, value in given.items() if value is not None})  # pyright: ignore[reportArgumentType]
         with Store(settings.database or settings.data_dir) as store:
             yield store.tokens
-
-
-def _day(at: float | None) -> str:
-    return "never" if at is None else datetime.fromtimestamp(at).astimezone().strftime("%Y-%m-%d %H:%M")

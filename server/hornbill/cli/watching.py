@@ -1,8 +1,10 @@
 """Owns `hornbill watch`: what happens, as it happens, over the server's socket."""
 
+import asyncio
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
+from contextlib import aclosing
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -33,15 +35,20 @@ def watch(
     """Print events and changes of state as they come, and samples of the channels asked for."""
     with client(server) as hornbill:
         chosen = [hornbill.look_up(one) for one in servos] if servos else hornbill.servos()
-        titles = {one.uid: one.title for one in chosen}
-        states: dict[str, str] = {}
+        messages = _messages(hornbill, chosen, channel or [], rate, seconds, some=bool(servos))
         try:
-            for message in _messages(hornbill, chosen, channel or [], rate, seconds, some=bool(servos)):
-                for line in [json.dumps(message, ensure_ascii=False)] if as_json else told(message, titles, states):
-                    print(line, flush=True)
+            asyncio.run(_show(messages, {one.uid: one.title for one in chosen}, as_json=as_json))
         finally:
             for one in chosen if channel else ():
                 one.telemetry([], rate, owner=OWNER)
+
+
+async def _show(messages: AsyncGenerator[dict[str, Any]], titles: Mapping[str, str], *, as_json: bool) -> None:
+    states: dict[str, str] = {}
+    async with aclosing(messages):
+        async for message in messages:
+            for line in [json.dumps(message, ensure_ascii=False)] if as_json else told(message, titles, states):
+                print(line, flush=True)
 
 
 def told(message: dict[str, Any], titles: Mapping[str, str], states: dict[str, str]) -> Iterator[str]:
@@ -62,7 +69,7 @@ def told(message: dict[str, Any], titles: Mapping[str, str], states: dict[str, s
             return
 
 
-def _messages(
+async def _messages(
     hornbill: "Hornbill",
     chosen: "Sequence[Servo]",
     channels: list[str],
@@ -70,10 +77,12 @@ def _messages(
     seconds: float | None,
     *,
     some: bool,
-) -> Iterator[dict[str, Any]]:
+) -> AsyncGenerator[dict[str, Any]]:
     """What the socket says, for so long. `some`: of the chosen servos only, and not of those that come later."""
+    # Not the client of websockets with threads: over TLS two of them use one connection at once, and now and then it
+    # hangs from its first answer on.
+    from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
-    from websockets.sync.client import connect
 
     from hornbill.client import NoServer
 
@@ -82,18 +91,24 @@ def _messages(
     ends, wish_at = None if seconds is None else now + seconds, now
     try:
         proxy = None if hornbill.local else True
-        with connect(
-            hornbill.socket_url, additional_headers=hornbill.credentials, max_size=None, proxy=proxy
+        async with connect(
+            hornbill.socket_url,
+            ssl=hornbill.trusted,
+            additional_headers=hornbill.credentials,
+            max_size=None,
+            proxy=proxy,
         ) as socket:
             uids = [one.uid for one in chosen] if some else None
-            socket.send(json.dumps({"type": "subscribe", "topics": topics, "uids": uids}))
+            await socket.send(json.dumps({"type": "subscribe", "topics": topics, "uids": uids}))
             while ends is None or now < ends:
                 if channels and now >= wish_at:
                     wish_at = now + WISH_S / 2
                     for one in chosen:
                         one.telemetry(channels, rate, ttl_s=WISH_S, owner=OWNER)
                 try:
-                    yield json.loads(socket.recv(1.0 if ends is None else min(1.0, ends - now)))
+                    async with asyncio.timeout(1.0 if ends is None else min(1.0, ends - now)):
+                        message = json.loads(await socket.recv())
+                    yield message
                 except TimeoutError:
                     pass
                 now = time.monotonic()

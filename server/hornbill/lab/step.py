@@ -143,7 +143,7 @@ class StepTests:
             if abs(angle - to) > abs(to - start) * (1 + TRIP):
                 raise DidNotMove(
                     f"{servo.title} does not follow: its horn is at {angle:+.1f}°, {abs(angle - to):.1f}° from its "
-                    "target. The test was ended. Look for a loose load, or lower angle_p_gain.",
+                    "target. The test was ended. Look for a loose load, or lower the angle P gain.",
                 )
         numbers = metrics.of_step(t, angles, begin, to, band_deg=band)
         return Trace(direction, begin, to, t, angles, numbers)

@@ -65,6 +65,18 @@ class EffectRule(Row):
     """Follows from the document without being stated in it."""
 
 
+def told(catalog: "Catalog", rule: EffectRule) -> str:
+    """A rule as a sentence of a manual, with the section it is from."""
+    why = rule.why.replace("{last_command}", "speed or torque")
+    where = "" if rule.unless_row is None else f", on a servo without {catalog.by_key[rule.unless_row].name}"
+    return no_effect(why + where, f"inferred from § {rule.section}" if rule.inferred else f"§ {rule.section}")
+
+
+def no_effect(why: str, origin: str) -> str:
+    """The sentence for what completes "No effect", and where that is from."""
+    return f"No effect: {why} ({origin})."
+
+
 def commanded(values: Mapping[str, int | None]) -> LastCommand | None:
     """The kind of command in force, read off 0x00 to 0x02: the one that is no dummy (4.1 to 4.3).
 
@@ -82,6 +94,11 @@ def commanded(values: Mapping[str, int | None]) -> LastCommand | None:
     return "none" if len(active) == len(COMMANDS) else None
 
 
+def in_force(values: Mapping[str, int | None], rows: Collection[str] | None = None) -> LastCommand | None:
+    """As `commanded`, on a servo that has `rows` only: a firmware without 0x25 counts as off (4.18)."""
+    return "angle" if _lacks(rows, MODE) else commanded(values)
+
+
 def why_not(
     catalog: "Catalog",
     key: str,
@@ -97,11 +114,12 @@ def why_not(
     servo really has (`ServoModel.rows`); without it every row is taken to exist. A firmware without 0x25
     counts as off (4.18).
     """
-    last = last_command
-    if last is None:
-        last = "angle" if _lacks(rows, MODE) else commanded(values)
+    rules = catalog.effects_of.get(key)
+    if rules is None:
+        return Effect(True, None)
+    last = in_force(values, rows) if last_command is None else last_command
     missing: str | None = None
-    for rule in catalog.effects_of.get(key, ()):
+    for rule in rules:
         if rule.unless_row is not None and (rows is None or rule.unless_row in rows):
             continue
         verdicts = [_holds(condition, values, last, rows) for condition in rule.when]

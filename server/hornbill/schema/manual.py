@@ -6,7 +6,7 @@ from typing import Any
 from pydantic.json_schema import models_json_schema
 
 from hornbill.schema.catalog import Catalog
-from hornbill.schema.effect import EffectRule
+from hornbill.schema.effect import told
 from hornbill.schema.fault import FaultBit
 from hornbill.schema.model import ModelTable, Series
 from hornbill.schema.parameter import Group, Parameter
@@ -130,16 +130,10 @@ def _notes(catalog: Catalog, row: Parameter) -> Iterator[str]:
         notes.append("Acts after it is saved and the servo has restarted.")
     if row.identity:
         notes.append("Part of the servo's identity: left out of profiles unless asked for.")
-    notes += [_effect(rule) for rule in catalog.effects_of[row.key]]
+    notes += [told(catalog, rule) for rule in catalog.effects_of[row.key]]
     if notes:
         yield ""
         yield from (f"- {note}" for note in notes)
-
-
-def _effect(rule: EffectRule) -> str:
-    why = rule.why.replace("{last_command}", "speed or torque")
-    origin = f"inferred from § {rule.section}" if rule.inferred else f"§ {rule.section}"
-    return f"No effect: {why} ({origin})."
 
 
 def _faults(catalog: Catalog) -> Iterator[str]:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import COMMANDS, MODE, Effect
 from hornbill.servo.hub import Hub, ReadingChanged, ServoChanged
-from hornbill.servo.reading import DECIDING_WORDS, circumstances, verdict
+from hornbill.servo.reading import DECIDING_WORDS, circumstances, verdicts
 from hornbill.servo.servo import Servo
 from hornbill.units import Uid
 
@@ -41,13 +41,11 @@ class Effects:
 
     def _look(self, servo: Servo, rows: Iterable[str]) -> None:
         known = self._verdicts.setdefault(servo.uid, {})
-        for key in rows:
-            if key in servo.registers:
-                now = verdict(servo, key)
-                before = known.get(key)
-                known[key] = now
-                if before is not None and before != now:
-                    self._hub.tell(ReadingChanged(servo.uid, key))
+        for key, now in verdicts(servo, [key for key in rows if key in servo.registers]).items():
+            before = known.get(key)
+            known[key] = now
+            if before is not None and before != now:
+                self._hub.tell(ReadingChanged(servo.uid, key))
 
 
 def _dependents(catalog: Catalog) -> dict[str, tuple[str, ...]]:

@@ -122,6 +122,8 @@ class Host:
         self.hub.listen(self._note_event)
         self.connection: Connection | None = None
         self._open_port = open_port
+        self.before_join: Callable[[str], Awaitable[None]] | None = None
+        """Awaited with the address of a new bus, when the one before is left: what was on that may rest."""
         self._own = (node_id, unique_id, SoftwareVersion(*version))
         self.counts = Counts(self.hub)
         self.asker = Asker(self.hub, self.base)
@@ -232,6 +234,8 @@ class Host:
             except BaseException:
                 await port.close()
                 raise
+            if self.before_join is not None:
+                await self.before_join(address)
             return self._join(port)
 
     async def attach(self, port: CanPort) -> Connection:

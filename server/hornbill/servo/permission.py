@@ -89,7 +89,7 @@ def check_mode(servo: Servo, kind: str) -> None:
     if kind != "angle" and servo.raw("speed_torque_control") != 1:
         raise ModeOff(
             f"{servo.title} ignores {kind} commands: speed and torque control (0x25) is off. "
-            "Set speed_torque_control to true first.",
+            f"Switch it on first: PUT /api/v1/servos/{servo.uid}/parameters/speed_torque_control.",
             key="speed_torque_control",
         )
     if servo.raw("torque_mode") != 0:

@@ -1,15 +1,15 @@
 """Owns Reading: one parameter as people and programs see it: register, row, and whether it has an effect now."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
 from hornbill.schema import effect, scale
-from hornbill.schema.effect import COMMANDS, Effect
+from hornbill.schema.effect import COMMANDS, Effect, LastCommand
 from hornbill.schema.scale import Value
 from hornbill.servo.servo import SOFT_START_ROWS, Register, Servo
 from hornbill.servo.timebase import TimeBase
-from hornbill.units import Raw
+from hornbill.units import Instant, Raw
 from hornbill.wire.messages import Mode
 
 LIVE_PERIOD_S = {"command": 2.5, "status": 5.0, "faults": 2.5}
@@ -99,17 +99,27 @@ class Reading:
 
 def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
     """The present reading of one row the servo has."""
+    return readings(servo, base, (key,))[key]
+
+
+def readings(servo: Servo, base: TimeBase, keys: Iterable[str] | None = None) -> dict[str, Reading]:
+    """Those of several rows it has: of every one, in address order, unless told otherwise."""
+    values, now = servo.raws(), base.now()
+    found = verdicts(servo, servo.registers if keys is None else keys)
+    return {key: _reading(servo, key, base, now, values, effect) for key, effect in found.items()}
+
+
+def _reading(
+    servo: Servo, key: str, base: TimeBase, now: Instant, values: Mapping[str, Raw | None], found: Effect
+) -> Reading:
     register = servo.registers[key]
     row = register.parameter
-    values = servo.raws()
     unit, per_unit = scale.unit_of(row, values)
-    now = base.now()
 
     def value(raw: Raw | None) -> Value:
         return None if raw is None else scale.to_value(row, raw, values)
 
     bounded = row.kind == "number"
-    found = verdict(servo, key)
     return Reading(
         key=key,
         address=row.address,
@@ -130,22 +140,30 @@ def reading(servo: Servo, key: str, base: TimeBase) -> Reading:
     )
 
 
-def readings(servo: Servo, base: TimeBase) -> dict[str, Reading]:
-    """Every row this model and firmware has, in address order."""
-    return {key: reading(servo, key, base) for key in servo.registers}
+def verdicts(servo: Servo, keys: Iterable[str]) -> dict[str, Effect]:
+    """Whether rows the servo has are in effect now: its state decides before its registers do."""
+    holding = [one for one in CIRCUMSTANCES if one.holds(servo)]
+    values, rows = servo.raws(), servo.registers
+    last = effect.in_force(values, rows)
+    return {key: _verdict(servo, rows[key], holding, values, last) for key in keys}
 
 
-def verdict(servo: Servo, key: str) -> Effect:
-    """Whether a row the servo has is in effect now: its state decides before its registers do."""
-    register = servo.registers[key]
-    if register.parameter.writable and not servo.online:
+def _verdict(
+    servo: Servo,
+    register: Register,
+    holding: Iterable[Circumstance],
+    values: Mapping[str, Raw | None],
+    last: LastCommand | None,
+) -> Effect:
+    row = register.parameter
+    if row.writable and not servo.online:
         return Effect(None, "Effect not known: the servo is offline.")
-    for one in CIRCUMSTANCES:
-        if (register.parameter.writable if one.rows is None else key in one.rows) and one.holds(servo):
+    for one in holding:
+        if row.writable if one.rows is None else row.key in one.rows:
             return Effect(False, f"No effect now: {one.why}.")
-    if register.parameter.after_restart:
+    if row.after_restart:
         return _since_the_start(servo, register)
-    return effect.why_not(servo.catalog, key, servo.raws(), rows=servo.registers)
+    return effect.why_not(servo.catalog, row.key, values, last, rows=servo.registers)
 
 
 def circumstances(servo: Servo) -> tuple[object, ...]:

@@ -79,6 +79,15 @@ class Bench:
             for driver in self._drivers.values():
                 driver.start(self._open)
 
+    async def rest(self) -> None:
+        """Switch every servo off and close its port, until `start`. What only RAM held is gone. Twice is harmless."""
+        if not self._running:
+            return
+        self._running = False
+        for driver in list(self._drivers.values()):
+            driver.servo.power_off(driver.now())
+            await driver.close()
+
     async def close(self) -> None:
         """Take every servo off the bus. Twice is harmless; the bench cannot be started again."""
         self._running = False

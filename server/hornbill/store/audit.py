@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Final
 
-from sqlalchemy import select
+from sqlalchemy import insert, select
 
 from hornbill.store.database import Database
 from hornbill.store.tables import HIGHEST_ID, AuditRow, Json
@@ -39,6 +40,9 @@ class AuditEntry:
     entry: Entry
 
 
+_ADD: Final = insert(AuditRow)
+
+
 class AuditLog:
     """The audit. Every method has been committed when it returns."""
 
@@ -50,15 +54,18 @@ class AuditLog:
     def add(self, entries: Iterable[Entry]) -> None:
         """Keep entries of one deed, all in one transaction."""
         now = self._wall()
-        with self._database.transaction() as session:
-            session.add_all(
-                AuditRow(
-                    at=now, by=one.by[:80], action=one.action, outcome=one.outcome, uid=one.uid,
-                    key=None if one.key is None else one.key[:100],
-                    before=one.before, requested=one.requested, after=one.after, detail=one.detail, job=one.job,
-                )
-                for one in entries
-            )  # fmt: skip
+        rows = [
+            {
+                "at": now, "by": one.by[:80], "action": one.action, "outcome": one.outcome, "uid": one.uid,
+                "key": None if one.key is None else one.key[:100],
+                "before": one.before, "requested": one.requested, "after": one.after,
+                "detail": one.detail, "job": one.job,
+            }
+            for one in entries
+        ]  # fmt: skip
+        if rows:
+            with self._database.writing() as connection:
+                connection.execute(_ADD, rows)
 
     def rows(
         self,

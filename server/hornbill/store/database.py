@@ -103,15 +103,26 @@ class Database:
             yield session
 
     @contextmanager
+    def writing(self) -> Generator[Connection]:
+        """As `transaction`, with rows in place of objects, at a third of the cost: for what every change keeps."""
+        with self._usable() as engine, engine.begin() as connection:
+            yield connection
+
+    @contextmanager
     def _session(self, **options: bool) -> Generator[Session]:
+        with self._usable() as engine, Session(engine) as session, session.begin():
+            session.connection(execution_options=options)
+            yield session
+
+    @contextmanager
+    def _usable(self) -> Generator[Engine]:
+        """The engine, whose errors are ours. Raises StoreFailed, and RuntimeError when the database is closed."""
         if self._engine is None:
             raise RuntimeError("the store is closed")
         if self._impatient and not self._is_file:
             raise StoreFailed(f"{self.address} did not answer a moment ago. Try again in {IMPATIENT_S:.0f} s.")
         try:
-            with Session(self._engine) as session, session.begin():
-                session.connection(execution_options=options)
-                yield session
+            yield self._engine
         except SQLAlchemyError as error:
             if isinstance(error, OperationalError):
                 self._impatient_until = time.monotonic() + IMPATIENT_S

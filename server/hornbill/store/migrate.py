@@ -1,9 +1,11 @@
-"""Owns bringing a database to the tables of today."""
+"""Owns bringing a database to the tables of today: made at once in a new one, by migrations in an older one."""
 
 from pathlib import Path
 from typing import Final
 
 from sqlalchemy import Connection, inspect, text
+
+from hornbill.store.tables import Table
 
 NEWEST: Final = "0005"
 """The last revision in migrations/versions."""
@@ -16,14 +18,17 @@ class UnknownRevision(Exception):
 
 
 def migrate(connection: Connection) -> None:
-    """Run the migrations a database still lacks, inside the caller's transaction.
+    """Make the tables in a new database, or run the migrations one still lacks, inside the caller's transaction.
 
     Raises UnknownRevision when it is newer than this program.
     """
-    found = revision(connection)
+    if not inspect(connection).has_table("alembic_version"):
+        _make(connection)
+        return
+    found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
     if found == NEWEST:
         return
-    # Imported here: it takes longer than everything else about opening a database that is up to date.
+    # Imported here: it takes longer than everything else about opening a database that is new or up to date.
     from alembic import command
     from alembic.config import Config
     from alembic.script import ScriptDirectory
@@ -37,8 +42,13 @@ def migrate(connection: Connection) -> None:
     command.upgrade(config, "head")
 
 
-def revision(connection: Connection) -> str | None:
-    """The migration a database is at; None for one that has no tables of ours."""
-    if not inspect(connection).has_table("alembic_version"):
-        return None
-    return connection.execute(text("SELECT version_num FROM alembic_version")).scalar_one_or_none()
+def _make(connection: Connection) -> None:
+    """The tables as they are now, marked as such. A test holds them equal to what all migrations lead to."""
+    Table.metadata.create_all(connection, checkfirst=False)  # a table that is there already is not ours: an error
+    connection.execute(
+        text(
+            "CREATE TABLE alembic_version (version_num VARCHAR(32) NOT NULL,"
+            " CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num))"
+        )
+    )
+    connection.execute(text("INSERT INTO alembic_version VALUES (:newest)"), {"newest": NEWEST})

@@ -1,9 +1,10 @@
 """Owns Snapshots: what each servo held at which instant, for as long as there is room."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Final
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import Connection, Row, bindparam, delete, func, insert, select
 from sqlalchemy.orm import Session
 
 from hornbill.errors import Unknown
@@ -13,6 +14,8 @@ from hornbill.units import Uid
 
 AUTOMATIC_KEPT = 200
 """Automatic snapshots kept of one servo, the newest; those made by hand stay until somebody drops them."""
+PRUNED_EVERY = 20
+"""How many are added until the oldest are looked for, which costs more than all else of keeping one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +35,15 @@ class Snapshot:
     rom: Mapping[str, int]
 
 
+_ADD: Final = insert(SnapshotRow)
+_NEWEST: Final = (
+    select(SnapshotRow.__table__)
+    .where(SnapshotRow.uid == bindparam("whose"))
+    .order_by(SnapshotRow.id.desc())
+    .limit(1)
+)  # fmt: skip
+
+
 class Snapshots:
     """The history of every servo. Every method has been committed when it returns."""
 
@@ -39,6 +51,7 @@ class Snapshots:
         """`wall` gives seconds since 1970 (UTC)."""
         self._database = database
         self._wall = wall
+        self._unpruned: dict[Uid, int] = {}
 
     def add(
         self,
@@ -52,23 +65,30 @@ class Snapshots:
         schema_revision: str,
         ram: Mapping[str, int],
         rom: Mapping[str, int],
+        unless_same: bool = False,
     ) -> Snapshot:
-        """Keep one. The oldest automatic ones of the servo beyond `AUTOMATIC_KEPT` are dropped."""
-        with self._database.transaction() as session:
-            row = SnapshotRow(
-                uid=uid, at=self._wall(), reason=reason[:200], by=by[:80], automatic=automatic, model=model,
-                firmware=firmware, schema_revision=schema_revision, ram=dict(ram), rom=dict(rom),
-            )  # fmt: skip
-            session.add(row)
-            session.flush()
-            mine = SnapshotRow.uid == uid, SnapshotRow.automatic.is_(True)
-            beyond = (
-                select(SnapshotRow.id).where(*mine).order_by(SnapshotRow.id.desc()).offset(AUTOMATIC_KEPT).limit(1000)
-            )
-            old = session.scalars(beyond).all()
-            if old:
-                session.execute(delete(SnapshotRow).where(SnapshotRow.id.in_(old)))
-            return _snapshot(row)
+        """Keep one; `unless_same`: but if the servo's newest has the same values, that one is the answer.
+
+        The oldest automatic ones of the servo beyond `AUTOMATIC_KEPT` are dropped, now and then.
+        """
+        made = Snapshot(
+            0, uid, self._wall(), reason[:200], by[:80], automatic, model, firmware, schema_revision,
+            dict(ram), dict(rom),
+        )  # fmt: skip
+        with self._database.writing() as connection:
+            newest = connection.execute(_NEWEST, {"whose": uid}).first() if unless_same else None
+            if newest is not None and (newest.ram, newest.rom) == (made.ram, made.rom):
+                return _snapshot(newest)
+            values = asdict(made)
+            del values["id"]
+            number = connection.execute(_ADD, values).inserted_primary_key
+            assert number is not None
+            unpruned = self._unpruned.get(uid, PRUNED_EVERY) + 1
+            if unpruned >= PRUNED_EVERY:
+                _prune(connection, uid)
+                unpruned = 0
+        self._unpruned[uid] = unpruned
+        return replace(made, id=int(number[0]))
 
     def of(self, uid: Uid, *, limit: int = 1000) -> list[Snapshot]:
         """A servo's snapshots, newest first."""
@@ -108,6 +128,14 @@ class Snapshots:
             return {Uid(uid): int(count) for uid, count in found}
 
 
+def _prune(connection: Connection, uid: Uid) -> None:
+    mine = SnapshotRow.uid == uid, SnapshotRow.automatic.is_(True)
+    beyond = select(SnapshotRow.id).where(*mine).order_by(SnapshotRow.id.desc()).offset(AUTOMATIC_KEPT).limit(1000)
+    old = connection.scalars(beyond).all()
+    if old:
+        connection.execute(delete(SnapshotRow).where(SnapshotRow.id.in_(old)))
+
+
 def _row(session: Session, snapshot_id: int) -> SnapshotRow:
     row = session.get(SnapshotRow, snapshot_id) if 0 < snapshot_id <= HIGHEST_ID else None
     if row is None:
@@ -115,7 +143,7 @@ def _row(session: Session, snapshot_id: int) -> SnapshotRow:
     return row
 
 
-def _snapshot(row: SnapshotRow) -> Snapshot:
+def _snapshot(row: SnapshotRow | Row[Any]) -> Snapshot:
     return Snapshot(
         row.id, Uid(row.uid), row.at, row.reason, row.by, row.automatic, row.model, row.firmware,
         row.schema_revision, dict(row.ram), dict(row.rom),

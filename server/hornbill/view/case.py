@@ -108,6 +108,8 @@ CASES = (BLA21, BLA15)
 
 HORN_REACH = 27.1 * MM
 """From the shaft to the tip of an unscaled horn, in scene units."""
+ARC_REACH = 1.16
+"""Of the limit arcs of a crowd, against the reach of the horn."""
 ARC_HEIGHT = 0.11
 """Of a limit arc above the underside of the hub of an unscaled horn: the middle of the blade."""
 

@@ -7,7 +7,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from hornbill.view.case import ARC_HEIGHT, CASES, HORN_REACH, Vector
+from hornbill.view.case import ARC_HEIGHT, ARC_REACH, CASES, HORN_REACH, Vector
 from hornbill.view.geometry import Points, horn_wxyz, scale_lines, wrapped
 from hornbill.view.layout import Placed
 from hornbill.view.models import Name, Quality, glb, triangles
@@ -20,7 +20,7 @@ _STILL = (1.0, 0.0, 0.0, 0.0)
 _ANGLE_DECIMALS = 1
 _MET_DEG = 0.5
 """A command this close to the horn is met, and needs no ghost."""
-_ARC = HORN_REACH * 1.16
+_ARC = HORN_REACH * ARC_REACH
 _NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)
 
 

@@ -22,6 +22,8 @@ WALL_CAMERA_TARGET: Vector = (0.0, 0.0, 0.0)
 WALL_CAMERA_FOV_DEG = 24.0
 WALL_PITCH: tuple[float, float] = (3.8, 4.8)
 """Distance of neighbours in a wall of horns, before its scale: room for a limit arc, and a name in front of it."""
+WALL_NEARER = 0.8
+"""So much nearer to the camera the rows stand, before their scale: horns reach further up than feet do down."""
 
 _PITCH, _ROW, _FIRST_ROW = 4.7, 4.6, 6.4
 """Distance of neighbours, of rows, and of the first row: two horns that point at each other stay apart."""
@@ -63,7 +65,7 @@ def place(poses: Sequence[Pose], selected: str | None) -> tuple[Placed | None, l
 
 def wall(poses: Sequence[Pose], uids: Sequence[str], columns: int, scale: float) -> list[Placed]:
     """The servos of a wall of horns, in the order of `uids` from the back left; one that nobody knows leaves its
-    place free. The middle of the wall is at the origin."""
+    place free. The middle of the wall is WALL_NEARER in front of the origin, by its scale."""
     known = {pose.uid: pose for pose in poses}
     across, along = WALL_PITCH[0] * scale, WALL_PITCH[1] * scale
     rows = ceil(len(uids) / columns)
@@ -73,7 +75,7 @@ def wall(poses: Sequence[Pose], uids: Sequence[str], columns: int, scale: float)
         if pose is None:
             continue
         row, column = divmod(index, columns)
-        at = ((column - (columns - 1) / 2) * across, ((rows - 1) / 2 - row) * along, 0.0)
+        at = ((column - (columns - 1) / 2) * across, ((rows - 1) / 2 - row) * along - WALL_NEARER * scale, 0.0)
         placed.append(Placed(pose, case_of(pose.series), at, scale))
     return placed
 

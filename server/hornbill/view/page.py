@@ -16,6 +16,8 @@ from hornbill.view.palette import palette
 
 _LOADER = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)
 _DIGITS = "".join(chr(code) for code in range(0x21, 0x7F) if chr(code) not in "\"&<>'`")
+_AT_ONCE = 5 * 16384
+"""Digits unpacked at once; whole groups of five."""
 _STYLE = """<style>
 #root .mantine-Paper-root, #root .mantine-Notifications-root, [data-portal],
 [title='About Viser'] {{ display: none !important; }}
@@ -83,9 +85,18 @@ def client() -> Client:
     if found is None or html.count("<script") != 1:
         raise UnknownClient(f"viser {version} packs its page in a way hornbill does not know: use viser 1.1.1")
     packed, style_bytes, program_bytes, loader = found.groups()
-    unpacked = zstandard.ZstdDecompressor().decompress(_unpack(packed))
-    program = unpacked[int(style_bytes) : int(style_bytes) + int(program_bytes)]
-    return Client(version, html, _source(loader.encode()), _source(program))
+    program = _hash_of_part(packed, int(style_bytes), int(program_bytes))
+    return Client(version, html, _source(hashlib.sha256(loader.encode()).digest()), _source(program))
+
+
+def _hash_of_part(packed: str, start: int, length: int) -> bytes:
+    """SHA-256 of `length` bytes from `start` of what is packed: piece by piece, for all at once is many megabytes."""
+    made, unpacker, end, at = hashlib.sha256(), zstandard.ZstdDecompressor().decompressobj(), start + length, 0
+    for begin in range(0, len(packed), _AT_ONCE):
+        piece = unpacker.decompress(_unpack(packed[begin : begin + _AT_ONCE]))
+        made.update(piece[max(start - at, 0) : max(end - at, 0)])
+        at += len(piece)
+    return made.digest()
 
 
 def _unpack(text: str) -> bytes:
@@ -102,5 +113,5 @@ def _unpack(text: str) -> bytes:
     return content + rest.to_bytes(max(len(digits) - whole - 1, 0), "big")
 
 
-def _source(script: bytes) -> str:
-    return f"'sha256-{b64encode(hashlib.sha256(script).digest()).decode()}'"
+def _source(digest: bytes) -> str:
+    return f"'sha256-{b64encode(digest).decode()}'"

@@ -40,7 +40,7 @@ class Wish:
     """False while the frame is out of sight: then nothing is computed for it."""
     wall: Wall | None = None
     poses: tuple[Pose, ...] | None = None
-    """Drawn instead of the servos of the bus: an instant of a recording."""
+    """Drawn instead of the servos of the bus: an instant of a recording. Nameless: what is drawn bears no text."""
     resets: int = 0
     """Counts how often the camera was asked back to where it started."""
 
@@ -61,12 +61,12 @@ class _Wall(msgspec.Struct, forbid_unknown_fields=True):
 
 class _Pose(msgspec.Struct, forbid_unknown_fields=True):
     uid: _Uid
-    name: Annotated[str, msgspec.Meta(max_length=200)] = ""
     series: Literal["BLA21", "BLA15", ""] = ""
     angle: _Degrees | None = None
     command: _Degrees | None = None
     limit_cw: _Degrees | None = None
     limit_ccw: _Degrees | None = None
+    stale: bool = False
 
 
 class _Wish(msgspec.Struct, forbid_unknown_fields=True):
@@ -105,7 +105,7 @@ def read(text: str | bytes) -> Wish:
 
 
 def _pose(one: _Pose) -> Pose:
-    return Pose(one.uid, one.name, one.series, one.angle, one.command, one.limit_cw, one.limit_ccw, stale=False)
+    return Pose(one.uid, "", one.series, one.angle, one.command, one.limit_cw, one.limit_ccw, one.stale)
 
 
 class Wishes:

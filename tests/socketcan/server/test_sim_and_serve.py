@@ -42,7 +42,7 @@ def test_a_saved_servo_keeps_its_allocated_node_id(bench: Bench) -> None:
     before = bench.api.get(path).json()
     changed = bench.api.patch(path + "/parameters", json={"values": {"servo_id": 9}}).json()
     assert changed["outcome"] == "applied"
-    job = bench.api.post(path + "/save?wait=true").json()
+    job = bench.api.post(path + "/save?wait=true", json={"torque_on": True}).json()  # a test before moved it
     assert job["state"] == "succeeded", job
     after = bench.api.get(path).json()
     assert (after["node_id"], after["servo_id"]) == (before["node_id"], 9)

@@ -56,6 +56,7 @@ def test_every_kind_of_adapter_opens_and_is_closed_again(answers: str) -> None:
     with FakeAdapter(answers=answers) as adapter:
         bus = SlcanBus(f"{adapter.channel}@2000000")
         wait_until(lambda: adapter.is_open)
+        wait_until(lambda: b"F" in adapter.heard)
         spoken = [command for command in adapter.heard if command]
         assert spoken[:2] == [b"C", b"V"]
         assert spoken[-3:] == [b"S8", b"O", b"F"]

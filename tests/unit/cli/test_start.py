@@ -2,16 +2,24 @@
 
 import subprocess
 import sys
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from hornbill.cli import app
 
-COMMANDS = [
-    "demo", "serve", "sim", "list", "get", "set", "save", "apply", "export", "command", "stop", "watch", "commission",
-    "doctor", "decode", "openapi", "profile", "log",
-]  # fmt: skip
+
+def commands(found: Any, *words: str) -> Iterator[tuple[str, ...]]:
+    """Every command, and every group."""
+    for name, one in getattr(found, "commands", {}).items():
+        yield (*words, name)
+        yield from commands(one, *words, name)
+
+
+COMMANDS = list(commands(typer.main.get_command(app)))
 HEAVY = (
     "fastapi",
     "uvicorn",
@@ -41,9 +49,9 @@ def test_importing_the_pytest_plugin_imports_nothing_of_hornbill() -> None:
     assert "httpx" not in ran.stdout.split()
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help(command: str) -> None:
-    shown = CliRunner().invoke(app, [command, "--help"])
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+def test_every_command_has_help(command: tuple[str, ...]) -> None:
+    shown = CliRunner().invoke(app, [*command, "--help"])
     assert shown.exit_code == 0
     assert len(shown.stdout) > 100
 

@@ -122,19 +122,52 @@ def test_it_writes_ahead_and_takes_no_longer_than_it_must(tmp_path: Path) -> Non
     assert found == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 250}
 
 
-def test_the_migrations_lead_to_the_tables_of_the_code(place: str) -> None:
+def upgrade(connection: Connection, target: str) -> None:
+    """Run the migrations up to `target`, from where the database is."""
+    config = Config()
+    config.set_main_option("script_location", str(Path(migrate.__file__).parent / "migrations"))
+    config.attributes["connection"] = connection
+    command.upgrade(config, target)
+
+
+@pytest.mark.parametrize("migrated", [False, True])
+def test_a_new_database_and_a_migrated_one_have_the_tables_of_the_code(place: str, migrated: bool) -> None:
+    if migrated:
+        with connected(place) as connection:
+            upgrade(connection, "0001")
     Store(place).close()
     with connected(place) as connection:
         context = MigrationContext.configure(connection, opts={"compare_server_default": True, "compare_type": True})
         assert compare_metadata(context, Table.metadata) == []
+        assert context.get_current_revision() == migrate.NEWEST
+
+
+def test_a_new_database_is_to_the_letter_what_the_migrations_lead_to(tmp_path: Path) -> None:
+    """What a comparison of tables does not see too: the marks of primary keys, AUTOINCREMENT, the version's table."""
+    Store(tmp_path / "new").close()
+    with connected(str(tmp_path / "migrated")) as connection:
+        upgrade(connection, "head")
+    new, migrated = (
+        {kind + name: sql and "".join(sql.replace('"', "").split()) for kind, name, sql in found}
+        for found in (
+            rows(tmp_path / each, "SELECT type, name, sql FROM sqlite_master") for each in ("new", "migrated")
+        )
+    )
+    assert len(new) > 20
+    assert new == migrated
+
+
+def test_a_database_with_a_table_of_somebody_elses_is_left_alone(tmp_path: Path) -> None:
+    with connected(str(tmp_path)) as connection:
+        connection.execute(text("CREATE TABLE servos (x INTEGER)"))
+    with pytest.raises(StoreFailed, match="table servos already exists"):
+        Store(tmp_path)
+    assert rows(tmp_path, "SELECT name FROM sqlite_master") == [("servos",)]
 
 
 def test_what_the_first_tables_held_is_kept(place: str) -> None:
     with connected(place) as connection:
-        config = Config()
-        config.set_main_option("script_location", str(Path(migrate.__file__).parent / "migrations"))
-        config.attributes["connection"] = connection
-        command.upgrade(config, "0001")
+        upgrade(connection, "0001")
         connection.execute(text("INSERT INTO allocations VALUES (:uid, 125, TRUE, 1.5, 2.5)"), {"uid": A})
         connection.execute(
             text("INSERT INTO servos (uid, label, serial, last_seen, rom) VALUES (:uid, 'Rudder', 7, 2.5, :rom)"),
@@ -190,10 +223,14 @@ def test_a_migration_that_fails_leaves_the_database_as_it_was(tmp_path: Path, mo
         "    op.create_table('half', sa.Column('x', sa.Integer()))\n"
         "    raise OSError('the disk is full')\n"
     )
+    with connected(str(tmp_path / "data")) as connection:
+        connection.execute(
+            text("CREATE TABLE alembic_version (version_num VARCHAR(32) NOT NULL)")
+        )  # of no revision yet
     monkeypatch.setattr(migrate, "_FOLDER", broken)
     with pytest.raises(StoreFailed, match="the disk is full"):
         Store(tmp_path / "data")
-    assert rows(tmp_path / "data", "SELECT name FROM sqlite_master") == []
+    assert rows(tmp_path / "data", "SELECT name FROM sqlite_master") == [("alembic_version",)]
     monkeypatch.undo()
     Store(tmp_path / "data").close()
 
@@ -229,7 +266,7 @@ def test_after_closing_nothing_opens_it_again_and_nothing_is_left_open(tmp_path:
 def test_several_processes_may_use_one_database(place: str) -> None:
     """All open it while it is new, and write in turn: nothing is lost and no id is given twice."""
     program = """
-import sys
+import sys, time
 from hornbill.errors import InvalidValue, StoreFailed
 from hornbill.store.store import Store
 first, turned_away = int(sys.argv[2]), 0
@@ -240,6 +277,7 @@ def insist(deed, *arguments):
             return deed(*arguments)
         except StoreFailed as error:  # the others write all the time, and nobody waits for long
             last = error
+            time.sleep(0.02)
     raise last
 
 with Store(sys.argv[1]) as store:

@@ -60,11 +60,37 @@ def test_a_servos_snapshots_come_newest_first_and_without_those_of_others(store:
 
 def test_only_automatic_ones_of_that_servo_make_room(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(snapshots, "AUTOMATIC_KEPT", 3)
+    monkeypatch.setattr(snapshots, "PRUNED_EVERY", 1)
     by_hand = add(store, automatic=False)
     other = add(store, B)
     made = [add(store) for _ in range(5)]
     assert store.snapshots.of(A) == [*made[:1:-1], by_hand]
     assert store.snapshots.of(B) == [other]
+
+
+def test_the_oldest_are_looked_for_now_and_then_and_first_of_all_after_a_start(
+    place: str, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(snapshots, "AUTOMATIC_KEPT", 3)
+    monkeypatch.setattr(snapshots, "PRUNED_EVERY", 4)
+    counts: list[int] = []
+    for _ in range(10):
+        add(store)
+        counts.append(len(store.snapshots.of(A)))
+    assert counts == [1, 2, 3, 4, 3, 4, 5, 6, 3, 4], "never four more than are kept"
+    store.close()
+    with Store(place) as again:
+        add(again)
+        assert again.snapshots.counts() == {A: 3}
+
+
+def test_what_the_newest_has_already_is_not_kept_twice(store: Store) -> None:
+    first = add(store)
+    add(store, B, ram={"origin": 1})
+    assert add(store, by="Bo", unless_same=True) == first
+    second = add(store, rom={"origin": 5}, unless_same=True)
+    third = add(store, unless_same=True)
+    assert store.snapshots.of(A) == [third, second, first], "the newest counts, none before it"
 
 
 def test_the_number_of_one_that_was_dropped_is_not_given_again(store: Store) -> None:

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.view.case import BLA15, BLA21, HORN_REACH
-from hornbill.view.layout import WALL_PITCH, pick, place, wall
+from hornbill.view.layout import WALL_NEARER, WALL_PITCH, pick, place, wall
 from unit.view.servos import pose
 
 
@@ -65,7 +65,9 @@ def test_a_click_beside_every_servo_meets_none() -> None:
 
 
 @given(st.integers(1, 127), st.integers(1, 20), st.floats(0.05, 1.5))
-def test_a_wall_has_a_place_for_everybody_and_its_middle_at_the_origin(count: int, columns: int, scale: float) -> None:
+def test_a_wall_has_a_place_for_everybody_and_its_middle_where_the_page_has_it(
+    count: int, columns: int, scale: float
+) -> None:
     poses = [pose(number) for number in range(count)]
     uids = [one.uid for one in poses]
     placed = wall(poses, uids, columns, scale)
@@ -74,8 +76,8 @@ def test_a_wall_has_a_place_for_everybody_and_its_middle_at_the_origin(count: in
     apart = np.abs(places[:, None, :] - places[None, :, :]).max(axis=2)
     assert (apart + np.eye(count) * 9 > 2 * HORN_REACH * scale).all()
     depth = WALL_PITCH[1] * scale * (-(-count // columns) - 1)
-    assert np.isclose(places[0, 1], depth / 2)
-    assert np.isclose(places[:, 1].min(), -depth / 2)
+    assert np.isclose(places[0, 1], depth / 2 - WALL_NEARER * scale)
+    assert np.isclose(places[:, 1].min(), -depth / 2 - WALL_NEARER * scale)
     assert all(pick((*servo.at[:2], 9.0), (0.0, 0.0, -1.0), placed) == servo.pose.uid for servo in placed[:5])
 
 

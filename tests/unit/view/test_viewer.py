@@ -255,6 +255,26 @@ def test_an_instant_of_a_recording_is_drawn_instead_of_the_bus(make: Make) -> No
         servos.now = (pose(0, angle_deg=80.0),)
         assert onlooker.read_for(0.3) == []
         assert not viewer.watched, "the bus need not be asked for it"
+        before = len(onlooker.messages)
+        viewer.show(KEY, Wish())
+        got = onlooker.read_until(moved("/hero/pivot"))
+        assert next(m for m in got if moved("/hero/pivot")(m))["wxyz"] == pytest.approx(horn_wxyz(80.0))
+        assert len(onlooker.messages) > before, "the servos of the bus are back"
+
+
+def test_a_recording_of_a_servo_that_was_silent_shows_no_live_horn_and_one_without_a_value_none(make: Make) -> None:
+    """One of a model nobody wrote down, and none of them on the bus now."""
+    viewer = make(Servos())
+    viewer.show(KEY, Wish(poses=(pose(7, series="", stale=True),)))
+    onlooker = Onlooker(f"ws://127.0.0.1:{viewer.port}/{KEY}")
+    with onlooker:
+        onlooker.send(CAMERA)
+        onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-high")
+        onlooker.read_for(0.3)
+        shown = visible(onlooker.messages)
+        assert (shown["/hero/pivot"], shown["/hero/pivot/stale"], shown["/hero/ghost"]) == (True, True, False)
+        viewer.show(KEY, Wish(poses=(pose(7, series="", angle_deg=None, stale=True),)))
+        onlooker.read_until(lambda m: m.get("name") == "/hero/pivot" and m.get("visible") is False)
 
 
 def test_nothing_is_computed_for_a_frame_out_of_sight(make: Make) -> None:

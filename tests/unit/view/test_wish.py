@@ -9,9 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.view import layout
+from hornbill.view.case import ARC_HEIGHT, ARC_REACH, CASES, HORN_REACH
+from hornbill.view.pose import Pose
 from hornbill.view.wish import KEPT, KEY, NotAWish, Wall, Wish, Wishes, read
+from hornbill.view.wishing import LARGEST
 
-UID = "0" * 31 + "7"
+UID, OTHER = "0" * 31 + "7", "0" * 31 + "8"
 
 
 def test_an_empty_object_is_the_usual_wish() -> None:
@@ -22,14 +25,27 @@ def test_everything_of_a_wish_is_taken_over() -> None:
     told = {
         "select": UID, "theme": "light", "quality": "low", "looking": False, "resets": 3,
         "wall": {"columns": 4, "scale": 0.5, "uids": [UID]},
-        "poses": [{"uid": UID, "name": "Rudder", "series": "BLA15", "angle": 12.5, "command": None}],
+        "poses": [
+            {"uid": UID, "series": "BLA15", "angle": 12.5, "command": None, "limit_cw": 60.0, "limit_ccw": -45.0},
+            {"uid": OTHER, "stale": True},
+        ],
     }  # fmt: skip
     wish = read(json.dumps(told))
     assert (wish.selected, wish.dark, wish.quality, wish.looking, wish.resets) == (UID, False, "low", False, 3)
     assert wish.wall == Wall(4, 0.5, (UID,))
-    assert wish.poses is not None
-    assert (wish.poses[0].name, wish.poses[0].angle_deg, wish.poses[0].command_deg) == ("Rudder", 12.5, None)
-    assert wish.poses[0].stale is False
+    assert wish.poses == (
+        Pose(UID, "", "BLA15", 12.5, None, 60.0, -45.0, stale=False),
+        Pose(OTHER, "", "", None, None, None, None, stale=True),
+    )
+
+
+def test_an_instant_of_a_full_bus_is_within_what_a_socket_takes() -> None:
+    """The longest numbers the page sends, for as many servos as a wish may show."""
+    one = {"uid": UID, "series": "BLA15", "angle": -1234.567891, "command": -1234.567891}
+    one |= {"limit_cw": 1234.567891, "limit_ccw": -1234.567891, "stale": False}
+    told = json.dumps({"select": UID, "poses": [one] * 256}, separators=(",", ":"))
+    assert len(told) <= LARGEST
+    assert len(read(told).poses or ()) == 256
 
 
 @pytest.mark.parametrize(
@@ -43,6 +59,10 @@ def test_everything_of_a_wish_is_taken_over() -> None:
         {"wall": {"columns": 4, "scale": 1e9, "uids": []}},
         {"wall": {"columns": 4, "scale": 1.0, "uids": [UID] * 257}},
         {"poses": [{"uid": UID, "angle": 1e300}]},
+        {"poses": [{"uid": UID, "series": "BLA99"}]},
+        {"poses": [{"uid": UID, "torque": "on"}]},
+        {"poses": [{"angle": 1.0}]},
+        {"poses": [{"uid": UID}] * 257},
         {"resets": -1},
         [],
         "{}",
@@ -84,6 +104,9 @@ def test_the_page_lays_names_over_the_wall_with_the_camera_the_view_has() -> Non
         ("CAMERA", layout.WALL_CAMERA_POSITION),
         ("PITCH", layout.WALL_PITCH),
         ("FOV_DEG", layout.WALL_CAMERA_FOV_DEG),
+        ("NEARER", layout.WALL_NEARER),
+        ("ARC", round(HORN_REACH * ARC_REACH, 2)),
+        ("TALL", round(max(case.pivot + ARC_HEIGHT * case.horn for case in CASES), 2)),
     ):
         numbers = ", ".join(f"{part:g}" for part in value) if isinstance(value, tuple) else f"{value:g}"
         said = f"[{numbers}]" if isinstance(value, tuple) else numbers

@@ -1,4 +1,5 @@
 /** Owns REST: one typed fetch, and problem+json as an error that can be branched on. */
+import { plain } from "../text/plain";
 import { ROOT } from "./root";
 import { type Answered, note } from "./sent";
 import type { ProblemBody } from "./types";
@@ -12,7 +13,7 @@ export class Problem extends Error {
   readonly facts: Readonly<Record<string, unknown>>;
 
   constructor(code: string, status: number, detail: string, facts: Record<string, unknown> = {}) {
-    super(detail);
+    super(plain(detail));
     this.name = "Problem";
     this.code = code;
     this.status = status;

@@ -60,6 +60,7 @@ beforeEach(() => {
 
 afterEach(() => {
   live.stop();
+  vi.restoreAllMocks();
   vi.useRealTimers();
 });
 
@@ -141,5 +142,23 @@ describe("Live", () => {
     last().say("not json");
     last().say({ no: "type" });
     expect(heard).toEqual([]);
+  });
+
+  test("a page that was held up hears what waits before it calls the server silent", () => {
+    last().accept();
+    last().say(hello);
+    vi.spyOn(performance, "now").mockReturnValue(performance.now() + SILENCE_MS + 300);
+    vi.advanceTimersByTime(200);
+    last().say({ type: "bus", seq: 2 });
+    vi.advanceTimersByTime(100);
+    expect(states).toEqual(["up"]);
+  });
+
+  test("a page that was held up and hears nothing then is down at once", () => {
+    last().accept();
+    last().say(hello);
+    vi.spyOn(performance, "now").mockReturnValue(performance.now() + SILENCE_MS + 300);
+    vi.advanceTimersByTime(260);
+    expect(states).toEqual(["up", "down"]);
   });
 });

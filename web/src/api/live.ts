@@ -29,6 +29,9 @@ const ASK_MS = 700;
 /** Silence for longer than this is no link. */
 export const SILENCE_MS = 1700;
 const WATCH_MS = 200;
+/** A look that comes later than this was held up, and so was everything the server said meanwhile. */
+const LATE_MS = 2 * WATCH_MS;
+const LISTEN_MS = 50;
 
 export class Live {
   #socket: Socket | null = null;
@@ -38,6 +41,7 @@ export class Live {
   #watch: ReturnType<typeof setInterval> | undefined;
   #heard = 0;
   #asked = 0;
+  #looked = 0;
   #options: LiveOptions;
 
   constructor(options: LiveOptions) {
@@ -50,6 +54,7 @@ export class Live {
 
   start(): void {
     this.#connect();
+    this.#looked = performance.now();
     this.#watch = setInterval(() => this.#look(), WATCH_MS);
   }
 
@@ -97,6 +102,15 @@ export class Live {
   }
 
   #look(): void {
+    const now = performance.now();
+    const heldUp = now - this.#looked > LATE_MS;
+    this.#looked = now;
+    // It is not the server that was silent while this page could not listen: what waits is heard first.
+    if (heldUp) setTimeout(() => this.#judge(), LISTEN_MS);
+    else this.#judge();
+  }
+
+  #judge(): void {
     if (this.#socket === null) return;
     const now = performance.now();
     if (now - this.#heard > SILENCE_MS) this.#lost();

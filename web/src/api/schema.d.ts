@@ -1301,12 +1301,12 @@ export interface paths {
         };
         /**
          * Angle boost
-         * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
+         * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200. Range: 0.0 to 10.0 % at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.24). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_angle_boost"];
         /**
          * Set angle boost
-         * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
+         * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200. Range: 0.0 to 10.0 % at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.24). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_angle_boost"];
         post?: never;
@@ -1325,12 +1325,12 @@ export interface paths {
         };
         /**
          * Angle D gain
-         * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
+         * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.22). No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.22). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_angle_d_gain"];
         /**
          * Set angle d gain
-         * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
+         * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.22). No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.22). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_angle_d_gain"];
         post?: never;
@@ -1349,12 +1349,12 @@ export interface paths {
         };
         /**
          * Angle dead band
-         * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
+         * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.23). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_angle_dead_band"];
         /**
          * Set angle dead band
-         * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
+         * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.23). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_angle_dead_band"];
         post?: never;
@@ -1373,12 +1373,12 @@ export interface paths {
         };
         /**
          * Angle limit CCW
-         * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
+         * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31. Range: −36000000.0 to 0.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_angle_limit_ccw"];
         /**
          * Set angle limit ccw
-         * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
+         * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31. Range: −36000000.0 to 0.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_angle_limit_ccw"];
         post?: never;
@@ -1397,12 +1397,12 @@ export interface paths {
         };
         /**
          * Angle limit CW
-         * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
+         * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31. Range: 0.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_angle_limit_cw"];
         /**
          * Set angle limit cw
-         * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
+         * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31. Range: 0.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; angle limits hold for angle commands alone (§ 4.31). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_angle_limit_cw"];
         post?: never;
@@ -1421,12 +1421,12 @@ export interface paths {
         };
         /**
          * Angle P gain
-         * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
+         * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.21). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_angle_p_gain"];
         /**
          * Set angle p gain
-         * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
+         * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: the last command was a speed or torque; it acts while an angle is held (§ 4.21). No effect: torque (0x20) is not on, so no angle is held (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_angle_p_gain"];
         post?: never;
@@ -1445,12 +1445,12 @@ export interface paths {
         };
         /**
          * Command angle
-         * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1.
+         * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1. Range: −36000000.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
          */
         get: operations["get_command_angle"];
         /**
          * Set command angle
-         * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1.
+         * @description Angle the horn moves to and holds; + is clockwise seen from the name plate, 0° is the notch. Beyond the angle limits the horn stops at the limit. Turns past ±180° are counted, not sensed, and are lost when the supply goes off. Unit: °. Register 0x00, section 4.1. Range: −36000000.0 to 36000000.0°. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
          */
         put: operations["set_command_angle"];
         post?: never;
@@ -1469,12 +1469,12 @@ export interface paths {
         };
         /**
          * Command speed
-         * @description Speed the horn turns at without end; 0 brakes. About 10 to 150 rpm is usable at 7.4 V without load. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2.
+         * @description Speed the horn turns at without end; 0 brakes. About 10 to 150 rpm is usable at 7.4 V without load. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2. Range: −300 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
          */
         get: operations["get_command_speed"];
         /**
          * Set command speed
-         * @description Speed the horn turns at without end; 0 brakes. About 10 to 150 rpm is usable at 7.4 V without load. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2.
+         * @description Speed the horn turns at without end; 0 brakes. About 10 to 150 rpm is usable at 7.4 V without load. Angle limits do not stop it. Unit: rpm. Register 0x01, section 4.2. Range: −300 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
          */
         put: operations["set_command_speed"];
         post?: never;
@@ -1493,12 +1493,12 @@ export interface paths {
         };
         /**
          * Command torque
-         * @description About how hard the horn pushes, in percent of the most it can at nominal supply; 0 brakes. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3.
+         * @description About how hard the horn pushes, in percent of the most it can at nominal supply; 0 brakes. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3. Range: −100 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
          */
         get: operations["get_command_torque"];
         /**
          * Set command torque
-         * @description About how hard the horn pushes, in percent of the most it can at nominal supply; 0 brakes. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3.
+         * @description About how hard the horn pushes, in percent of the most it can at nominal supply; 0 brakes. It is made from motor current, so take it as a rough figure. Angle and speed limits do not hold it back. Unit: %. Register 0x02, section 4.3. Range: −100 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: torque (0x20) is off, and turning it on drops this command (§ 4.13). No effect: the servo brakes (0x20), and turning torque on drops this command (§ 4.13). No effect: speed and torque control (0x25) is off (§ 4.18). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: the saved configuration could not be loaded (0x1A), so hornbill does not move this servo (§ 4.12).
          */
         put: operations["set_command_torque"];
         post?: never;
@@ -1517,7 +1517,7 @@ export interface paths {
         };
         /**
          * Angle
-         * @description Where the horn is. Within ±180° it is sensed; beyond, turns are added by counting. After a speed or torque command the extended angle switch (0x24) decides which of the two is shown. Unit: °. Register 0x08, section 4.4.
+         * @description Where the horn is. Within ±180° it is sensed; beyond, turns are added by counting. After a speed or torque command the extended angle switch (0x24) decides which of the two is shown. Unit: °. Register 0x08, section 4.4. Range: −36000000.0 to 36000000.0°. It is only read, and acts on nothing.
          */
         get: operations["get_current_angle"];
         put?: never;
@@ -1537,7 +1537,7 @@ export interface paths {
         };
         /**
          * Speed
-         * @description How fast the horn turns now. It is measured under every kind of command, whatever 0x25 says. Unit: rpm. Register 0x09, section 4.5.
+         * @description How fast the horn turns now. It is measured under every kind of command, whatever 0x25 says. Unit: rpm. Register 0x09, section 4.5. Range: −300 to 300 rpm. It is only read, and acts on nothing.
          */
         get: operations["get_current_speed"];
         put?: never;
@@ -1557,7 +1557,7 @@ export interface paths {
         };
         /**
          * Temperature
-         * @description Temperature of the servo's board, ±5 °C. Outside the temperature limits the output goes off, and comes back by itself once inside. Unit: °C. Register 0x0B, section 4.7.
+         * @description Temperature of the servo's board, ±5 °C. Outside the temperature limits the output goes off, and comes back by itself once inside. Unit: °C. Register 0x0B, section 4.7. Range: −40 to 120 °C. It is only read, and acts on nothing.
          */
         get: operations["get_current_temperature"];
         put?: never;
@@ -1577,7 +1577,7 @@ export interface paths {
         };
         /**
          * Torque
-         * @description About how hard the horn pushes now, worked out from motor current. Short peaks can pass 100 %. Unit: %. Register 0x0A, section 4.6.
+         * @description About how hard the horn pushes now, worked out from motor current. Short peaks can pass 100 %. Unit: %. Register 0x0A, section 4.6. Range: −150 to 150 %. It is only read, and acts on nothing.
          */
         get: operations["get_current_torque"];
         put?: never;
@@ -1597,7 +1597,7 @@ export interface paths {
         };
         /**
          * Voltage
-         * @description Supply at the servo, ±0.5 V. Outside the voltage limits the output goes off, and comes back by itself once inside. Below about 3 V the servo does not answer at all. Unit: V. Register 0x0C, section 4.8.
+         * @description Supply at the servo, ±0.5 V. Outside the voltage limits the output goes off, and comes back by itself once inside. Below about 3 V the servo does not answer at all. Unit: V. Register 0x0C, section 4.8. Range: 0.0 to 50.0 V. It is only read, and acts on nothing.
          */
         get: operations["get_current_voltage"];
         put?: never;
@@ -1617,12 +1617,12 @@ export interface paths {
         };
         /**
          * Extended angle
-         * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
+         * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, and angle commands always count turns (inferred from § 4.17). No effect: the last command was an angle, and angle commands always count turns (§ 4.17). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_extended_angle"];
         /**
          * Set extended angle
-         * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
+         * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, and angle commands always count turns (inferred from § 4.17). No effect: the last command was an angle, and angle commands always count turns (§ 4.17). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_extended_angle"];
         post?: never;
@@ -1641,7 +1641,7 @@ export interface paths {
         };
         /**
          * Failures
-         * @description Bits for functions that are lost. Take the servo out of use when a hardware bit is set. Register 0x1B, section 4.12.
+         * @description Bits for functions that are lost. Take the servo out of use when a hardware bit is set. Register 0x1B, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
          */
         get: operations["get_fault_failure"];
         put?: never;
@@ -1661,7 +1661,7 @@ export interface paths {
         };
         /**
          * Notifications
-         * @description Bits for things that happen in normal use, such as a limit being reached. They do not change the health the servo reports. Register 0x19, section 4.12.
+         * @description Bits for things that happen in normal use, such as a limit being reached. They do not change the health the servo reports. Register 0x19, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
          */
         get: operations["get_fault_notification"];
         put?: never;
@@ -1681,7 +1681,7 @@ export interface paths {
         };
         /**
          * Fault overview
-         * @description One bit for each level in each of four groups. While it reads 0 the three rows below need not be read. Register 0x18, section 4.12.
+         * @description One bit for each level in each of four groups. While it reads 0 the three rows below need not be read. Register 0x18, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
          */
         get: operations["get_fault_overview"];
         put?: never;
@@ -1701,7 +1701,7 @@ export interface paths {
         };
         /**
          * Warnings
-         * @description Bits for states in which the servo protects itself or works less well. Change how it is used, then look again. Register 0x1A, section 4.12.
+         * @description Bits for states in which the servo protects itself or works less well. Change how it is used, then look again. Register 0x1A, section 4.12. Range: 0 to 4294967295. It is only read, and acts on nothing.
          */
         get: operations["get_fault_warning"];
         put?: never;
@@ -1721,7 +1721,7 @@ export interface paths {
         };
         /**
          * Firmware version
-         * @description Version of the servo's software in thousandths: 1300 is 1.300. It decides which rows the servo has. Register 0x52, section 4.42.
+         * @description Version of the servo's software in thousandths: 1300 is 1.300. It decides which rows the servo has. Register 0x52, section 4.42. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_firmware_version"];
         put?: never;
@@ -1741,7 +1741,7 @@ export interface paths {
         };
         /**
          * Hardware version
-         * @description Names the voltage class and whether there is a PWM input. With the model number it tells the model. Register 0x53, section 4.43.
+         * @description Names the voltage class and whether there is a PWM input. With the model number it tells the model. Register 0x53, section 4.43. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_hardware_version"];
         put?: never;
@@ -1761,7 +1761,7 @@ export interface paths {
         };
         /**
          * Model number
-         * @description Which series the servo belongs to: 61 is BLA21, 62 is BLA15. Register 0x50, section 4.40.
+         * @description Which series the servo belongs to: 61 is BLA21, 62 is BLA15. Register 0x50, section 4.40. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_model_number"];
         put?: never;
@@ -1781,12 +1781,12 @@ export interface paths {
         };
         /**
          * Node ID
-         * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
+         * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38. Range: 0 to 127. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_node_id"];
         /**
          * Set node id
-         * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
+         * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38. Range: 0 to 127. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_node_id"];
         post?: never;
@@ -1805,12 +1805,12 @@ export interface paths {
         };
         /**
          * Origin
-         * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36.
+         * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36. Range: −180.0 to 179.9°. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_origin"];
         /**
          * Set origin
-         * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36.
+         * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36. Range: −180.0 to 179.9°. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_origin"];
         post?: never;
@@ -1829,12 +1829,12 @@ export interface paths {
         };
         /**
          * Motor current limit
-         * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
+         * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100. Range: 0.7 to 12.0 A at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_overcurrent_limit"];
         /**
          * Set motor current limit
-         * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
+         * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100. Range: 0.7 to 12.0 A at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_overcurrent_limit"];
         post?: never;
@@ -1853,7 +1853,7 @@ export interface paths {
         };
         /**
          * Product number
-         * @description Number of this one servo; no two of a model share it. With the model it is the serial number. Register 0x51, section 4.41.
+         * @description Number of this one servo; no two of a model share it. With the model it is the serial number. Register 0x51, section 4.41. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_product_number"];
         put?: never;
@@ -1873,7 +1873,7 @@ export interface paths {
         };
         /**
          * Production day
-         * @description Day of the month the servo was made. Register 0x5A, section 4.44.
+         * @description Day of the month the servo was made. Register 0x5A, section 4.44. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_production_day"];
         put?: never;
@@ -1893,7 +1893,7 @@ export interface paths {
         };
         /**
          * Production hour
-         * @description Hour of the day the servo was made, 0 to 23. Register 0x5B, section 4.44.
+         * @description Hour of the day the servo was made, 0 to 23. Register 0x5B, section 4.44. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_production_hour"];
         put?: never;
@@ -1913,7 +1913,7 @@ export interface paths {
         };
         /**
          * Production minute
-         * @description Minute of the hour the servo was made. Register 0x5C, section 4.44.
+         * @description Minute of the hour the servo was made. Register 0x5C, section 4.44. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_production_minute"];
         put?: never;
@@ -1933,7 +1933,7 @@ export interface paths {
         };
         /**
          * Production month
-         * @description Month the servo was made, 1 to 12. Register 0x59, section 4.44.
+         * @description Month the servo was made, 1 to 12. Register 0x59, section 4.44. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_production_month"];
         put?: never;
@@ -1953,7 +1953,7 @@ export interface paths {
         };
         /**
          * Production year
-         * @description Year the servo was made. Register 0x58, section 4.44.
+         * @description Year the servo was made. Register 0x58, section 4.44. Range: not stated. It is only read, and acts on nothing.
          */
         get: operations["get_production_year"];
         put?: never;
@@ -1973,12 +1973,12 @@ export interface paths {
         };
         /**
          * PWM mode
-         * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
+         * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: `angle`, `speed`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_mode"];
         /**
          * Set pwm mode
-         * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
+         * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: `angle`, `speed`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_mode"];
         post?: never;
@@ -1997,12 +1997,12 @@ export interface paths {
         };
         /**
          * Neutral pulse
-         * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
+         * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 100 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_neutral"];
         /**
          * Set neutral pulse
-         * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
+         * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 100 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_neutral"];
         post?: never;
@@ -2021,12 +2021,12 @@ export interface paths {
         };
         /**
          * Output at full pulse
-         * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
+         * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_output_range"];
         /**
          * Set output at full pulse
-         * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
+         * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input. Range: 0.0 to 360.0° at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_output_range"];
         post?: never;
@@ -2045,12 +2045,12 @@ export interface paths {
         };
         /**
          * Pulse range
-         * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
+         * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 10 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_pwm_range"];
         /**
          * Set pulse range
-         * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
+         * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input. Range: 10 to 10000 µs at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: PWM asks for a speed (0x37), and speed and torque control (0x25) is off (inferred from § 4.30). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_pwm_range"];
         post?: never;
@@ -2069,12 +2069,12 @@ export interface paths {
         };
         /**
          * Reverse
-         * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16.
+         * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_reverse"];
         /**
          * Set reverse
-         * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16.
+         * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_reverse"];
         post?: never;
@@ -2093,12 +2093,12 @@ export interface paths {
         };
         /**
          * Servo ID
-         * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
+         * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37. Range: 0 to 254. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_servo_id"];
         /**
          * Set servo id
-         * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
+         * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37. Range: 0 to 254. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_servo_id"];
         post?: never;
@@ -2117,12 +2117,12 @@ export interface paths {
         };
         /**
          * Smoothing
-         * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15.
+         * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_smoothing"];
         /**
          * Set smoothing
-         * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15.
+         * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_smoothing"];
         post?: never;
@@ -2141,12 +2141,12 @@ export interface paths {
         };
         /**
          * Soft start
-         * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
+         * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_soft_start"];
         /**
          * Set soft start
-         * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
+         * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. It acts after it is saved and the servo has restarted. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_soft_start"];
         post?: never;
@@ -2165,12 +2165,12 @@ export interface paths {
         };
         /**
          * Speed dead band
-         * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
+         * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27. Range: 0 to 2000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_speed_dead_band"];
         /**
          * Set speed dead band
-         * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
+         * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27. Range: 0 to 2000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_speed_dead_band"];
         post?: never;
@@ -2189,12 +2189,12 @@ export interface paths {
         };
         /**
          * Speed I gain
-         * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
+         * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_speed_i_gain"];
         /**
          * Set speed i gain
-         * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
+         * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26. Range: 0 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_speed_i_gain"];
         post?: never;
@@ -2213,12 +2213,12 @@ export interface paths {
         };
         /**
          * Speed I limit
-         * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
+         * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28. Range: 1 to 500000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: the speed I gain (0x31) is 0, so there is nothing to limit (inferred from § 4.28). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_speed_i_limit"];
         /**
          * Set speed i limit
-         * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
+         * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28. Range: 1 to 500000 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: the speed I gain (0x31) is 0, so there is nothing to limit (inferred from § 4.28). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_speed_i_limit"];
         post?: never;
@@ -2237,12 +2237,12 @@ export interface paths {
         };
         /**
          * Speed limit CCW
-         * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load. Unit: rpm. Register 0x3B, section 4.32.
+         * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load. Unit: rpm. Register 0x3B, section 4.32. Range: −300 to 0 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         get: operations["get_speed_limit_ccw"];
         /**
          * Set speed limit ccw
-         * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load. Unit: rpm. Register 0x3B, section 4.32.
+         * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load. Unit: rpm. Register 0x3B, section 4.32. Range: −300 to 0 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_limit_ccw"];
         post?: never;
@@ -2261,12 +2261,12 @@ export interface paths {
         };
         /**
          * Speed limit CW
-         * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
+         * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32. Range: 0 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         get: operations["get_speed_limit_cw"];
         /**
          * Set speed limit cw
-         * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
+         * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32. Range: 0 to 300 rpm at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.32). No effect: the last command was a torque; speed limits hold for angle and speed commands (§ 4.32). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_limit_cw"];
         post?: never;
@@ -2285,12 +2285,12 @@ export interface paths {
         };
         /**
          * Speed P gain
-         * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
+         * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         get: operations["get_speed_p_gain"];
         /**
          * Set speed p gain
-         * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
+         * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25. Range: 1 to 100 at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off, so there is no speed loop (inferred from § 4.18). No effect: the last command was a torque; the speed loop acts under angle and speed commands (§ 4.25). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8).
          */
         put: operations["set_speed_p_gain"];
         post?: never;
@@ -2309,12 +2309,12 @@ export interface paths {
         };
         /**
          * Speed and torque control
-         * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
+         * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         get: operations["get_speed_torque_control"];
         /**
          * Set speed and torque control
-         * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
+         * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100. Range: true or false. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         put: operations["set_speed_torque_control"];
         post?: never;
@@ -2333,12 +2333,12 @@ export interface paths {
         };
         /**
          * Temperature limit, lower
-         * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
+         * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34. Range: −40 to 20 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_temperature_limit_lower"];
         /**
          * Set temperature limit, lower
-         * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
+         * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34. Range: −40 to 20 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_temperature_limit_lower"];
         post?: never;
@@ -2357,12 +2357,12 @@ export interface paths {
         };
         /**
          * Temperature limit, upper
-         * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
+         * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34. Range: 20 to 80 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_temperature_limit_upper"];
         /**
          * Set temperature limit, upper
-         * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
+         * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34. Range: 20 to 80 °C. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_temperature_limit_upper"];
         post?: never;
@@ -2381,12 +2381,12 @@ export interface paths {
         };
         /**
          * Time-out action
-         * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
+         * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19. Range: `hold`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_timeout_action"];
         /**
          * Set time-out action
-         * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
+         * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19. Range: `hold`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_timeout_action"];
         post?: never;
@@ -2405,12 +2405,12 @@ export interface paths {
         };
         /**
          * Time-out time
-         * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
+         * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19. Range: 1 to 60000 ms. `in_effect` of the answer tells whether it has an effect now. No effect: the time-out action (0x26) is hold, on a servo without 0x34 (§ 4.19). No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_timeout_time"];
         /**
          * Set time-out time
-         * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
+         * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19. Range: 1 to 60000 ms. `in_effect` of the answer tells whether it has an effect now. No effect: the time-out action (0x26) is hold, on a servo without 0x34 (§ 4.19). No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_timeout_time"];
         post?: never;
@@ -2429,12 +2429,12 @@ export interface paths {
         };
         /**
          * Torque limit CCW
-         * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
+         * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33. Range: −100 to 0 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         get: operations["get_torque_limit_ccw"];
         /**
          * Set torque limit ccw
-         * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
+         * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33. Range: −100 to 0 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         put: operations["set_torque_limit_ccw"];
         post?: never;
@@ -2453,12 +2453,12 @@ export interface paths {
         };
         /**
          * Torque limit CW
-         * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
+         * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33. Range: 0 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         get: operations["get_torque_limit_cw"];
         /**
          * Set torque limit cw
-         * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
+         * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33. Range: 0 to 100 %. `in_effect` of the answer tells whether it has an effect now. No effect: speed and torque control (0x25) is off (§ 4.33). No effect: torque (0x20) is not on, so there is no motion to shape (inferred from § 4.13). No effect: the servo's software is being replaced (§ 2.2). No effect: the servo reports a failure (0x1B) that leaves the motor without output (§ 4.12). No effect: output is off while the temperature (0x0B) is outside its limits; it comes back by itself, without the last command (§ 4.7). No effect: output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, without the last command (§ 4.8). No effect: soft start (0x21) uses a value of its own until the horn is at 0° (§ 4.14).
          */
         put: operations["set_torque_limit_cw"];
         post?: never;
@@ -2477,12 +2477,12 @@ export interface paths {
         };
         /**
          * Torque
-         * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
+         * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13. Range: `on`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_torque_mode"];
         /**
          * Set torque
-         * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
+         * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13. Range: `on`, `off`, `brake`. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_torque_mode"];
         post?: never;
@@ -2501,12 +2501,12 @@ export interface paths {
         };
         /**
          * Voltage limit, lower
-         * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
+         * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35. Range: 3.5 to 28.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_voltage_limit_lower"];
         /**
          * Set voltage limit, lower
-         * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
+         * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35. Range: 3.5 to 28.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_voltage_limit_lower"];
         post?: never;
@@ -2525,12 +2525,12 @@ export interface paths {
         };
         /**
          * Voltage limit, upper
-         * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
+         * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35. Range: 7.4 to 50.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         get: operations["get_voltage_limit_upper"];
         /**
          * Set voltage limit, upper
-         * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
+         * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35. Range: 7.4 to 50.0 V at the most; each model has its own. `in_effect` of the answer tells whether it has an effect now. No other row decides that. No effect: the servo's software is being replaced (§ 2.2).
          */
         put: operations["set_voltage_limit_upper"];
         post?: never;
@@ -2574,7 +2574,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Restart servo
+         * Restart Servo
          * @description Restart. What is only in RAM is lost; with soft start and torque on in ROM the horn goes slowly to 0 degrees.
          */
         post: operations["restart_servo"];
@@ -2614,8 +2614,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Save servo
-         * @description Write RAM to ROM. The servo restarts; with soft start and torque on in ROM its horn goes slowly to 0 degrees. A second save joins the one under way.
+         * Save Servo
+         * @description Write RAM to ROM. The servo restarts; with soft start and torque on in ROM its horn goes slowly to 0 degrees.
+         *
+         *     A second save joins the one under way. Where RAM has no torque, and ROM is not known to have none already, it has
+         *     to be confirmed, for the servo would hold nothing after any start; or `torque_on` puts torque into ROM.
          */
         post: operations["save_servo"];
         delete?: never;
@@ -3035,39 +3038,70 @@ export interface components {
          * @description What a bundle is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them.
          */
         About: {
+            /** @description null: none was connected */
             bus: components["schemas"]["BundleBus"] | null;
-            /** Ended At */
+            /**
+             * Ended At
+             * @description seconds since 1970 UTC
+             */
             ended_at: number;
             /**
              * Format
+             * @description of the bundle
              * @constant
              */
             format: 1;
-            /** Frames */
+            /**
+             * Frames
+             * @description how many CAN frames
+             */
             frames: number;
             /**
              * Incomplete
+             * @description members that were cut because they would have become too large
              * @default []
              */
             incomplete: string[];
-            /** Marks */
+            /**
+             * Marks
+             * @description why it was written, and what happened meanwhile
+             */
             marks: components["schemas"]["Mark"][];
             /**
              * Reason
+             * @description why
              * @enum {string}
              */
             reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
-            /** Schema Revision */
+            /**
+             * Schema Revision
+             * @description of the parameter tables
+             */
             schema_revision: string;
-            /** Servos */
+            /**
+             * Servos
+             * @description one by one
+             */
             servos: components["schemas"]["BundleServo"][];
-            /** Started At */
+            /**
+             * Started At
+             * @description seconds since 1970 UTC
+             */
             started_at: number;
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
-            /** Utc Offset */
+            /**
+             * Utc Offset
+             * @description add to the writer's own clock for seconds since 1970 UTC
+             */
             utc_offset: number;
-            /** Version */
+            /**
+             * Version
+             * @description of hornbill
+             */
             version: string;
         };
         /**
@@ -3075,13 +3109,25 @@ export interface components {
          * @description Something a bus can be opened on. `address` is what `PUT /bus` takes.
          */
         Adapter: {
-            /** Address */
+            /**
+             * Address
+             * @description as `PUT /bus` takes it
+             */
             address: string;
-            /** Bitrate */
+            /**
+             * Bitrate
+             * @description bit/s
+             */
             bitrate: number | null;
-            /** Channel */
+            /**
+             * Channel
+             * @description of that interface, such as `can0`
+             */
             channel: string;
-            /** Interface */
+            /**
+             * Interface
+             * @description in python-can's words, such as `socketcan`
+             */
             interface: string;
             /**
              * Name
@@ -3098,14 +3144,21 @@ export interface components {
              * @description what to do about it; a command where one helps
              */
             remedy: string | null;
-            /** Sample Point */
+            /**
+             * Sample Point
+             * @description 0 to 1; null: not told
+             */
             sample_point: number | null;
             /**
              * State
+             * @description how it stands
              * @enum {string}
              */
             state: "ready" | "connected" | "down" | "wrong_bitrate" | "no_permission" | "in_use" | "no_driver";
-            /** Usable */
+            /**
+             * Usable
+             * @description it can be connected now
+             */
             usable: boolean;
         };
         /**
@@ -3113,13 +3166,25 @@ export interface components {
          * @description One row of the allocation table.
          */
         Allocation: {
-            /** Last Seen */
+            /**
+             * Last Seen
+             * @description seconds since 1970 UTC
+             */
             last_seen: number | null;
-            /** Node Id */
+            /**
+             * Node Id
+             * @description 1 to 127
+             */
             node_id: number;
-            /** Online */
+            /**
+             * Online
+             * @description heard lately
+             */
             online: boolean;
-            /** Pinned */
+            /**
+             * Pinned
+             * @description given by hand, and kept for it
+             */
             pinned: boolean;
             /**
              * Uid
@@ -3132,18 +3197,30 @@ export interface components {
          * @description A row as it is now, or as it was before it was forgotten.
          */
         AllocationChange: {
-            /** Last Seen */
+            /**
+             * Last Seen
+             * @description seconds since 1970 UTC
+             */
             last_seen: number | null;
-            /** Node Id */
+            /**
+             * Node Id
+             * @description 1 to 127
+             */
             node_id: number;
             /**
              * Note
              * @description when the change takes effect
              */
             note: string;
-            /** Online */
+            /**
+             * Online
+             * @description heard lately
+             */
             online: boolean;
-            /** Pinned */
+            /**
+             * Pinned
+             * @description given by hand, and kept for it
+             */
             pinned: boolean;
             /**
              * Uid
@@ -3156,14 +3233,20 @@ export interface components {
          * @description The allocation table and who is waiting.
          */
         Allocations: {
-            /** Allocations */
+            /**
+             * Allocations
+             * @description the table, a row a node
+             */
             allocations: components["schemas"]["Allocation"][];
             /**
              * Free
              * @description ids that could be given to new nodes now
              */
             free: number;
-            /** Pending */
+            /**
+             * Pending
+             * @description nodes that ask for an id now
+             */
             pending: components["schemas"]["PendingAllocation"][];
         };
         /**
@@ -3173,6 +3256,7 @@ export interface components {
         AllocatorMode: {
             /**
              * Mode
+             * @description give ids, keep silent, or answer beside another allocator, too
              * @enum {string}
              */
             mode: "on" | "off" | "insist";
@@ -3187,7 +3271,10 @@ export interface components {
              * @description node ids that can still be given
              */
             free: number;
-            /** Granted */
+            /**
+             * Granted
+             * @description ids that are in the table
+             */
             granted: number;
             /**
              * Mode
@@ -3195,7 +3282,10 @@ export interface components {
              * @enum {string}
              */
             mode: "on" | "off" | "insist";
-            /** Pending */
+            /**
+             * Pending
+             * @description nodes that ask for an id now
+             */
             pending: number;
             /**
              * Rival Node Id
@@ -3204,6 +3294,7 @@ export interface components {
             rival_node_id: number | null;
             /**
              * State
+             * @description standing_down: another allocator answers
              * @enum {string}
              */
             state: "on" | "off" | "standing_down";
@@ -3297,16 +3388,25 @@ export interface components {
          * @description Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused.
          */
         AskedFor: {
-            /** By */
+            /**
+             * By
+             * @description who did it
+             */
             by: string;
-            /** Expires In S */
+            /**
+             * Expires In S
+             * @description motion control passes then, unless it is refused, s
+             */
             expires_in_s: number;
             /**
              * Id
              * @description what to refuse it by
              */
             id: string;
-            /** Reason */
+            /**
+             * Reason
+             * @description why
+             */
             reason: string;
         };
         /**
@@ -3314,29 +3414,65 @@ export interface components {
          * @description Who did what, with what came of it; values in engineering units.
          */
         AuditRow: {
-            /** Action */
+            /**
+             * Action
+             * @description what was done
+             */
             action: string;
-            /** After */
+            /**
+             * After
+             * @description what it held afterwards
+             */
             after?: unknown;
-            /** At */
+            /**
+             * At
+             * @description seconds since 1970 UTC
+             */
             at: number;
-            /** Before */
+            /**
+             * Before
+             * @description what it held before
+             */
             before?: unknown;
-            /** By */
+            /**
+             * By
+             * @description who did it
+             */
             by: string;
-            /** Detail */
+            /**
+             * Detail
+             * @description in a sentence
+             */
             detail: string;
-            /** Id */
+            /**
+             * Id
+             * @description what to name it by in a path
+             */
             id: number;
-            /** Job */
+            /**
+             * Job
+             * @description id of the job it was part of
+             */
             job: string | null;
-            /** Key */
+            /**
+             * Key
+             * @description of the row it was about; null: none
+             */
             key: string | null;
-            /** Outcome */
+            /**
+             * Outcome
+             * @description how it ended
+             */
             outcome: string;
-            /** Requested */
+            /**
+             * Requested
+             * @description what was asked for
+             */
             requested?: unknown;
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits; null: it is about none
+             */
             uid: string | null;
         };
         /**
@@ -3344,7 +3480,10 @@ export interface components {
          * @description What became of one servo of a batch; `problem` says why it was rejected or rolled back.
          */
         BatchOutcome: {
-            /** Changes */
+            /**
+             * Changes
+             * @description row by row
+             */
             changes: components["schemas"]["Change"][];
             /**
              * Job
@@ -3353,13 +3492,21 @@ export interface components {
             job?: string | null;
             /**
              * Outcome
+             * @description rejected: nothing was written; not_tried: one before it ended the batch
              * @enum {string}
              */
             outcome: "applied" | "rolled_back" | "planned" | "rejected" | "not_tried";
+            /** @description why it was rejected or rolled back; null: it was not */
             problem?: components["schemas"]["Problem"] | null;
-            /** Revision */
+            /**
+             * Revision
+             * @description of its values afterwards
+             */
             revision: string | null;
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits
+             */
             uid: string;
         };
         /**
@@ -3373,10 +3520,14 @@ export interface components {
              * @default false
              */
             all_or_none: boolean;
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
             /**
              * Dry Run
+             * @description check everything, tell what would be, send nothing that changes anything
              * @default false
              */
             dry_run: boolean;
@@ -3389,10 +3540,14 @@ export interface components {
             };
             /**
              * Save
+             * @description then write ROM: the servo restarts, its horn may move, and everything is read back
              * @default false
              */
             save: boolean;
-            /** Servos */
+            /**
+             * Servos
+             * @description values by key, by uid
+             */
             servos: {
                 [key: string]: {
                     [key: string]: boolean | number | string;
@@ -3404,7 +3559,10 @@ export interface components {
          * @description Outcomes in the order of the request.
          */
         BatchPatched: {
-            /** Servos */
+            /**
+             * Servos
+             * @description one by one
+             */
             servos: components["schemas"]["BatchOutcome"][];
         };
         /**
@@ -3412,7 +3570,10 @@ export interface components {
          * @description Parameters × servos.
          */
         BatchRead: {
-            /** Servos */
+            /**
+             * Servos
+             * @description by uid
+             */
             servos: {
                 [key: string]: components["schemas"]["BatchServo"];
             };
@@ -3422,12 +3583,19 @@ export interface components {
          * @description One servo's column of the matrix; `problem` instead of readings where there are none.
          */
         BatchServo: {
-            /** Parameters */
+            /**
+             * Parameters
+             * @description readings by key
+             */
             parameters: {
                 [key: string]: components["schemas"]["Reading"];
             };
+            /** @description why there are none; null: there are */
             problem?: components["schemas"]["Problem"] | null;
-            /** Revision */
+            /**
+             * Revision
+             * @description changes with every value: what If-Match takes
+             */
             revision: string | null;
         };
         /**
@@ -3440,19 +3608,40 @@ export interface components {
              * @description its first mark, seconds since 1970 UTC
              */
             at: number;
-            /** Bytes */
+            /**
+             * Bytes
+             * @description size, bytes
+             */
             bytes: number;
-            /** Marks */
+            /**
+             * Marks
+             * @description why it was written, and what happened meanwhile
+             */
             marks: components["schemas"]["BundleMark"][];
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
-            /** Problem */
+            /**
+             * Problem
+             * @description why it cannot be told; null: it can
+             */
             problem?: string | null;
-            /** Reason */
+            /**
+             * Reason
+             * @description why
+             */
             reason: ("failure" | "stop" | "lost" | "bus_lost" | "by_hand") | null;
-            /** Seconds */
+            /**
+             * Seconds
+             * @description how long it is, s; null: it cannot be read
+             */
             seconds: number | null;
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
         };
         /**
@@ -3460,11 +3649,20 @@ export interface components {
          * @description The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id.
          */
         BundleBus: {
-            /** Address */
+            /**
+             * Address
+             * @description as `PUT /bus` takes it
+             */
             address: string;
-            /** Bitrate */
+            /**
+             * Bitrate
+             * @description bit/s
+             */
             bitrate: number;
-            /** Node Id */
+            /**
+             * Node Id
+             * @description 1 to 127
+             */
             node_id: number;
         };
         /**
@@ -3478,7 +3676,10 @@ export interface components {
              * @description false when there was more telemetry than that
              */
             complete: boolean;
-            /** Events */
+            /**
+             * Events
+             * @description what happened meanwhile
+             */
             events: {
                 [key: string]: unknown;
             }[];
@@ -3487,7 +3688,10 @@ export interface components {
              * @description at most 500,000 samples
              */
             telemetry: components["schemas"]["Columns"][];
-            /** Writes */
+            /**
+             * Writes
+             * @description what was written meanwhile
+             */
             writes: {
                 [key: string]: string;
             }[];
@@ -3504,12 +3708,19 @@ export interface components {
             at: number;
             /**
              * Reason
+             * @description why
              * @enum {string}
              */
             reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits; null: it is about none
+             */
             uid?: string | null;
         };
         /**
@@ -3517,13 +3728,25 @@ export interface components {
          * @description One register as last read before the first mark; `at` in seconds since 1970 UTC.
          */
         BundleReading: {
-            /** At */
+            /**
+             * At
+             * @description when it was read, seconds since 1970 UTC
+             */
             at: number | null;
-            /** Raw */
+            /**
+             * Raw
+             * @description the integer on the wire
+             */
             raw: number;
-            /** Unit */
+            /**
+             * Unit
+             * @description of its value
+             */
             unit: string;
-            /** Value */
+            /**
+             * Value
+             * @description in engineering units, or the key of a choice
+             */
             value: boolean | number | string | null;
         };
         /**
@@ -3548,38 +3771,75 @@ export interface components {
          * @description One servo as it was known at the first mark.
          */
         BundleServo: {
-            /** Firmware */
+            /**
+             * Firmware
+             * @description version, as `1.300`
+             */
             firmware: number | null;
-            /** Hardware Version */
+            /**
+             * Hardware Version
+             * @description as GetNodeInfo gives it
+             */
             hardware_version: number | null;
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
-            /** Model Number */
+            /**
+             * Model Number
+             * @description as the servo says
+             */
             model_number: number | null;
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
-            /** Node Id */
+            /**
+             * Node Id
+             * @description 1 to 127; null: none
+             */
             node_id: number | null;
-            /** Production Date */
+            /**
+             * Production Date
+             * @description as the servo gives it; null: not known
+             */
             production_date: string | null;
-            /** Readings */
+            /**
+             * Readings
+             * @description last known of RAM, by key
+             */
             readings: {
                 [key: string]: components["schemas"]["BundleReading"];
             };
             /**
              * Rom
+             * @description last known of ROM, by key
              * @default {}
              */
             rom: {
                 [key: string]: number;
             };
-            /** Serial Number */
+            /**
+             * Serial Number
+             * @description as the servo says
+             */
             serial_number: number | null;
-            /** State */
+            /**
+             * State
+             * @description how it stands
+             */
             state: string;
-            /** Title */
+            /**
+             * Title
+             * @description what people call it
+             */
             title: string;
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits
+             */
             uid: string;
         };
         /**
@@ -3589,12 +3849,19 @@ export interface components {
         Burst: {
             /**
              * Clamp
+             * @description bring a value beyond the servo's limits to the limit, instead of refusing it
              * @default false
              */
             clamp: boolean;
-            /** Commands */
+            /**
+             * Commands
+             * @description one a servo
+             */
             commands: components["schemas"]["BurstCommand"][];
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("turns" | "turn_count")[];
         };
         /**
@@ -3604,6 +3871,7 @@ export interface components {
         BurstCommand: {
             /**
              * Type
+             * @description what kind it is
              * @enum {string}
              */
             type: "angle" | "speed" | "torque";
@@ -3612,7 +3880,10 @@ export interface components {
              * @description unique id, 32 lower-case hex digits
              */
             uid: string;
-            /** Value */
+            /**
+             * Value
+             * @description °, rpm or %
+             */
             value: number;
         };
         /**
@@ -3620,14 +3891,20 @@ export interface components {
          * @description What one servo was told: the value it really gets, as a 16-bit float holds it.
          */
         BurstPart: {
-            /** Clamped */
+            /**
+             * Clamped
+             * @description a limit of the servo was sent in place of what was asked for
+             */
             clamped: boolean;
             /**
              * Uid
              * @description unique id, 32 lower-case hex digits
              */
             uid: string;
-            /** Value */
+            /**
+             * Value
+             * @description °, rpm or %, as a 16-bit float holds it
+             */
             value: number;
         };
         /**
@@ -3635,15 +3912,30 @@ export interface components {
          * @description A burst that has left. `start_skew_s`: between the first and the last message of it.
          */
         BurstSent: {
-            /** Commands */
+            /**
+             * Commands
+             * @description what each servo was told
+             */
             commands: components["schemas"]["BurstPart"][];
-            /** Messages */
+            /**
+             * Messages
+             * @description how many ArrayCommands it took
+             */
             messages: number;
-            /** Sent At */
+            /**
+             * Sent At
+             * @description seconds since 1970 UTC
+             */
             sent_at: number;
-            /** Start Skew S */
+            /**
+             * Start Skew S
+             * @description between the first and the last of its messages, s
+             */
             start_skew_s: number;
-            /** Warnings */
+            /**
+             * Warnings
+             * @description what is worth knowing, in sentences
+             */
             warnings: string[];
         };
         /**
@@ -3651,19 +3943,32 @@ export interface components {
          * @description The bus as the adapter and the counters show it.
          */
         Bus: {
-            /** Address */
+            /**
+             * Address
+             * @description as `PUT /bus` takes it
+             */
             address: string | null;
+            /** @description null where none runs */
             allocator: components["schemas"]["AllocatorState"] | null;
-            /** Bitrate */
+            /**
+             * Bitrate
+             * @description bit/s
+             */
             bitrate: number | null;
-            /** Bus Offs */
+            /**
+             * Bus Offs
+             * @description how often the adapter went bus-off
+             */
             bus_offs: number;
             /**
              * Error Frames
              * @description errors seen on the wire, whoever sent
              */
             error_frames: number;
-            /** Errors */
+            /**
+             * Errors
+             * @description all that went wrong: error frames, and frames of ours that could not leave
+             */
             errors: number;
             /**
              * Ignored
@@ -3675,7 +3980,10 @@ export interface components {
              * @description load that polling keeps within, the budget of the bus
              */
             load_cap_pct: number;
-            /** Load Pct */
+            /**
+             * Load Pct
+             * @description share of the bus in use, %; null: not known yet
+             */
             load_pct: number | null;
             /**
              * Reopened
@@ -3692,9 +4000,15 @@ export interface components {
              * @description frames the adapter brought that we could not take
              */
             rx_dropped: number;
-            /** Rx Fps */
+            /**
+             * Rx Fps
+             * @description frames a second that came
+             */
             rx_fps: number;
-            /** Rx Frames */
+            /**
+             * Rx Frames
+             * @description frames that came
+             */
             rx_frames: number;
             /**
              * Sample Point
@@ -3703,6 +4017,7 @@ export interface components {
             sample_point: number | null;
             /**
              * State
+             * @description how it stands
              * @enum {string}
              */
             state: "disconnected" | "connecting" | "active" | "passive" | "bus_off" | "lost";
@@ -3711,9 +4026,15 @@ export interface components {
              * @description what is wrong with the adapter and what helps; null while it works
              */
             trouble: string | null;
-            /** Tx Fps */
+            /**
+             * Tx Fps
+             * @description frames a second that we sent
+             */
             tx_fps: number;
-            /** Tx Frames */
+            /**
+             * Tx Frames
+             * @description frames that we sent
+             */
             tx_frames: number;
             /**
              * Unacknowledged
@@ -3728,6 +4049,7 @@ export interface components {
         BusAddress: {
             /**
              * Address
+             * @description INTERFACE:CHANNEL, such as `socketcan:can0`; `GET /bus/adapters` names what is plugged in
              * @example socketcan:can0
              * @example slcan:/dev/ttyACM0
              * @example file:recording.log
@@ -3747,10 +4069,13 @@ export interface components {
          */
         BusMessage: {
             bus: components["schemas"]["Bus"];
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "bus";
@@ -3761,7 +4086,10 @@ export interface components {
          */
         Candidate: {
             servo: components["schemas"]["Servo"];
-            /** Servo Id */
+            /**
+             * Servo Id
+             * @description the next that is free; null: none is
+             */
             servo_id: number | null;
         };
         /**
@@ -3769,9 +4097,15 @@ export interface components {
          * @description Servos to commission, in the order of their serials, and nodes that still wait for a node id.
          */
         Candidates: {
-            /** Pending */
+            /**
+             * Pending
+             * @description nodes that still wait for a node id
+             */
             pending: components["schemas"]["PendingAllocation"][];
-            /** Servos */
+            /**
+             * Servos
+             * @description one by one
+             */
             servos: components["schemas"]["Candidate"][];
         };
         /**
@@ -3790,7 +4124,10 @@ export interface components {
              * @enum {string}
              */
             level: "warning" | "failure";
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
         };
         /**
@@ -3798,16 +4135,29 @@ export interface components {
          * @description What became of one key of a PATCH.
          */
         Change: {
-            /** After */
+            /**
+             * After
+             * @description what it holds now, read back
+             */
             after: boolean | number | string | null;
-            /** Before */
+            /**
+             * Before
+             * @description what it held
+             */
             before: boolean | number | string | null;
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
-            /** Requested */
+            /**
+             * Requested
+             * @description what was asked for
+             */
             requested: boolean | number | string | null;
             /**
              * Verdict
+             * @description what became of it
              * @enum {string}
              */
             verdict: "planned" | "applied" | "clamped" | "refused" | "no_answer" | "unchanged" | "rolled_back";
@@ -3817,11 +4167,20 @@ export interface components {
          * @description One named value of a register that is a choice.
          */
         Choice: {
-            /** Key */
+            /**
+             * Key
+             * @description what a program writes
+             */
             key: string;
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
-            /** Raw */
+            /**
+             * Raw
+             * @description the integer on the wire
+             */
             raw: number;
         };
         ClientMessage: components["schemas"]["Subscribe"] | components["schemas"]["Unsubscribe"] | components["schemas"]["Heartbeat"] | components["schemas"]["CommandMessage"] | components["schemas"]["StreamMessage"] | components["schemas"]["StopMessage"];
@@ -3830,9 +4189,15 @@ export interface components {
          * @description Samples of one channel: times on the server's monotonic clock, values (null is a gap).
          */
         Column: {
-            /** T */
+            /**
+             * T
+             * @description on the server's clock, s
+             */
             t: number[];
-            /** V */
+            /**
+             * V
+             * @description a value each; null is a gap
+             */
             v: (number | null)[];
         };
         /**
@@ -3840,13 +4205,25 @@ export interface components {
          * @description The samples of one channel: `t` in seconds since 1970 UTC, `v` in its unit, null for a gap.
          */
         Columns: {
-            /** Channel */
+            /**
+             * Channel
+             * @description key of the parameter
+             */
             channel: string;
-            /** T */
+            /**
+             * T
+             * @description seconds since 1970 UTC
+             */
             t: number[];
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits
+             */
             uid: string;
-            /** V */
+            /**
+             * V
+             * @description a value each; null is a gap
+             */
             v: (number | null)[];
         };
         /**
@@ -3856,6 +4233,7 @@ export interface components {
         Command: {
             /**
              * Band Deg
+             * @description how near is near enough, °
              * @default 0.5
              */
             band_deg: number;
@@ -3872,6 +4250,7 @@ export interface components {
             confirm?: ("turns" | "turn_count")[];
             /**
              * Dwell S
+             * @description how long the horn has to stay that near, s
              * @default 0.2
              */
             dwell_s: number;
@@ -3881,11 +4260,13 @@ export interface components {
             profile?: components["schemas"]["MotionProfile"] | null;
             /**
              * Timeout S
+             * @description how long to wait for it, s
              * @default 5
              */
             timeout_s: number;
             /**
              * Type
+             * @description what kind it is
              * @enum {string}
              */
             type: "angle" | "speed" | "torque";
@@ -3896,6 +4277,7 @@ export interface components {
             value: number;
             /**
              * Wait
+             * @description answer once it has left, or once the horn has settled
              * @default sent
              * @enum {string}
              */
@@ -3920,12 +4302,18 @@ export interface components {
          * @description Motion commands; the newest command of a servo wins when they come faster than the bus.
          */
         CommandMessage: {
-            /** Commands */
+            /**
+             * Commands
+             * @description one a servo
+             */
             commands: components["schemas"]["SocketCommand"][];
-            /** Lease */
+            /**
+             * Lease
+             * @description id of the lease
+             */
             lease: string;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "command";
@@ -3963,9 +4351,15 @@ export interface components {
          * @description Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest.
          */
         Commanded: {
-            /** Angle Deg */
+            /**
+             * Angle Deg
+             * @description where the horn stands, °; + is clockwise
+             */
             angle_deg: number | null;
-            /** Clamped */
+            /**
+             * Clamped
+             * @description a limit of the servo was sent in place of what was asked for
+             */
             clamped: boolean;
             /**
              * Max Deviation Deg
@@ -3977,15 +4371,30 @@ export interface components {
              * @description samples within the band in a row, up to the last one
              */
             samples?: number | null;
-            /** Sent At */
+            /**
+             * Sent At
+             * @description seconds since 1970 UTC
+             */
             sent_at: number;
-            /** Settle Time S */
+            /**
+             * Settle Time S
+             * @description from sending it until the horn was at rest there, s; null: not waited for, or never
+             */
             settle_time_s: number | null;
-            /** Settled */
+            /**
+             * Settled
+             * @description the horn came to rest there; null: not waited for
+             */
             settled: boolean | null;
-            /** Value */
+            /**
+             * Value
+             * @description what was sent: °, rpm or %
+             */
             value: number;
-            /** Warnings */
+            /**
+             * Warnings
+             * @description what is worth knowing, in sentences
+             */
             warnings?: string[];
         };
         /**
@@ -3995,6 +4404,7 @@ export interface components {
         CommissionServo: {
             /**
              * Label
+             * @description nickname
              * @default
              */
             label: string;
@@ -4003,7 +4413,10 @@ export interface components {
              * @description static node id; 0: dynamic
              */
             node_id?: number | null;
-            /** Servo Id */
+            /**
+             * Servo Id
+             * @description 0x45, 1 to 254; 0 is one that was never set
+             */
             servo_id?: number | null;
             /**
              * Uid
@@ -4016,7 +4429,10 @@ export interface components {
          * @description Servos to commission by one job, in this order.
          */
         Commissioning: {
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
             /**
              * Identify
@@ -4026,18 +4442,26 @@ export interface components {
             identify: boolean;
             /**
              * On Anomaly
+             * @description at the first servo that does not do as told: leave the rest alone, or go on
              * @default stop
              * @enum {string}
              */
             on_anomaly: "stop" | "continue";
-            /** Profile */
+            /**
+             * Profile
+             * @description name of a profile to give to all of them
+             */
             profile?: string | null;
             /**
              * Save
+             * @description then write ROM: the servo restarts, its horn may move, and everything is read back
              * @default true
              */
             save: boolean;
-            /** Servos */
+            /**
+             * Servos
+             * @description those it concerns
+             */
             servos: components["schemas"]["CommissionServo"][];
         };
         /**
@@ -4045,11 +4469,20 @@ export interface components {
          * @description Two sides, row by row: `servo:UID`, `rom:UID`, `snapshot:ID`, `profile:NAME`, `default:MODEL[@FIRMWARE]`, …
          */
         Comparison: {
-            /** Differences */
+            /**
+             * Differences
+             * @description rows that are not the same
+             */
             differences: components["schemas"]["Difference"][];
-            /** Left */
+            /**
+             * Left
+             * @description what stands on the left
+             */
             left: string;
-            /** Right */
+            /**
+             * Right
+             * @description what stands on the right
+             */
             right: string;
             /**
              * Same
@@ -4066,18 +4499,24 @@ export interface components {
         Condition: {
             /**
              * Absent
+             * @description what it counts as on a servo without that row
              * @default false
              */
             absent: boolean;
             /**
              * Last Command
+             * @description true while the last command was one of these
              * @default []
              */
             last_command: ("angle" | "speed" | "torque")[];
-            /** Parameter */
+            /**
+             * Parameter
+             * @description the row it looks at; null where it looks at the last command
+             */
             parameter?: string | null;
             /**
              * Reads
+             * @description true while the row reads one of these, raw
              * @default []
              */
             reads: number[];
@@ -4087,10 +4526,14 @@ export interface components {
          * @description Write what a side of a comparison holds.
          */
         Copy: {
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
             /**
              * Dry Run
+             * @description check everything, tell what would be, send nothing that changes anything
              * @default false
              */
             dry_run: boolean;
@@ -4101,6 +4544,7 @@ export interface components {
             from: string;
             /**
              * Identity
+             * @description also origin, servo id and node id (0x44 to 0x46)
              * @default false
              */
             identity: boolean;
@@ -4111,6 +4555,7 @@ export interface components {
             keys?: string[] | null;
             /**
              * Save
+             * @description then write ROM: the servo restarts, its horn may move, and everything is read back
              * @default false
              */
             save: boolean;
@@ -4125,37 +4570,68 @@ export interface components {
              * @description 8 hex digits
              */
             can_id: string;
-            /** Data Type Id */
+            /**
+             * Data Type Id
+             * @description of DSDL
+             */
             data_type_id: number;
-            /** Destination */
+            /**
+             * Destination
+             * @description node id of who is asked or answered; null: everybody
+             */
             destination: number | null;
-            /** Fields */
+            /**
+             * Fields
+             * @description what it says, by field of DSDL; null: its type is not known, or it does not fit it
+             */
             fields: {
                 [key: string]: unknown;
             } | null;
-            /** Frames */
+            /**
+             * Frames
+             * @description how many CAN frames
+             */
             frames: number;
             /**
              * Kind
+             * @description broadcast, question or answer
              * @enum {string}
              */
             kind: "message" | "request" | "response";
-            /** Payload */
+            /**
+             * Payload
+             * @description bytes, in hex
+             */
             payload: string;
-            /** Priority */
+            /**
+             * Priority
+             * @description 0 to 31, 0 first
+             */
             priority: number;
-            /** Sent */
+            /**
+             * Sent
+             * @description by this server
+             */
             sent: boolean;
-            /** Source */
+            /**
+             * Source
+             * @description node id of who sent it
+             */
             source: number;
-            /** Summary */
+            /**
+             * Summary
+             * @description in a sentence
+             */
             summary: string;
             /**
              * Timestamp
              * @description seconds since 1970 UTC
              */
             timestamp: number;
-            /** Transfer Id */
+            /**
+             * Transfer Id
+             * @description 0 to 31, of that sender and type
+             */
             transfer_id: number;
             /**
              * Type
@@ -4168,24 +4644,45 @@ export interface components {
          * @description One row that differs: null is what a side does not have (`*_has` false), or what is not known of it.
          */
         Difference: {
-            /** Identity */
+            /**
+             * Identity
+             * @description says which servo it is: origin, servo id, node id (0x44 to 0x46)
+             */
             identity: boolean;
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
-            /** Left */
+            /**
+             * Left
+             * @description value on the left
+             */
             left: boolean | number | string | null;
-            /** Left Has */
+            /**
+             * Left Has
+             * @description the left side has this row
+             */
             left_has: boolean;
             /**
              * Left Unit
              * @description 0x36 follows 0x37, so that the units may differ (section 4.30)
              */
             left_unit: string;
-            /** Right */
+            /**
+             * Right
+             * @description value on the right
+             */
             right: boolean | number | string | null;
-            /** Right Has */
+            /**
+             * Right Has
+             * @description the right side has this row
+             */
             right_has: boolean;
-            /** Right Unit */
+            /**
+             * Right Unit
+             * @description of the value on the right
+             */
             right_unit: string;
         };
         /**
@@ -4193,7 +4690,10 @@ export interface components {
          * @description What ROM holds otherwise than we last knew. Empty when nothing does.
          */
         Drift: {
-            /** Rows */
+            /**
+             * Rows
+             * @description those that changed
+             */
             rows: components["schemas"]["DriftRow"][];
             /**
              * Uid
@@ -4206,10 +4706,14 @@ export interface components {
          * @description Write back what ROM held; with `save`, into ROM.
          */
         DriftRestore: {
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
             /**
              * Save
+             * @description then write ROM: the servo restarts, its horn may move, and everything is read back
              * @default false
              */
             save: boolean;
@@ -4219,7 +4723,10 @@ export interface components {
          * @description A row of ROM that changed under us.
          */
         DriftRow: {
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
             /**
              * Now
@@ -4244,14 +4751,24 @@ export interface components {
          *     `telemetry`: samples are; else what follows is how everything stands now.
          */
         DroppedMessage: {
-            /** Count */
+            /**
+             * Count
+             * @description messages that are gone for good; null: not known
+             */
             count: number | null;
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
-            /** Telemetry */
+            /**
+             * Telemetry
+             * @description samples are among them; else what follows is how everything stands now
+             */
             telemetry: boolean;
             /**
              * Type
+             * @description what kind it is
              * @constant
              */
             type: "dropped";
@@ -4267,21 +4784,38 @@ export interface components {
         EffectRule: {
             /**
              * Inferred
+             * @description follows from the document without being stated in it
              * @default false
              */
             inferred: boolean;
-            /** Parameters */
+            /**
+             * Parameters
+             * @description they have no effect while every condition holds
+             */
             parameters: string[];
-            /** Section */
+            /**
+             * Section
+             * @description of the servo's document
+             */
             section: string;
-            /** Unless Row */
+            /**
+             * Unless Row
+             * @description the rule is void on a servo that has this row
+             */
             unless_row?: string | null;
-            /** When */
+            /**
+             * When
+             * @description all of these at once
+             */
             when: components["schemas"]["Condition"][];
-            /** Why */
+            /**
+             * Why
+             * @description goes on from “No effect now”
+             */
             why: string;
             /**
              * Why Absent
+             * @description in its place where the servo lacks the row
              * @default
              */
             why_absent: string;
@@ -4291,19 +4825,29 @@ export interface components {
          * @description A client message could not be done; the same code and sentence REST would give.
          */
         ErrorMessage: {
-            /** Code */
+            /**
+             * Code
+             * @description what it is, for programs: it does not change
+             */
             code: string;
-            /** Detail */
+            /**
+             * Detail
+             * @description in a sentence
+             */
             detail: string;
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "error";
             /**
              * Uid
+             * @description unique id of the servo, 32 hex digits; null: it is about none
              * @default null
              */
             uid: string | null;
@@ -4313,25 +4857,41 @@ export interface components {
          * @description Something happened, in one plain sentence.
          */
         EventMessage: {
-            /** At */
+            /**
+             * At
+             * @description seconds since 1970 UTC
+             */
             at: number;
-            /** Code */
+            /**
+             * Code
+             * @description what it is, for programs: it does not change
+             */
             code: string;
             /**
              * Level
+             * @description how grave it is
              * @enum {string}
              */
             level: "info" | "notice" | "warning" | "failure";
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "event";
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits; null: it is about none
+             */
             uid: string | null;
         };
         /** ExtendedAngleValue */
@@ -4355,6 +4915,7 @@ export interface components {
         FactoryReset: {
             /**
              * Keep Identity
+             * @description origin, servo id and node id stay
              * @default true
              */
             keep_identity: boolean;
@@ -4364,18 +4925,30 @@ export interface components {
          * @description One fault bit of one servo, now or in the past (section 4.12).
          */
         Fault: {
-            /** Acknowledged At */
+            /**
+             * Acknowledged At
+             * @description when somebody said that they have seen it, seconds since 1970 UTC; null: nobody has
+             */
             acknowledged_at?: number | null;
-            /** Acknowledged By */
+            /**
+             * Acknowledged By
+             * @description who said that they have seen it
+             */
             acknowledged_by?: string | null;
             /**
              * Active
              * @description set, as the servo has just said
              */
             active: boolean;
-            /** Advice */
+            /**
+             * Advice
+             * @description what to do about it
+             */
             advice: string;
-            /** Bit */
+            /**
+             * Bit
+             * @description place in its register, from 0
+             */
             bit: number;
             /**
              * Count
@@ -4387,11 +4960,20 @@ export interface components {
              * @description seconds since 1970 UTC
              */
             first_seen: number;
-            /** Group */
+            /**
+             * Group
+             * @description which chapter of its table it stands in
+             */
             group: string;
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
             /**
              * Last Seen
@@ -4405,6 +4987,7 @@ export interface components {
             latched: boolean;
             /**
              * Level
+             * @description how grave it is
              * @enum {string}
              */
             level: "notification" | "warning" | "failure";
@@ -4424,49 +5007,76 @@ export interface components {
          * @description One documented bit of `parameter`. In the overview, `level` is the level the bit sums up.
          */
         FaultBit: {
-            /** Advice */
+            /**
+             * Advice
+             * @description what to do about it
+             */
             advice: string;
-            /** Bit */
+            /**
+             * Bit
+             * @description place in the 32-bit register, from 0
+             */
             bit: number;
             /**
              * Group
+             * @description which chapter of its table it stands in
              * @enum {string}
              */
             group: "hardware" | "software" | "communication" | "other";
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
             /**
              * Latching
+             * @description stays set until the servo starts again, whatever its cause does
              * @default false
              */
             latching: boolean;
             /**
              * Level
+             * @description how grave it is
              * @enum {string}
              */
             level: "notification" | "warning" | "failure";
-            /** Limit */
+            /**
+             * Limit
+             * @description the row that sets where it begins
+             */
             limit?: string | null;
             /**
              * Output Off
+             * @description the motor has no output while it is set
              * @default false
              */
             output_off: boolean;
-            /** Parameter */
+            /**
+             * Parameter
+             * @description the register it stands in
+             */
             parameter: string;
             /**
              * Past Event
+             * @description tells of something before the servo's present start
              * @default false
              */
             past_event: boolean;
             /**
              * Pwm Only
+             * @description always 0 on a model without PWM input
              * @default false
              */
             pwm_only: boolean;
-            /** Section */
+            /**
+             * Section
+             * @description of the servo's document
+             */
             section: string;
         };
         /**
@@ -4474,11 +5084,20 @@ export interface components {
          * @description The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12).
          */
         FaultWords: {
-            /** Failure */
+            /**
+             * Failure
+             * @description register of failures, raw; null while unread
+             */
             failure: number | null;
-            /** Notification */
+            /**
+             * Notification
+             * @description register of notifications, raw; null while unread
+             */
             notification: number | null;
-            /** Warning */
+            /**
+             * Warning
+             * @description register of warnings, raw; null while unread
+             */
             warning: number | null;
         };
         /**
@@ -4486,22 +5105,41 @@ export interface components {
          * @description One thing the doctor looked at. `ok` only with `all=true`.
          */
         Finding: {
-            /** Code */
+            /**
+             * Code
+             * @description what it is, for programs: it does not change
+             */
             code: string;
-            /** Evidence */
+            /**
+             * Evidence
+             * @description what it was seen by
+             */
             evidence: string;
-            /** Node Ids */
+            /**
+             * Node Ids
+             * @description the nodes it concerns
+             */
             node_ids?: number[];
-            /** Remedy */
+            /**
+             * Remedy
+             * @description what to do about it
+             */
             remedy: string | null;
             /**
              * Severity
+             * @description how grave it is
              * @enum {string}
              */
             severity: "ok" | "notice" | "warning" | "failure";
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
-            /** Uids */
+            /**
+             * Uids
+             * @description unique ids of the servos it concerns
+             */
             uids?: string[];
         };
         /**
@@ -4509,22 +5147,40 @@ export interface components {
          * @description What a restart would do to the horn, and what speaks against it.
          */
         Forecast: {
-            /** From Deg */
+            /**
+             * From Deg
+             * @description where the horn stands, °
+             */
             from_deg: number | null;
-            /** Moves */
+            /**
+             * Moves
+             * @description the horn turns at the start, or may
+             */
             moves: boolean;
             /**
              * Takes S
              * @description about; at the 30 rpm of soft start (section 4.14)
              */
             takes_s: number | null;
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
-            /** To Deg */
+            /**
+             * To Deg
+             * @description where the start takes it, °
+             */
             to_deg: number | null;
-            /** Turn Count Lost */
+            /**
+             * Turn Count Lost
+             * @description turns are counted from 0 again
+             */
             turn_count_lost: boolean;
-            /** Warnings */
+            /**
+             * Warnings
+             * @description what is worth knowing, in sentences
+             */
             warnings: string[];
         };
         /**
@@ -4536,6 +5192,7 @@ export interface components {
         FrameFilter: {
             /**
              * Kind
+             * @description which kind; all unless told
              * @default null
              */
             kind: ("message" | "request" | "response") | null;
@@ -4547,6 +5204,7 @@ export interface components {
             node_id: number | null;
             /**
              * Problems Only
+             * @description only what makes no whole transfer
              * @default false
              */
             problems_only: boolean;
@@ -4564,6 +5222,7 @@ export interface components {
             type: string | null;
             /**
              * View
+             * @description frames as they are, or transfers in words
              * @default decoded
              * @enum {string}
              */
@@ -4577,20 +5236,38 @@ export interface components {
          *     `dropped` passed it but were too many for this socket.
          */
         FramesMessage: {
-            /** Dropped */
+            /**
+             * Dropped
+             * @description of those, too many for this socket
+             */
             dropped: number;
-            /** Frames */
+            /**
+             * Frames
+             * @description as they are; empty in the view of transfers
+             */
             frames: components["schemas"]["RawFrame"][];
-            /** Received */
+            /**
+             * Received
+             * @description since the subscription, all
+             */
             received: number;
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
-            /** Shown */
+            /**
+             * Shown
+             * @description since the subscription, sent to this socket
+             */
             shown: number;
-            /** Transfers */
+            /**
+             * Transfers
+             * @description in words; empty in the view of frames
+             */
             transfers: components["schemas"]["DecodedTransfer"][];
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "frames";
@@ -4600,11 +5277,20 @@ export interface components {
          * @description A chapter of the parameter list, as the document divides it (tables 3-1 to 3-11).
          */
         Group: {
-            /** Description */
+            /**
+             * Description
+             * @description what its rows are for
+             */
             description: string;
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
         };
         /**
@@ -4612,18 +5298,31 @@ export interface components {
          * @description The server serves.
          */
         Health: {
-            /** Bus */
+            /**
+             * Bus
+             * @description state of the bus
+             */
             bus: string;
-            /** Demo */
+            /**
+             * Demo
+             * @description simulated servos on an embedded bus
+             */
             demo: boolean;
             /**
              * Status
+             * @description it serves
              * @constant
              */
             status: "ok";
-            /** Uptime S */
+            /**
+             * Uptime S
+             * @description since it started, s
+             */
             uptime_s: number;
-            /** Version */
+            /**
+             * Version
+             * @description of hornbill
+             */
             version: string;
         };
         /**
@@ -4631,10 +5330,13 @@ export interface components {
          * @description Renews a lease. A lease once renewed over a socket ends when that socket closes.
          */
         Heartbeat: {
-            /** Lease */
+            /**
+             * Lease
+             * @description id of the lease
+             */
             lease: string;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "heartbeat";
@@ -4644,19 +5346,28 @@ export interface components {
          * @description First message: who serves, which tables, and how `t` of telemetry relates to UTC.
          */
         Hello: {
-            /** Demo */
+            /**
+             * Demo
+             * @description simulated servos on an embedded bus
+             */
             demo: boolean;
             /**
              * Now
              * @description the clock of telemetry times when this was sent
              */
             now: number;
-            /** Schema Revision */
+            /**
+             * Schema Revision
+             * @description of the parameter tables
+             */
             schema_revision: string;
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "hello";
@@ -4665,7 +5376,10 @@ export interface components {
              * @description add to a telemetry time for seconds since 1970 UTC
              */
             utc_offset: number;
-            /** Version */
+            /**
+             * Version
+             * @description of hornbill
+             */
             version: string;
         };
         /**
@@ -4673,8 +5387,12 @@ export interface components {
          * @description The verdict on every line of a file; `profile` is null unless all were ok.
          */
         Imported: {
-            /** Lines */
+            /**
+             * Lines
+             * @description line by line
+             */
             lines: components["schemas"]["LineVerdict"][];
+            /** @description what was kept; null: nothing was */
             profile: components["schemas"]["Profile"] | null;
         };
         /**
@@ -4682,21 +5400,38 @@ export interface components {
          * @description Something that takes time.
          */
         Job: {
-            /** Created At */
+            /**
+             * Created At
+             * @description seconds since 1970 UTC
+             */
             created_at: number;
-            /** Ended At */
+            /**
+             * Ended At
+             * @description seconds since 1970 UTC; null: not yet
+             */
             ended_at: number | null;
+            /** @description why it failed; null unless it did */
             error: components["schemas"]["Problem"] | null;
-            /** Id */
+            /**
+             * Id
+             * @description what to name it by in a path
+             */
             id: string;
             /**
              * Kind
+             * @description what is done
              * @enum {string}
              */
             kind: "save" | "restart" | "factory_reset" | "identify" | "profile" | "commissioning" | "step_test";
-            /** Progress */
+            /**
+             * Progress
+             * @description 0 to 1
+             */
             progress: number;
-            /** Result */
+            /**
+             * Result
+             * @description what came of it, by kind; null until it has ended
+             */
             result: {
                 [key: string]: unknown;
             } | null;
@@ -4708,14 +5443,24 @@ export interface components {
             resumable: boolean;
             /**
              * State
+             * @description how it stands
              * @enum {string}
              */
             state: "queued" | "running" | "succeeded" | "failed" | "cancelled";
-            /** Step */
+            /**
+             * Step
+             * @description what it is doing now
+             */
             step: string | null;
-            /** Steps */
+            /**
+             * Steps
+             * @description one by one, in their order
+             */
             steps: components["schemas"]["JobStep"][];
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits; null: it is about none
+             */
             uid: string | null;
         };
         /**
@@ -4724,10 +5469,13 @@ export interface components {
          */
         JobMessage: {
             job: components["schemas"]["Job"];
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "job";
@@ -4737,20 +5485,36 @@ export interface components {
          * @description One step of a job, with its evidence.
          */
         JobStep: {
-            /** Ended At */
+            /**
+             * Ended At
+             * @description seconds since 1970 UTC; null: not yet
+             */
             ended_at?: number | null;
-            /** Evidence */
+            /**
+             * Evidence
+             * @description what it was seen by; null: nothing yet
+             */
             evidence?: string | null;
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
-            /** Started At */
+            /**
+             * Started At
+             * @description seconds since 1970 UTC; null: not yet
+             */
             started_at?: number | null;
             /**
              * State
+             * @description how it stands
              * @enum {string}
              */
             state: "waiting" | "running" | "done" | "failed" | "skipped";
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
             /**
              * Uid
@@ -4763,28 +5527,55 @@ export interface components {
          * @description A servo ever seen, on the bus or not; instants in seconds since 1970 UTC.
          */
         KnownServo: {
-            /** Drift */
+            /**
+             * Drift
+             * @description keys of rows whose ROM changed under us
+             */
             drift: string[];
-            /** Firmware */
+            /**
+             * Firmware
+             * @description version, as `1.300`
+             */
             firmware: string | null;
-            /** First Seen */
+            /**
+             * First Seen
+             * @description seconds since 1970 UTC
+             */
             first_seen: number | null;
-            /** Hardware Version */
+            /**
+             * Hardware Version
+             * @description as GetNodeInfo gives it
+             */
             hardware_version: number | null;
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
-            /** Last Seen */
+            /**
+             * Last Seen
+             * @description seconds since 1970 UTC
+             */
             last_seen: number | null;
-            /** Model */
+            /**
+             * Model
+             * @description as `BLA21-06U-A0`; null: not known
+             */
             model: string | null;
             /**
              * Node Id
              * @description last known
              */
             node_id: number | null;
-            /** Online */
+            /**
+             * Online
+             * @description heard lately
+             */
             online: boolean;
-            /** Production Date */
+            /**
+             * Production Date
+             * @description as the servo gives it; null: not known
+             */
             production_date: string | null;
             /**
              * Rom
@@ -4793,14 +5584,20 @@ export interface components {
             rom: {
                 [key: string]: boolean | number | string | null;
             };
-            /** Serial */
+            /**
+             * Serial
+             * @description model number, dash, product number; null: not known
+             */
             serial: string | null;
             /**
              * Servo Id
              * @description last known
              */
             servo_id: number | null;
-            /** Snapshots */
+            /**
+             * Snapshots
+             * @description how many are kept
+             */
             snapshots: number;
             /**
              * Uid
@@ -4818,14 +5615,27 @@ export interface components {
              * @description seconds since 1970 UTC
              */
             expires_at: number;
-            /** Expires In S */
+            /**
+             * Expires In S
+             * @description it ends so soon unless it is renewed, s
+             */
             expires_in_s: number;
-            /** Holder */
+            /**
+             * Holder
+             * @description who has motion control
+             */
             holder: string;
-            /** Id */
+            /**
+             * Id
+             * @description what to name it by in a path
+             */
             id: string;
+            /** @description who asks for it; null: nobody */
             request: components["schemas"]["AskedFor"] | null;
-            /** Ttl S */
+            /**
+             * Ttl S
+             * @description it lapses so long after its last renewal, s
+             */
             ttl_s: number;
         };
         /**
@@ -4833,11 +5643,15 @@ export interface components {
          * @description Who holds motion control now; null when nobody does.
          */
         LeaseMessage: {
+            /** @description null: nobody has motion control */
             lease: components["schemas"]["LeaseView"] | null;
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "lease";
@@ -4853,15 +5667,20 @@ export interface components {
              * @default false
              */
             force: boolean;
-            /** Holder */
+            /**
+             * Holder
+             * @description who asks, for people
+             */
             holder: string;
             /**
              * Reason
+             * @description why, for people and the audit
              * @default
              */
             reason: string;
             /**
              * Ttl S
+             * @description it lapses so long after its last renewal, s
              * @default 3
              */
             ttl_s: number;
@@ -4871,14 +5690,27 @@ export interface components {
          * @description A lease as others see it: without the id that lets one use it.
          */
         LeaseView: {
-            /** Expires At */
+            /**
+             * Expires At
+             * @description seconds since 1970 UTC
+             */
             expires_at: number;
-            /** Expires In S */
+            /**
+             * Expires In S
+             * @description it ends so soon unless it is renewed, s
+             */
             expires_in_s: number;
-            /** Holder */
+            /**
+             * Holder
+             * @description who has motion control
+             */
             holder: string;
+            /** @description who asks for it; null: nobody */
             request: components["schemas"]["AskedFor"] | null;
-            /** Ttl S */
+            /**
+             * Ttl S
+             * @description it lapses so long after its last renewal, s
+             */
             ttl_s: number;
         };
         /**
@@ -4886,9 +5718,15 @@ export interface components {
          * @description A row that was not written, and why.
          */
         LeftOut: {
-            /** Key */
+            /**
+             * Key
+             * @description of the row
+             */
             key: string;
-            /** Why */
+            /**
+             * Why
+             * @description in a sentence
+             */
             why: string;
         };
         /**
@@ -4896,7 +5734,10 @@ export interface components {
          * @description What became of one line of an imported file. `ok`: kept; everything else keeps the whole file out.
          */
         LineVerdict: {
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
             /**
              * Line
@@ -4908,10 +5749,14 @@ export interface components {
              * @description what is wrong and what to do; when ok, what is worth knowing
              */
             text: string;
-            /** Value */
+            /**
+             * Value
+             * @description as the file has it
+             */
             value: boolean | number | string | null;
             /**
              * Verdict
+             * @description ok: kept; all else keeps the whole file out
              * @enum {string}
              */
             verdict: "ok" | "unknown" | "forbidden" | "read_only" | "identity" | "out_of_range" | "invalid" | "not_in_this_model";
@@ -4921,11 +5766,20 @@ export interface components {
          * @description A log in the data folder.
          */
         LogFile: {
-            /** Bytes */
+            /**
+             * Bytes
+             * @description size, bytes
+             */
             bytes: number;
-            /** Modified At */
+            /**
+             * Modified At
+             * @description seconds since 1970 UTC
+             */
             modified_at: number;
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
         };
         /**
@@ -4935,12 +5789,14 @@ export interface components {
         LogRequest: {
             /**
              * Format
+             * @description of the file
              * @default candump
              * @enum {string}
              */
             format: "candump" | "asc" | "blf" | "csv";
             /**
              * Limit Mb
+             * @description ends by itself at this size, MB
              * @default 100
              */
             limit_mb: number;
@@ -4955,17 +5811,35 @@ export interface components {
          * @description The log of frames being written, or the last one that was.
          */
         LogState: {
-            /** Bytes */
+            /**
+             * Bytes
+             * @description size, bytes
+             */
             bytes: number;
-            /** Dropped */
+            /**
+             * Dropped
+             * @description frames that could not be written in time
+             */
             dropped: number;
-            /** Format */
+            /**
+             * Format
+             * @description of the file; null: none was written
+             */
             format: ("candump" | "asc" | "blf" | "csv") | null;
-            /** Frames */
+            /**
+             * Frames
+             * @description how many CAN frames
+             */
             frames: number;
-            /** Limit Bytes */
+            /**
+             * Limit Bytes
+             * @description it ends by itself at this size
+             */
             limit_bytes: number;
-            /** Name */
+            /**
+             * Name
+             * @description of the file; null: none was written
+             */
             name: string | null;
             /**
              * Reason
@@ -4979,6 +5853,7 @@ export interface components {
             started_at: number | null;
             /**
              * State
+             * @description how it stands
              * @enum {string}
              */
             state: "idle" | "running" | "stopped" | "full" | "failed";
@@ -4988,7 +5863,10 @@ export interface components {
          * @description What the login page sends.
          */
         Login: {
-            /** Token */
+            /**
+             * Token
+             * @description as `hornbill token add` printed it
+             */
             token: string;
         };
         /**
@@ -4996,16 +5874,26 @@ export interface components {
          * @description A moment for which the bundle was written; `at` in seconds since 1970 UTC.
          */
         Mark: {
-            /** At */
+            /**
+             * At
+             * @description seconds since 1970 UTC
+             */
             at: number;
             /**
              * Reason
+             * @description why
              * @enum {string}
              */
             reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits; null: it is about none
+             */
             uid?: string | null;
         };
         /**
@@ -5033,11 +5921,13 @@ export interface components {
         MotionProfile: {
             /**
              * Accel Deg S2
+             * @description acceleration and deceleration, °/s²
              * @default 240
              */
             accel_deg_s2: number;
             /**
              * Speed Deg S
+             * @description greatest speed, °/s
              * @default 60
              */
             speed_deg_s: number;
@@ -5049,17 +5939,20 @@ export interface components {
         NewSimServo: {
             /**
              * Angle Deg
+             * @description where the horn stands, °
              * @default 0
              */
             angle_deg: number;
             /**
              * Firmware
+             * @description version, as `1.300`
              * @default 1.300
              * @example 1.300
              */
             firmware: string;
             /**
              * Model
+             * @description of the servo, as `BLA21-06U-A0`
              * @example BLA21-06U-A0
              */
             model: string;
@@ -5082,7 +5975,10 @@ export interface components {
              * @default 0
              */
             servo_id: number;
-            /** Uid */
+            /**
+             * Uid
+             * @description made up unless told
+             */
             uid?: string | null;
         };
         /**
@@ -5092,6 +5988,7 @@ export interface components {
         NewSnapshot: {
             /**
              * Reason
+             * @description why, for people and the audit
              * @default by hand
              */
             reason: string;
@@ -5103,16 +6000,21 @@ export interface components {
         NewStream: {
             /**
              * Rate Hz
+             * @description how often, 1/s
              * @default 50
              */
             rate_hz: number;
             /**
              * Type
+             * @description °, rpm or %
              * @default angle
              * @enum {string}
              */
             type: "angle" | "speed" | "torque";
-            /** Uids */
+            /**
+             * Uids
+             * @description unique ids, 32 hex digits each
+             */
             uids: string[];
         };
         /**
@@ -5123,12 +6025,19 @@ export interface components {
          *     stand as one, with node id 0.
          */
         Node: {
-            /** Age S */
+            /**
+             * Age S
+             * @description since it was heard, s
+             */
             age_s: number;
-            /** Hardware Version */
+            /**
+             * Hardware Version
+             * @description from GetNodeInfo
+             */
             hardware_version: string | null;
             /**
              * Health
+             * @description as its NodeStatus says
              * @enum {string}
              */
             health: "ok" | "warning" | "error" | "critical";
@@ -5138,29 +6047,50 @@ export interface components {
              * @enum {string}
              */
             kind: "servo" | "hornbill" | "foreign" | "unknown";
-            /** Mode */
+            /**
+             * Mode
+             * @description as its NodeStatus says
+             */
             mode: string;
             /**
              * Name
              * @description from GetNodeInfo
              */
             name: string | null;
-            /** Node Id */
+            /**
+             * Node Id
+             * @description 1 to 127
+             */
             node_id: number;
             /**
              * Note
              * @description why it is not taken for a servo, or what is odd about it
              */
             note: string | null;
-            /** Online */
+            /**
+             * Online
+             * @description heard lately
+             */
             online: boolean;
-            /** Restarts */
+            /**
+             * Restarts
+             * @description how often it was seen to start again
+             */
             restarts: number;
-            /** Software Version */
+            /**
+             * Software Version
+             * @description from GetNodeInfo
+             */
             software_version: string | null;
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits; null: it is about none
+             */
             uid: string | null;
-            /** Uptime S */
+            /**
+             * Uptime S
+             * @description since it started, s
+             */
             uptime_s: number;
         };
         /** NodeIdValue */
@@ -5212,6 +6142,7 @@ export interface components {
         Parameter: {
             /**
              * Access
+             * @description read and write, read alone, or run by writing
              * @enum {string}
              */
             access: "rw" | "r" | "w";
@@ -5220,62 +6151,94 @@ export interface components {
              * @description Whether it does something when written and means nothing when read (0x10 to 0x12).
              */
             readonly action: boolean;
-            /** Address */
+            /**
+             * Address
+             * @description register, 0x00 to 0x5F
+             */
             address: number;
             /**
              * Advice
+             * @description what to know before touching an expert's row
              * @default
              */
             advice: string;
             /**
              * After Restart
+             * @description takes effect at the next start
              * @default false
              */
             after_restart: boolean;
             /**
              * Choices
+             * @description of a row of kind `choice`
              * @default []
              */
             choices: components["schemas"]["Choice"][];
-            /** Default */
+            /**
+             * Default
+             * @description raw, where all models have the same
+             */
             default?: number | null;
-            /** Description */
+            /**
+             * Description
+             * @description what it does
+             */
             description: string;
             /**
              * Dummy
+             * @description does nothing
              * @default false
              */
             dummy: boolean;
             /**
              * Expert
+             * @description folded away unless asked for
              * @default false
              */
             expert: boolean;
             /**
              * Forbidden
+             * @description never written nor read: the servo would need its maker
              * @default false
              */
             forbidden: boolean;
-            /** Group */
+            /**
+             * Group
+             * @description which chapter of its table it stands in
+             */
             group: string;
             /**
              * Identity
+             * @description says which servo it is: origin, servo id, node id (0x44 to 0x46)
              * @default false
              */
             identity: boolean;
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
             /**
              * Kind
+             * @description a number, a choice, a switch, or bits
              * @default number
              * @enum {string}
              */
             kind: "number" | "choice" | "switch" | "bits";
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
-            /** Maximum */
+            /**
+             * Maximum
+             * @description raw, where all models have the same
+             */
             maximum?: number | null;
-            /** Minimum */
+            /**
+             * Minimum
+             * @description raw, where all models have the same
+             */
             minimum?: number | null;
             /**
              * Name
@@ -5284,11 +6247,13 @@ export interface components {
             readonly name: string;
             /**
              * Per Unit
+             * @description raw steps of one unit
              * @default 1
              */
             per_unit: number;
             /**
              * Pwm Only
+             * @description only on models with PWM input
              * @default false
              */
             pwm_only: boolean;
@@ -5297,18 +6262,24 @@ export interface components {
              * @description Whether a ROM write keeps it: 0x20 to 0x4F (section 4.11).
              */
             readonly rom: boolean;
-            /** Section */
+            /**
+             * Section
+             * @description of the servo's document
+             */
             section: string;
             /**
              * Since
+             * @description first firmware that has it
              * @default 1.010
              */
             since: string;
             /**
              * Unit
+             * @description of its engineering value
              * @default
              */
             unit: string;
+            /** @description another unit, while another row reads a value */
             unit_when?: components["schemas"]["UnitWhen"] | null;
         };
         /**
@@ -5317,14 +6288,20 @@ export interface components {
          */
         ParameterMessage: {
             reading: components["schemas"]["Reading"];
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "parameter";
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits
+             */
             uid: string;
         };
         /**
@@ -5332,11 +6309,17 @@ export interface components {
          * @description Every row this model and firmware has.
          */
         Parameters: {
-            /** Parameters */
+            /**
+             * Parameters
+             * @description readings by key
+             */
             parameters: {
                 [key: string]: components["schemas"]["Reading"];
             };
-            /** Revision */
+            /**
+             * Revision
+             * @description changes with every value: what If-Match takes
+             */
             revision: string;
         };
         /** ParametersPatch */
@@ -5349,15 +6332,20 @@ export interface components {
             confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Dry Run
+             * @description check everything, tell what would be, send nothing that changes anything
              * @default false
              */
             dry_run: boolean;
             /**
              * Save
+             * @description then write ROM: the servo restarts, its horn may move, and everything is read back
              * @default false
              */
             save: boolean;
-            /** Values */
+            /**
+             * Values
+             * @description by key, in the units of the parameter manual
+             */
             values: {
                 /**
                  * Angle boost
@@ -5422,7 +6410,7 @@ export interface components {
                 pwm_neutral?: number;
                 /**
                  * Output at full pulse
-                 * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
+                 * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
                  */
                 pwm_output_range?: number;
                 /**
@@ -5539,7 +6527,10 @@ export interface components {
          * @description The outcome of a PATCH; with save, the job that saves.
          */
         ParametersPatched: {
-            /** Changes */
+            /**
+             * Changes
+             * @description row by row
+             */
             changes: components["schemas"]["Change"][];
             /**
              * Failure
@@ -5553,12 +6544,16 @@ export interface components {
             job?: string | null;
             /**
              * Outcome
+             * @description all of it, or none: rolled_back is as before
              * @enum {string}
              */
             outcome: "applied" | "rolled_back" | "planned";
             /** @description the same for programs: with its code and its facts */
             problem?: components["schemas"]["Problem"] | null;
-            /** Revision */
+            /**
+             * Revision
+             * @description changes with every value: what If-Match takes
+             */
             revision: string;
         };
         /**
@@ -5566,11 +6561,20 @@ export interface components {
          * @description A node heard asking for an id, and how far it has come.
          */
         PendingAllocation: {
-            /** Age S */
+            /**
+             * Age S
+             * @description since it was heard, s
+             */
             age_s: number;
-            /** Attempts */
+            /**
+             * Attempts
+             * @description how often it has begun to ask
+             */
             attempts: number;
-            /** Refusal */
+            /**
+             * Refusal
+             * @description why it gets none; null: it will
+             */
             refusal: string | null;
             /**
              * Stage
@@ -5582,7 +6586,10 @@ export interface components {
              * @description what is known of the unique id, in hex
              */
             uid_part: string;
-            /** Waiting S */
+            /**
+             * Waiting S
+             * @description since it was heard first, s
+             */
             waiting_s: number;
         };
         /**
@@ -5590,16 +6597,26 @@ export interface components {
          * @description A bundle that still takes in what happens.
          */
         PendingBundle: {
-            /** Marks */
+            /**
+             * Marks
+             * @description why it was written, and what happened meanwhile
+             */
             marks: components["schemas"]["BundleMark"][];
-            /** Ready In S */
+            /**
+             * Ready In S
+             * @description it is written then, s
+             */
             ready_in_s: number;
             /**
              * Reason
+             * @description why
              * @enum {string}
              */
             reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
-            /** Text */
+            /**
+             * Text
+             * @description in a sentence, for people
+             */
             text: string;
         };
         /**
@@ -5607,7 +6624,10 @@ export interface components {
          * @description The node id a node shall have.
          */
         Pin: {
-            /** Node Id */
+            /**
+             * Node Id
+             * @description on the bus, 1 to 127
+             */
             node_id: number;
         };
         /**
@@ -5615,7 +6635,10 @@ export interface components {
          * @description Force a unit, or (null) measure it.
          */
         PositionUnitPut: {
-            /** Unit */
+            /**
+             * Unit
+             * @description what position 1.0 means
+             */
             unit: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
         };
         /**
@@ -5636,6 +6659,7 @@ export interface components {
             state: "assumed" | "confirmed" | "forced" | "conflict";
             /**
              * Unit
+             * @description in force for what is broadcast
              * @enum {string}
              */
             unit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
@@ -5645,15 +6669,30 @@ export interface components {
          * @description application/problem+json: what went wrong, the code to branch on, and what to do.
          */
         Problem: {
-            /** Code */
+            /**
+             * Code
+             * @description what it is, for programs: it does not change
+             */
             code: string;
-            /** Detail */
+            /**
+             * Detail
+             * @description in a sentence
+             */
             detail: string;
-            /** Status */
+            /**
+             * Status
+             * @description of HTTP
+             */
             status: number;
-            /** Title */
+            /**
+             * Title
+             * @description the code as a phrase
+             */
             title: string;
-            /** Type */
+            /**
+             * Type
+             * @description a reference to the kind of problem
+             */
             type: string;
         } & {
             [key: string]: unknown;
@@ -5663,10 +6702,14 @@ export interface components {
          * @description A named set of values, in engineering units.
          */
         Profile: {
-            /** Created At */
+            /**
+             * Created At
+             * @description seconds since 1970 UTC
+             */
             created_at: number;
             /**
              * Description
+             * @description what it is for
              * @default
              */
             description: string;
@@ -5680,7 +6723,10 @@ export interface components {
              * @description model it was made for; null: any
              */
             model?: string | null;
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
             /**
              * Schema Revision
@@ -5694,9 +6740,15 @@ export interface components {
             units: {
                 [key: string]: string;
             };
-            /** Updated At */
+            /**
+             * Updated At
+             * @description seconds since 1970 UTC
+             */
             updated_at: number;
-            /** Values */
+            /**
+             * Values
+             * @description by key
+             */
             values: {
                 [key: string]: boolean | number | string | null;
             };
@@ -5706,10 +6758,14 @@ export interface components {
          * @description Servos to bring to a profile, one by one in this order.
          */
         ProfileApply: {
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
             /**
              * Dry Run
+             * @description check everything, tell what would be, send nothing that changes anything
              * @default false
              */
             dry_run: boolean;
@@ -5722,10 +6778,14 @@ export interface components {
             on_anomaly: "stop" | "continue";
             /**
              * Save
+             * @description then write ROM: the servo restarts, its horn may move, and everything is read back
              * @default false
              */
             save: boolean;
-            /** Uids */
+            /**
+             * Uids
+             * @description unique ids, 32 hex digits each
+             */
             uids: string[];
         };
         /**
@@ -5735,14 +6795,24 @@ export interface components {
         ProfilePut: {
             /**
              * Description
+             * @description what it is for
              * @default
              */
             description: string;
-            /** Firmware */
+            /**
+             * Firmware
+             * @description it was made for; any unless told
+             */
             firmware?: string | null;
-            /** From Snapshot */
+            /**
+             * From Snapshot
+             * @description id of the snapshot to take the values from
+             */
             from_snapshot?: number | null;
-            /** From Uid */
+            /**
+             * From Uid
+             * @description the servo to take the values from
+             */
             from_uid?: string | null;
             /**
              * Identity
@@ -5755,7 +6825,10 @@ export interface components {
              * @description rows to take; null: all but identity
              */
             keys?: string[] | null;
-            /** Model */
+            /**
+             * Model
+             * @description it was made for; any unless told
+             */
             model?: string | null;
             /**
              * Units
@@ -5764,7 +6837,10 @@ export interface components {
             units?: {
                 [key: string]: string;
             } | null;
-            /** Values */
+            /**
+             * Values
+             * @description by key, in the units of the parameter manual
+             */
             values?: {
                 [key: string]: boolean | number | string;
             } | null;
@@ -5808,7 +6884,7 @@ export interface components {
             confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
             /**
              * Output at full pulse
-             * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
              */
             value: number;
         };
@@ -5831,15 +6907,30 @@ export interface components {
          * @description One frame as it was on the bus; `problem` says why nothing could be made of it.
          */
         RawFrame: {
-            /** Can Id */
+            /**
+             * Can Id
+             * @description 8 hex digits
+             */
             can_id: string;
-            /** Data */
+            /**
+             * Data
+             * @description bytes, in hex
+             */
             data: string;
-            /** Problem */
+            /**
+             * Problem
+             * @description why nothing could be made of it; null: something could
+             */
             problem: string | null;
-            /** Sent */
+            /**
+             * Sent
+             * @description by this server
+             */
             sent: boolean;
-            /** Timestamp */
+            /**
+             * Timestamp
+             * @description seconds since 1970 UTC
+             */
             timestamp: number;
         };
         /**
@@ -5847,16 +6938,25 @@ export interface components {
          * @description One parameter as last read from RAM, beside what is known of ROM and what this model allows.
          */
         Reading: {
-            /** Address */
+            /**
+             * Address
+             * @description register
+             */
             address: number;
-            /** Age S */
+            /**
+             * Age S
+             * @description since it was read, s; null: never
+             */
             age_s: number | null;
             /**
              * At
              * @description when it was read, seconds since 1970 UTC
              */
             at: number | null;
-            /** Default */
+            /**
+             * Default
+             * @description of this model
+             */
             default: boolean | number | string | null;
             /**
              * Differs From Default
@@ -5868,11 +6968,20 @@ export interface components {
              * @description false: has no effect now; null: not known
              */
             in_effect: boolean | null;
-            /** Key */
+            /**
+             * Key
+             * @description name of the row, the same everywhere
+             */
             key: string;
-            /** Maximum */
+            /**
+             * Maximum
+             * @description of this model
+             */
             maximum: number | null;
-            /** Minimum */
+            /**
+             * Minimum
+             * @description of this model
+             */
             minimum: number | null;
             /**
              * Raw
@@ -5884,9 +6993,15 @@ export interface components {
              * @description value known to be in ROM; null when not known
              */
             rom: boolean | number | string | null;
-            /** Stale */
+            /**
+             * Stale
+             * @description too old, or of a servo that is silent: not for certain what it holds
+             */
             stale: boolean;
-            /** Unit */
+            /**
+             * Unit
+             * @description of its value
+             */
             unit: string;
             /**
              * Unsaved
@@ -5898,7 +7013,10 @@ export interface components {
              * @description engineering value or choice key; null for the dummy and while unknown
              */
             value: boolean | number | string | null;
-            /** Why Not */
+            /**
+             * Why Not
+             * @description why it has no effect now, in a sentence
+             */
             why_not: string | null;
         };
         /**
@@ -5911,10 +7029,17 @@ export interface components {
              * @description seconds a bundle holds before its first mark
              */
             before_s: number;
-            /** Bytes */
+            /**
+             * Bytes
+             * @description memory it takes
+             */
             bytes: number;
-            /** Frames */
+            /**
+             * Frames
+             * @description how many CAN frames
+             */
             frames: number;
+            /** @description a bundle that still takes in what happens; null: none */
             pending: components["schemas"]["PendingBundle"] | null;
             /**
              * Reach S
@@ -5932,7 +7057,10 @@ export interface components {
          * @description Which ids to free: those of nodes not seen for longer than this. When a node was seen is kept once a minute.
          */
         Recycle: {
-            /** Idle Longer Than S */
+            /**
+             * Idle Longer Than S
+             * @description not seen for longer than this, s
+             */
             idle_longer_than_s: number;
         };
         /**
@@ -5945,7 +7073,10 @@ export interface components {
              * @description ids that could be given to new nodes now
              */
             free: number;
-            /** Freed */
+            /**
+             * Freed
+             * @description rows that are no longer in the table, as they were
+             */
             freed: components["schemas"]["Allocation"][];
         };
         /**
@@ -5953,7 +7084,10 @@ export interface components {
          * @description What a factory reset would change.
          */
         ResetPreview: {
-            /** Changes */
+            /**
+             * Changes
+             * @description rows that would not stay as they are
+             */
             changes: components["schemas"]["Change"][];
             /**
              * Kept
@@ -5969,15 +7103,20 @@ export interface components {
          * @description Write back what a snapshot holds of RAM, or what was known of ROM then.
          */
         Restore: {
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("supply" | "temperature" | "torque_off_in_rom")[];
             /**
              * Dry Run
+             * @description check everything, tell what would be, send nothing that changes anything
              * @default false
              */
             dry_run: boolean;
             /**
              * Identity
+             * @description also origin, servo id and node id (0x44 to 0x46)
              * @default false
              */
             identity: boolean;
@@ -5988,11 +7127,13 @@ export interface components {
             keys?: string[] | null;
             /**
              * Save
+             * @description then write ROM: the servo restarts, its horn may move, and everything is read back
              * @default false
              */
             save: boolean;
             /**
              * Source
+             * @description what the snapshot holds of RAM, or what was known of ROM then
              * @default ram
              * @enum {string}
              */
@@ -6003,7 +7144,10 @@ export interface components {
          * @description The outcome of a restore, as of a PATCH, and the rows that were left out of it.
          */
         Restored: {
-            /** Changes */
+            /**
+             * Changes
+             * @description row by row
+             */
             changes: components["schemas"]["Change"][];
             /**
              * Failure
@@ -6015,16 +7159,23 @@ export interface components {
              * @description id of the save job, with save: true
              */
             job?: string | null;
-            /** Left Out */
+            /**
+             * Left Out
+             * @description rows that were not written
+             */
             left_out: components["schemas"]["LeftOut"][];
             /**
              * Outcome
+             * @description all of it, or none: rolled_back is as before
              * @enum {string}
              */
             outcome: "applied" | "rolled_back" | "planned";
             /** @description the same for programs: with its code and its facts */
             problem?: components["schemas"]["Problem"] | null;
-            /** Revision */
+            /**
+             * Revision
+             * @description changes with every value: what If-Match takes
+             */
             revision: string;
         };
         /** ReverseValue */
@@ -6046,11 +7197,20 @@ export interface components {
          * @description What one model allows in one row, raw.
          */
         RowRange: {
-            /** Default */
+            /**
+             * Default
+             * @description raw
+             */
             default: number | null;
-            /** Maximum */
+            /**
+             * Maximum
+             * @description raw
+             */
             maximum: number | null;
-            /** Minimum */
+            /**
+             * Minimum
+             * @description raw
+             */
             minimum: number | null;
         };
         /**
@@ -6058,35 +7218,86 @@ export interface components {
          * @description Runs side by side; `differences`: the parameters that are not the same in all of them, in their order.
          */
         RunOverlay: {
-            /** Differences */
+            /**
+             * Differences
+             * @description rows that are not the same in all runs, a value a run
+             */
             differences: {
                 [key: string]: (boolean | number | string | null)[];
             };
-            /** Runs */
+            /**
+             * Runs
+             * @description as asked for
+             */
             runs: components["schemas"]["StepRun"][];
+        };
+        /**
+         * Save
+         * @description What a save is asked for with.
+         */
+        Save: {
+            /**
+             * Confirm
+             * @description words of earlier needs_confirmation problems: do it all the same
+             * @default []
+             */
+            confirm: ("supply" | "temperature" | "torque_off_in_rom" | "turns" | "turn_count")[];
+            /**
+             * Torque On
+             * @description ROM is to have torque on, whatever RAM has: it is turned on right before the write. The horn is held where it stands until the servo restarts, and then does what the forecast says.
+             * @default false
+             */
+            torque_on: boolean;
         };
         /**
          * SchemaDocument
          * @description Every table: rows, models, firmware steps, fault bits, effect rules.
          */
         SchemaDocument: {
-            /** Effects */
+            /**
+             * Effects
+             * @description rows that have no effect while others stand in their way
+             */
             effects: components["schemas"]["EffectRule"][];
-            /** Faults */
+            /**
+             * Faults
+             * @description bits of the three fault registers
+             */
             faults: components["schemas"]["FaultBit"][];
-            /** Firmware */
+            /**
+             * Firmware
+             * @description versions the tables know
+             */
             firmware: string[];
-            /** Groups */
+            /**
+             * Groups
+             * @description chapters of the parameter list
+             */
             groups: components["schemas"]["Group"][];
-            /** Models */
+            /**
+             * Models
+             * @description each with its own ranges
+             */
             models: components["schemas"]["SchemaModel"][];
-            /** Overview */
+            /**
+             * Overview
+             * @description bits of the register that sums the others up
+             */
             overview: components["schemas"]["FaultBit"][];
-            /** Parameters */
+            /**
+             * Parameters
+             * @description every row
+             */
             parameters: components["schemas"]["Parameter"][];
-            /** Revision */
+            /**
+             * Revision
+             * @description changes when a table does
+             */
             revision: string;
-            /** Specification */
+            /**
+             * Specification
+             * @description the document the tables are made from
+             */
             specification: string;
         };
         /**
@@ -6094,21 +7305,42 @@ export interface components {
          * @description One servo model and its own numbers; `rows` has every row it offers at its newest firmware.
          */
         SchemaModel: {
-            /** Hardware Version */
+            /**
+             * Hardware Version
+             * @description as a servo of it says in GetNodeInfo
+             */
             hardware_version: number;
-            /** Model Number */
+            /**
+             * Model Number
+             * @description as a servo of it says
+             */
             model_number: number;
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
-            /** Pwm */
+            /**
+             * Pwm
+             * @description has an input for PWM
+             */
             pwm: boolean;
-            /** Rows */
+            /**
+             * Rows
+             * @description those it has at its newest firmware, by key
+             */
             rows: {
                 [key: string]: components["schemas"]["RowRange"];
             };
-            /** Series */
+            /**
+             * Series
+             * @description BLA15 or BLA21
+             */
             series: string;
-            /** Voltage Class */
+            /**
+             * Voltage Class
+             * @description what supply it is made for
+             */
             voltage_class: string;
         };
         ServerMessage: components["schemas"]["Hello"] | components["schemas"]["ServosMessage"] | components["schemas"]["TelemetryMessage"] | components["schemas"]["ParameterMessage"] | components["schemas"]["EventMessage"] | components["schemas"]["JobMessage"] | components["schemas"]["BusMessage"] | components["schemas"]["FramesMessage"] | components["schemas"]["LeaseMessage"] | components["schemas"]["StopStateMessage"] | components["schemas"]["ErrorMessage"];
@@ -6122,9 +7354,15 @@ export interface components {
              * @description age of angle_deg in seconds
              */
             age_s: number | null;
-            /** Angle Deg */
+            /**
+             * Angle Deg
+             * @description where the horn stands, °; + is clockwise
+             */
             angle_deg: number | null;
-            /** Bus */
+            /**
+             * Bus
+             * @description address of the bus it is on; null while it is offline
+             */
             bus: string | null;
             /**
              * Command Deg
@@ -6142,20 +7380,35 @@ export interface components {
              * @description as in the tables, e.g. "1.300"
              */
             firmware: string | null;
-            /** Hardware Version */
+            /**
+             * Hardware Version
+             * @description as GetNodeInfo gives it
+             */
             hardware_version: number | null;
-            /** Health */
+            /**
+             * Health
+             * @description as its NodeStatus says
+             */
             health: ("ok" | "warning" | "error" | "critical") | null;
-            /** Known Model */
+            /**
+             * Known Model
+             * @description the tables have it
+             */
             known_model: boolean;
             /**
              * Label
              * @description nickname, kept by the server
              */
             label: string;
-            /** Mode */
+            /**
+             * Mode
+             * @description as its NodeStatus says
+             */
             mode: string | null;
-            /** Model */
+            /**
+             * Model
+             * @description as `BLA21-06U-A0`; null: not known
+             */
             model: string | null;
             /**
              * Name
@@ -6167,7 +7420,10 @@ export interface components {
              * @description present node id 1..127; null while it has none
              */
             node_id: number | null;
-            /** Online */
+            /**
+             * Online
+             * @description heard lately
+             */
             online: boolean;
             position_unit: components["schemas"]["PositionUnitState"];
             /**
@@ -6175,14 +7431,20 @@ export interface components {
              * @description YYYY-MM-DDTHH:MM, time zone not stated by the servo
              */
             production_date: string | null;
-            /** Pwm */
+            /**
+             * Pwm
+             * @description has an input for PWM; null: not known
+             */
             pwm: boolean | null;
             /**
              * Serial
              * @description model number, dash, product number
              */
             serial: string | null;
-            /** Series */
+            /**
+             * Series
+             * @description BLA15 or BLA21; null: not known
+             */
             series: string | null;
             /**
              * Servo Id
@@ -6191,6 +7453,7 @@ export interface components {
             servo_id: number | null;
             /**
              * State
+             * @description what it is doing, as this server knows it
              * @enum {string}
              */
             state: "identifying" | "ready" | "soft_start" | "saving" | "restarting" | "updating" | "protected" | "offline";
@@ -6210,7 +7473,10 @@ export interface components {
              * @description keys whose RAM differs from what is known to be in ROM
              */
             unsaved: string[];
-            /** Uptime S */
+            /**
+             * Uptime S
+             * @description since it started, s
+             */
             uptime_s: number | null;
         };
         /** ServoIdValue */
@@ -6232,7 +7498,10 @@ export interface components {
          * @description The only thing about a servo that the server itself keeps.
          */
         ServoPatch: {
-            /** Label */
+            /**
+             * Label
+             * @description nickname
+             */
             label: string;
         };
         /**
@@ -6240,12 +7509,18 @@ export interface components {
          * @description Changed servos, whole.
          */
         ServosMessage: {
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
-            /** Servos */
+            /**
+             * Servos
+             * @description one by one
+             */
             servos: components["schemas"]["Servo"][];
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "servos";
@@ -6281,7 +7556,10 @@ export interface components {
          * @description What the bench shall do to a servo; what is not told stays. All or nothing.
          */
         SimChange: {
-            /** Answer Delay S */
+            /**
+             * Answer Delay S
+             * @description every answer comes so late, s
+             */
             answer_delay_s?: number | null;
             /**
              * Behaviour
@@ -6290,7 +7568,10 @@ export interface components {
             behaviour?: {
                 [key: string]: unknown;
             } | null;
-            /** Drop Responses Pct */
+            /**
+             * Drop Responses Pct
+             * @description share of answers that are lost, %
+             */
             drop_responses_pct?: number | null;
             /**
              * External Angle Deg
@@ -6304,15 +7585,30 @@ export interface components {
             faults?: {
                 [key: string]: boolean;
             } | null;
-            /** Load Inertia */
+            /**
+             * Load Inertia
+             * @description inertia on the horn, as a multiple of the servo's own as the horn feels it
+             */
             load_inertia?: number | null;
-            /** Load Pct */
+            /**
+             * Load Pct
+             * @description constant torque on the horn, % of the servo's greatest; + pushes clockwise
+             */
             load_pct?: number | null;
-            /** Mute */
+            /**
+             * Mute
+             * @description it answers nothing, and says nothing
+             */
             mute?: boolean | null;
-            /** Position Unit */
+            /**
+             * Position Unit
+             * @description what position 1.0 means in what it broadcasts
+             */
             position_unit?: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
-            /** Power */
+            /**
+             * Power
+             * @description of the servo
+             */
             power?: ("off" | "on") | null;
             /**
              * Pwm Us
@@ -6324,15 +7620,30 @@ export interface components {
              * @description parameters GetSet says no to from now on
              */
             refuse_keys?: string[] | null;
-            /** Restart Delay S */
+            /**
+             * Restart Delay S
+             * @description it stays away so long at a restart, s
+             */
             restart_delay_s?: number | null;
-            /** Sensor Error */
+            /**
+             * Sensor Error
+             * @description error of the sensors of temperature and supply, -1 to 1 of their ±5 °C and ±0.5 V
+             */
             sensor_error?: number | null;
-            /** Software Update */
+            /**
+             * Software Update
+             * @description it says that its software is being updated
+             */
             software_update?: boolean | null;
-            /** Temperature C */
+            /**
+             * Temperature C
+             * @description of the servo, °C
+             */
             temperature_c?: number | null;
-            /** Voltage V */
+            /**
+             * Voltage V
+             * @description of the supply, V
+             */
             voltage_v?: number | null;
         };
         /**
@@ -6345,7 +7656,10 @@ export interface components {
              * @description where the horn stands, clockwise from its notch, every turn counted
              */
             angle_deg: number;
-            /** Answer Delay S */
+            /**
+             * Answer Delay S
+             * @description every answer comes so late, s
+             */
             answer_delay_s: number;
             /**
              * Behaviour
@@ -6354,14 +7668,20 @@ export interface components {
             behaviour: {
                 [key: string]: boolean | string;
             };
-            /** Drop Responses Pct */
+            /**
+             * Drop Responses Pct
+             * @description share of answers that are lost, %
+             */
             drop_responses_pct: number;
             /**
              * Faults
              * @description keys of the bits that are set
              */
             faults: string[];
-            /** Firmware */
+            /**
+             * Firmware
+             * @description version, as `1.300`
+             */
             firmware: string;
             /**
              * Load Inertia
@@ -6373,9 +7693,15 @@ export interface components {
              * @description torque on the horn in % of stall torque, + pushes clockwise
              */
             load_pct: number;
-            /** Model */
+            /**
+             * Model
+             * @description as `BLA21-06U-A0`
+             */
             model: string;
-            /** Mute */
+            /**
+             * Mute
+             * @description it answers nothing, and says nothing
+             */
             mute: boolean;
             /**
              * Node Id
@@ -6390,11 +7716,13 @@ export interface components {
             output: "on" | "off" | "brake";
             /**
              * Position Unit
+             * @description what position 1.0 means in what it broadcasts
              * @enum {string}
              */
             position_unit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
             /**
              * Power
+             * @description of its supply
              * @enum {string}
              */
             power: "off" | "on";
@@ -6403,27 +7731,49 @@ export interface components {
              * @description pulse width at the PWM input; null without a signal
              */
             pwm_us: number | null;
-            /** Refuse Keys */
+            /**
+             * Refuse Keys
+             * @description rows it refuses to write
+             */
             refuse_keys: string[];
-            /** Restart Delay S */
+            /**
+             * Restart Delay S
+             * @description it stays away so long at a restart, s
+             */
             restart_delay_s: number;
             /**
              * Sensor Error
              * @description -1..1 of the ±5 °C and ±0.5 V of the sensors
              */
             sensor_error: number;
-            /** Serial */
+            /**
+             * Serial
+             * @description product number
+             */
             serial: number;
-            /** Servo Id */
+            /**
+             * Servo Id
+             * @description 0x45
+             */
             servo_id: number;
-            /** Soft Starting */
+            /**
+             * Soft Starting
+             * @description it goes slowly to where it was told at its start
+             */
             soft_starting: boolean;
-            /** Software Update */
+            /**
+             * Software Update
+             * @description it says that its software is being updated
+             */
             software_update: boolean;
-            /** Speed Rpm */
+            /**
+             * Speed Rpm
+             * @description of the horn; + is clockwise
+             */
             speed_rpm: number;
             /**
              * Stage
+             * @description what it is doing
              * @enum {string}
              */
             stage: "off" | "starting" | "running" | "saving";
@@ -6477,17 +7827,35 @@ export interface components {
              * @description seconds since 1970 UTC
              */
             at: number;
-            /** Automatic */
+            /**
+             * Automatic
+             * @description taken before a change, not asked for
+             */
             automatic: boolean;
-            /** By */
+            /**
+             * By
+             * @description who did it
+             */
             by: string;
-            /** Firmware */
+            /**
+             * Firmware
+             * @description version, as `1.300`
+             */
             firmware: string | null;
-            /** Id */
+            /**
+             * Id
+             * @description what to name it by in a path
+             */
             id: number;
-            /** Model */
+            /**
+             * Model
+             * @description as `BLA21-06U-A0`; null: not known
+             */
             model: string | null;
-            /** Reason */
+            /**
+             * Reason
+             * @description why
+             */
             reason: string;
             /**
              * Rom
@@ -6514,20 +7882,36 @@ export interface components {
          * @description One motion command of a `command` message.
          */
         SocketCommand: {
-            /** Confirm */
+            /**
+             * Confirm
+             * @description words that a refusal `needs_confirmation` named: do it all the same
+             */
             confirm?: ("turns" | "turn_count")[];
-            /** @default null */
+            /**
+             * @description last only while it is asked for again
+             * @default null
+             */
             hold: components["schemas"]["MotionHold"] | null;
-            /** @default null */
+            /**
+             * @description speed and acceleration to go there with; at once unless told
+             * @default null
+             */
             profile: components["schemas"]["MotionProfile"] | null;
             /**
              * Type
+             * @description what kind it is
              * @enum {string}
              */
             type: "angle" | "speed" | "torque";
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id, 32 hex digits
+             */
             uid: string;
-            /** Value */
+            /**
+             * Value
+             * @description °, rpm or %
+             */
             value: number;
         };
         /** SoftStartValue */
@@ -6654,39 +8038,61 @@ export interface components {
              * @description until the target is first reached
              */
             crossing_s: number | null;
-            /** Delay S */
+            /**
+             * Delay S
+             * @description until the horn begins to move, s
+             */
             delay_s: number | null;
             /**
              * Hunting
+             * @description how much it swings after settling
              * @enum {string}
              */
             hunting: "none" | "slight" | "hunting";
-            /** Hunting Hz */
+            /**
+             * Hunting Hz
+             * @description full swings a second after settling
+             */
             hunting_hz: number | null;
-            /** Hunting Rms Deg */
+            /**
+             * Hunting Rms Deg
+             * @description size of those swings, RMS, °
+             */
             hunting_rms_deg: number | null;
             /**
              * Overshoot Pct
              * @description beyond the target, in % of the step
              */
             overshoot_pct: number | null;
-            /** Peak Deg */
+            /**
+             * Peak Deg
+             * @description the farthest it went, °
+             */
             peak_deg: number | null;
-            /** Peak Speed Rpm */
+            /**
+             * Peak Speed Rpm
+             * @description the fastest it went, rpm
+             */
             peak_speed_rpm: number | null;
             /**
              * Rise S
              * @description from 10 % to 90 % of the step
              */
             rise_s: number | null;
-            /** Sample S */
+            /**
+             * Sample S
+             * @description between two samples: how exact all times are, s
+             */
             sample_s: number;
             /**
              * Settling S
              * @description until the angle stays within the band
              */
             settling_s: number | null;
-            /** Steady State Error Deg */
+            /**
+             * Steady State Error Deg
+             * @description from the target, once at rest, °
+             */
             steady_state_error_deg: number | null;
         };
         /**
@@ -6694,41 +8100,77 @@ export interface components {
          * @description A finished step test, with what it was measured under.
          */
         StepRun: {
-            /** Achieved Hz */
+            /**
+             * Achieved Hz
+             * @description samples a second
+             */
             achieved_hz: number;
             /**
              * At
              * @description seconds since 1970 UTC
              */
             at: number;
-            /** Band Deg */
+            /**
+             * Band Deg
+             * @description how near the target counts as there, °
+             */
             band_deg: number;
-            /** Firmware */
+            /**
+             * Firmware
+             * @description version, as `1.300`
+             */
             firmware: string | null;
-            /** Id */
+            /**
+             * Id
+             * @description what to name it by in a path
+             */
             id: number;
-            /** Model */
+            /**
+             * Model
+             * @description as `BLA21-06U-A0`; null: not known
+             */
             model: string | null;
-            /** Note */
+            /**
+             * Note
+             * @description what somebody wrote of it
+             */
             note: string;
-            /** Parameters */
+            /**
+             * Parameters
+             * @description all rows it was measured under, by key
+             */
             parameters: {
                 [key: string]: boolean | number | string | null;
             };
-            /** Step Deg */
+            /**
+             * Step Deg
+             * @description how far, °
+             */
             step_deg: number;
-            /** Steps */
+            /**
+             * Steps
+             * @description one by one, in their order
+             */
             steps: components["schemas"]["StepTrace"][];
-            /** Temperature C */
+            /**
+             * Temperature C
+             * @description of the servo then, °C
+             */
             temperature_c: number | null;
             /**
              * Uid
              * @description unique id, 32 lower-case hex digits
              */
             uid: string;
-            /** Voltage V */
+            /**
+             * Voltage V
+             * @description at the servo then, V
+             */
             voltage_v: number | null;
-            /** Warnings */
+            /**
+             * Warnings
+             * @description what is worth knowing, in sentences
+             */
             warnings: string[];
         };
         /**
@@ -6755,11 +8197,13 @@ export interface components {
             note: string;
             /**
              * Runs
+             * @description how often there and back
              * @default 1
              */
             runs: number;
             /**
              * Step Deg
+             * @description how far, °; the sign says which way
              * @default 5
              */
             step_deg: number;
@@ -6769,19 +8213,32 @@ export interface components {
          * @description One step: samples from the command on.
          */
         StepTrace: {
-            /** Angle Deg */
+            /**
+             * Angle Deg
+             * @description a sample each, °
+             */
             angle_deg: number[];
             /**
              * Direction
+             * @description to the target, or back
              * @enum {string}
              */
             direction: "there" | "back";
-            /** From Deg */
+            /**
+             * From Deg
+             * @description °
+             */
             from_deg: number;
             metrics: components["schemas"]["StepMetrics"];
-            /** T */
+            /**
+             * T
+             * @description of each sample, s from the command on
+             */
             t: number[];
-            /** To Deg */
+            /**
+             * To Deg
+             * @description °
+             */
             to_deg: number;
         };
         /**
@@ -6789,22 +8246,40 @@ export interface components {
          * @description The stop latch.
          */
         Stop: {
-            /** At */
+            /**
+             * At
+             * @description seconds since 1970 UTC
+             */
             at: number | null;
-            /** By */
+            /**
+             * By
+             * @description who did it
+             */
             by: string | null;
-            /** Latched */
+            /**
+             * Latched
+             * @description nothing moves until somebody clears it
+             */
             latched: boolean;
-            /** Mode */
+            /**
+             * Mode
+             * @description torque off, or the brake; null while nothing is stopped
+             */
             mode: ("off" | "brake") | null;
             /**
              * Nodes
              * @description nodes that broadcast an actuator's status and may be servos
              */
             nodes?: components["schemas"]["StopNode"][];
-            /** Reason */
+            /**
+             * Reason
+             * @description why
+             */
             reason: string | null;
-            /** Servos */
+            /**
+             * Servos
+             * @description one by one
+             */
             servos: components["schemas"]["StopServo"][];
         };
         /**
@@ -6814,22 +8289,25 @@ export interface components {
         StopMessage: {
             /**
              * By
+             * @description who did it, for people
              * @default page
              */
             by: string;
             /**
              * Mode
+             * @description torque off, or the brake
              * @default off
              * @enum {string}
              */
             mode: "off" | "brake";
             /**
              * Reason
+             * @description why, for people and the audit
              * @default
              */
             reason: string;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "stop";
@@ -6839,14 +8317,20 @@ export interface components {
          * @description How stop went on a node that may be a servo and has not been identified.
          */
         StopNode: {
-            /** Confirmed */
+            /**
+             * Confirmed
+             * @description it answered that it is so
+             */
             confirmed: boolean;
             /**
              * Ms
              * @description from the request to the node's answer
              */
             ms: number | null;
-            /** Node Id */
+            /**
+             * Node Id
+             * @description 1 to 127
+             */
             node_id: number;
         };
         /**
@@ -6856,6 +8340,7 @@ export interface components {
         StopRequest: {
             /**
              * Mode
+             * @description torque off, or the brake
              * @default off
              * @enum {string}
              */
@@ -6872,9 +8357,15 @@ export interface components {
          * @description How stop went on one servo.
          */
         StopServo: {
-            /** Confirmed */
+            /**
+             * Confirmed
+             * @description it answered that it is so
+             */
             confirmed: boolean;
-            /** Label */
+            /**
+             * Label
+             * @description for people
+             */
             label: string;
             /**
              * Ms
@@ -6892,11 +8383,14 @@ export interface components {
          * @description The stop latch changed, or another servo confirmed.
          */
         StopStateMessage: {
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             stop: components["schemas"]["Stop"];
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "stop";
@@ -6916,9 +8410,15 @@ export interface components {
              * @description why it ended; null while it runs
              */
             ended?: string | null;
-            /** Holder */
+            /**
+             * Holder
+             * @description who has motion control
+             */
             holder: string;
-            /** Id */
+            /**
+             * Id
+             * @description what to name it by in a path
+             */
             id: string;
             /**
              * Misses
@@ -6930,7 +8430,10 @@ export interface components {
              * @description a servo of it is on its way to where a profile takes it
              */
             moving: boolean;
-            /** Rate Hz */
+            /**
+             * Rate Hz
+             * @description bursts a second
+             */
             rate_hz: number;
             /**
              * Sent
@@ -6939,12 +8442,19 @@ export interface components {
             sent: number;
             /**
              * Type
+             * @description what its values are: °, rpm or %
              * @enum {string}
              */
             type: "angle" | "speed" | "torque";
-            /** Uids */
+            /**
+             * Uids
+             * @description servos that are commanded together
+             */
             uids: string[];
-            /** Worst Late Ms */
+            /**
+             * Worst Late Ms
+             * @description the latest a burst left after its time, ms
+             */
             worst_late_ms: number;
             /**
              * Worst Skew Ms
@@ -6957,18 +8467,30 @@ export interface components {
          * @description New values of a stream by uid, all or nothing; they leave with the next burst.
          */
         StreamMessage: {
-            /** Id */
+            /**
+             * Id
+             * @description of the stream
+             */
             id: string;
-            /** Lease */
+            /**
+             * Lease
+             * @description id of the lease
+             */
             lease: string;
-            /** @default null */
+            /**
+             * @description speed and acceleration to go there with; at once unless told
+             * @default null
+             */
             profile: components["schemas"]["MotionProfile"] | null;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "stream";
-            /** Values */
+            /**
+             * Values
+             * @description by uid: °, rpm or %
+             */
             values: {
                 [key: string]: number;
             };
@@ -6980,7 +8502,10 @@ export interface components {
         StreamValues: {
             /** @description go there at a limited speed, all in one time */
             profile?: components["schemas"]["MotionProfile"] | null;
-            /** Values */
+            /**
+             * Values
+             * @description by uid: °, rpm or %
+             */
             values: {
                 [key: string]: number;
             };
@@ -6990,17 +8515,24 @@ export interface components {
          * @description Start receiving topics, of all servos or of some. `frames` replaces the filter of topic `frames`.
          */
         Subscribe: {
-            /** @default null */
+            /**
+             * @description what of the bus to carry, for topic `frames`
+             * @default null
+             */
             frames: components["schemas"]["FrameFilter"] | null;
-            /** Topics */
+            /**
+             * Topics
+             * @description what to hear of
+             */
             topics: ("servos" | "telemetry" | "events" | "jobs" | "bus" | "frames")[];
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "subscribe";
             /**
              * Uids
+             * @description unique ids, 32 hex digits each
              * @default null
              */
             uids: string[] | null;
@@ -7010,7 +8542,10 @@ export interface components {
          * @description Asking the holder for motion control.
          */
         TakeOver: {
-            /** Holder */
+            /**
+             * Holder
+             * @description who asks, for people
+             */
             holder: string;
             /**
              * Patience S
@@ -7020,11 +8555,13 @@ export interface components {
             patience_s: number;
             /**
              * Reason
+             * @description why, for people and the audit
              * @default
              */
             reason: string;
             /**
              * Ttl S
+             * @description it lapses so long after its last renewal, s
              * @default 2
              */
             ttl_s: number;
@@ -7034,20 +8571,36 @@ export interface components {
          * @description How the asking went. `lease_id` is there once, for whoever asked, when it was granted.
          */
         TakeOverState: {
-            /** By */
+            /**
+             * By
+             * @description who did it
+             */
             by: string;
-            /** Expires In S */
+            /**
+             * Expires In S
+             * @description it is granted then unless it is refused, s
+             */
             expires_in_s: number;
             /** @description who is being asked */
             holder?: components["schemas"]["LeaseView"] | null;
-            /** Id */
+            /**
+             * Id
+             * @description what to name it by in a path
+             */
             id: string;
-            /** Lease Id */
+            /**
+             * Lease Id
+             * @description there once, for whoever asked, when it was granted
+             */
             lease_id?: string | null;
-            /** Reason */
+            /**
+             * Reason
+             * @description why
+             */
             reason: string;
             /**
              * State
+             * @description how it stands
              * @enum {string}
              */
             state: "waiting" | "granted" | "refused" | "withdrawn";
@@ -7062,11 +8615,17 @@ export interface components {
              * @description share of the bus all polling may take, 0..1
              */
             budget: number;
-            /** Channels */
+            /**
+             * Channels
+             * @description by key of the parameter
+             */
             channels: {
                 [key: string]: components["schemas"]["TelemetryChannel"];
             };
-            /** Wishes */
+            /**
+             * Wishes
+             * @description who wants what, and what they get
+             */
             wishes: components["schemas"]["TelemetryGrant"][];
         };
         /**
@@ -7110,14 +8669,20 @@ export interface components {
              * @description share of the bus this takes, 0..1
              */
             bus_share: number;
-            /** Channels */
+            /**
+             * Channels
+             * @description keys of parameters
+             */
             channels: string[];
             /**
              * Expires In S
              * @description null: stays until it is replaced
              */
             expires_in_s?: number | null;
-            /** Granted Hz */
+            /**
+             * Granted Hz
+             * @description what the budget of the bus leaves of it, 1/s
+             */
             granted_hz: number;
             /**
              * Note
@@ -7126,10 +8691,14 @@ export interface components {
             note?: string | null;
             /**
              * Owner
+             * @description who wants it
              * @default rest
              */
             owner: string;
-            /** Requested Hz */
+            /**
+             * Requested Hz
+             * @description what is wanted, 1/s
+             */
             requested_hz: number;
         };
         /**
@@ -7139,10 +8708,14 @@ export interface components {
         TelemetryMark: {
             /**
              * Kind
+             * @description what happened there
              * @enum {string}
              */
             kind: "wrap" | "inactive" | "gap" | "restart";
-            /** T */
+            /**
+             * T
+             * @description on the server's clock, s
+             */
             t: number;
         };
         /**
@@ -7150,23 +8723,33 @@ export interface components {
          * @description New samples of one servo.
          */
         TelemetryMessage: {
-            /** Channels */
+            /**
+             * Channels
+             * @description samples by key
+             */
             channels: {
                 [key: string]: components["schemas"]["Column"];
             };
             /**
              * Dropped
+             * @description samples that got lost because the reader was too slow
              * @default 0
              */
             dropped: number;
-            /** Seq */
+            /**
+             * Seq
+             * @description place in what this reader was sent; a gap is a loss
+             */
             seq: number;
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "telemetry";
-            /** Uid */
+            /**
+             * Uid
+             * @description unique id of the servo, 32 hex digits
+             */
             uid: string;
         };
         /**
@@ -7174,7 +8757,10 @@ export interface components {
          * @description Rows to poll, and how often.
          */
         TelemetryWish: {
-            /** Channels */
+            /**
+             * Channels
+             * @description keys of readable parameters
+             */
             channels: string[];
             /**
              * Owner
@@ -7182,7 +8768,10 @@ export interface components {
              * @default rest
              */
             owner: string;
-            /** Rate Hz */
+            /**
+             * Rate Hz
+             * @description how often, 1/s
+             */
             rate_hz: number;
             /**
              * Ttl S
@@ -7223,9 +8812,15 @@ export interface components {
          * @description Opens one WebSocket, as `?ticket=`, for who can set no header.
          */
         Ticket: {
-            /** Expires In S */
+            /**
+             * Expires In S
+             * @description it ends so soon unless it is renewed, s
+             */
             expires_in_s: number;
-            /** Ticket */
+            /**
+             * Ticket
+             * @description opens one socket, once
+             */
             ticket: string;
         };
         /** TimeoutActionValue */
@@ -7269,6 +8864,7 @@ export interface components {
             name: string;
             /**
              * Role
+             * @description what the token may do
              * @enum {string}
              */
             role: "view" | "operate" | "configure" | "admin";
@@ -7288,11 +8884,20 @@ export interface components {
              * @description seconds since 1970 UTC; kept about once a minute
              */
             last_used_at: number | null;
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
-            /** Role */
+            /**
+             * Role
+             * @description what it may do
+             */
             role: string;
-            /** Token */
+            /**
+             * Token
+             * @description the secret: shown here, and never again
+             */
             token: string;
         };
         /**
@@ -7310,9 +8915,15 @@ export interface components {
              * @description seconds since 1970 UTC; kept about once a minute
              */
             last_used_at: number | null;
-            /** Name */
+            /**
+             * Name
+             * @description what it is called
+             */
             name: string;
-            /** Role */
+            /**
+             * Role
+             * @description what it may do
+             */
             role: string;
         };
         /** TorqueLimitCcwValue */
@@ -7350,6 +8961,7 @@ export interface components {
         TorqueMode: {
             /**
              * Mode
+             * @description 0x20
              * @enum {string}
              */
             mode: "on" | "off" | "brake";
@@ -7374,13 +8986,25 @@ export interface components {
          * @description Another unit, in force while `parameter` reads `raw` (0x36 follows 0x37, section 4.30).
          */
         UnitWhen: {
-            /** Parameter */
+            /**
+             * Parameter
+             * @description the row that decides
+             */
             parameter: string;
-            /** Per Unit */
+            /**
+             * Per Unit
+             * @description raw steps of one such unit
+             */
             per_unit: number;
-            /** Raw */
+            /**
+             * Raw
+             * @description what that row reads then
+             */
             raw: number;
-            /** Unit */
+            /**
+             * Unit
+             * @description of its value
+             */
             unit: string;
         };
         /**
@@ -7388,10 +9012,13 @@ export interface components {
          * @description Stop receiving topics.
          */
         Unsubscribe: {
-            /** Topics */
+            /**
+             * Topics
+             * @description what to hear of
+             */
             topics: ("servos" | "telemetry" | "events" | "jobs" | "bus" | "frames")[];
             /**
-             * @description discriminator enum property added by openapi-typescript
+             * @description what kind it is (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "unsubscribe";
@@ -7469,6 +9096,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     recycle_allocations: {
@@ -7477,7 +9115,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -7537,6 +9178,17 @@ export interface operations {
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -7621,6 +9273,17 @@ export interface operations {
             /** @description `out_of_range`, `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -7716,15 +9379,29 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_audit: {
         parameters: {
             query?: {
+                /** @description at most so many, the newest first */
                 limit?: number;
                 /** @description only what was done to this servo */
                 uid?: string | null;
+                /** @description of a parameter, as in the parameter manual */
                 key?: string | null;
+                /** @description what was done, as in the rows of the audit */
                 action?: string | null;
                 /** @description seconds since 1970 UTC */
                 since?: number | null;
@@ -7773,6 +9450,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     download_audit: {
@@ -7780,7 +9468,9 @@ export interface operations {
             query?: {
                 /** @description only what was done to this servo */
                 uid?: string | null;
+                /** @description of a parameter, as in the parameter manual */
                 key?: string | null;
+                /** @description what was done, as in the rows of the audit */
                 action?: string | null;
                 /** @description seconds since 1970 UTC */
                 since?: number | null;
@@ -7829,6 +9519,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_bus: {
@@ -7861,6 +9562,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -7936,6 +9648,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `bus_open_failed` */
             502: {
                 headers: {
@@ -8001,6 +9724,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_adapters: {
@@ -8033,6 +9767,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -8111,11 +9856,23 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     examine_bus: {
         parameters: {
             query?: {
+                /** @description also what was looked at and found well */
                 all?: boolean;
             };
             header?: never;
@@ -8160,6 +9917,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_log: {
@@ -8198,13 +9966,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     start_log: {
         parameters: {
             query?: never;
             header?: {
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -8279,6 +10061,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `log_failed`, `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -8344,6 +10137,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_logs: {
@@ -8376,6 +10180,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -8435,6 +10250,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -8525,6 +10351,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `log_failed` */
             500: {
                 headers: {
@@ -8542,7 +10379,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -8644,6 +10484,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -8691,7 +10542,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -8793,6 +10647,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -8858,6 +10723,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     compare: {
@@ -8915,6 +10791,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -8985,6 +10872,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_health: {
@@ -9017,6 +10915,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -9077,6 +10986,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     download_inventory: {
@@ -9125,6 +11045,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -9184,6 +11115,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -9280,6 +11222,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     label_known_servo: {
@@ -9364,12 +11317,25 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_jobs: {
         parameters: {
             query?: {
+                /** @description which kind; all unless told */
                 kind?: string | null;
+                /** @description which state; all unless told */
                 state?: ("queued" | "running" | "succeeded" | "failed" | "cancelled") | null;
                 /** @description jobs of this servo, and those with a step about it */
                 uid?: string | null;
@@ -9416,6 +11382,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_job: {
@@ -9423,6 +11400,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a job */
                 job_id: string;
             };
             cookie?: never;
@@ -9474,6 +11452,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     cancel_job: {
@@ -9481,6 +11470,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a job */
                 job_id: string;
             };
             cookie?: never;
@@ -9550,6 +11540,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_report: {
@@ -9560,6 +11561,7 @@ export interface operations {
             };
             header?: never;
             path: {
+                /** @description of a job */
                 job_id: string;
             };
             cookie?: never;
@@ -9614,6 +11616,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     resume_job: {
@@ -9625,10 +11638,14 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
+                /** @description of a job */
                 job_id: string;
             };
             cookie?: never;
@@ -9725,6 +11742,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -9781,13 +11809,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     take_lease: {
         parameters: {
             query?: never;
             header?: {
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -9862,6 +11904,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -9877,7 +11930,10 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -9952,6 +12008,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -9968,6 +12035,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a request for motion control */
                 request_id: string;
             };
             cookie?: never;
@@ -10019,6 +12087,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     withdraw_lease_request: {
@@ -10026,6 +12105,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a request for motion control */
                 request_id: string;
             };
             cookie?: never;
@@ -10095,6 +12175,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     refuse_lease_request: {
@@ -10103,10 +12194,14 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
+                /** @description of a request for motion control */
                 request_id: string;
             };
             cookie?: never;
@@ -10192,6 +12287,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -10208,6 +12314,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a lease */
                 lease_id: string;
             };
             cookie?: never;
@@ -10277,6 +12384,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     release_lease: {
@@ -10284,6 +12402,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a lease */
                 lease_id: string;
             };
             cookie?: never;
@@ -10353,6 +12472,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_nodes: {
@@ -10385,6 +12515,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -10448,6 +12589,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -10544,6 +12696,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `bus_disconnected` */
             503: {
                 headers: {
@@ -10585,6 +12748,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -10644,6 +12818,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -10746,6 +12931,17 @@ export interface operations {
             /** @description `out_of_range`, `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -10857,6 +13053,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     apply_profile: {
@@ -10868,7 +13075,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -10964,6 +13174,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -10987,6 +13208,7 @@ export interface operations {
     export_profile: {
         parameters: {
             query?: {
+                /** @description of the file */
                 format?: "toml" | "json";
             };
             header?: never;
@@ -11038,6 +13260,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -11132,6 +13365,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recorder: {
@@ -11164,6 +13408,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -11208,6 +13463,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     write_bundle: {
@@ -11217,7 +13483,10 @@ export interface operations {
                 wait?: boolean;
             };
             header?: {
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -11301,6 +13570,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `log_failed`, `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -11363,6 +13643,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -11435,6 +13726,17 @@ export interface operations {
             /** @description `invalid_value`, `out_of_range` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -11525,6 +13827,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `log_failed` */
             500: {
                 headers: {
@@ -11593,6 +13906,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `log_failed` */
             500: {
                 headers: {
@@ -11607,7 +13931,9 @@ export interface operations {
     list_runs: {
         parameters: {
             query?: {
+                /** @description unique id, 32 hex digits */
                 uid?: string | null;
+                /** @description at most so many, the newest first */
                 limit?: number;
             };
             header?: never;
@@ -11646,6 +13972,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -11711,6 +14048,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_run: {
@@ -11764,6 +14112,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -11845,6 +14204,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_run_csv: {
@@ -11904,6 +14274,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_schema: {
@@ -11942,14 +14323,29 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_servos: {
         parameters: {
             query?: {
+                /** @description on the bus, 1 to 127 */
                 node_id?: number | null;
+                /** @description 0x45, 1 to 254; 0 is one that was never set */
                 servo_id?: number | null;
+                /** @description nickname */
                 label?: string | null;
+                /** @description as printed on the servo, such as `61-466861` */
                 serial?: string | null;
             };
             header?: never;
@@ -11988,6 +14384,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -12047,6 +14454,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -12137,11 +14555,23 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_cautions: {
         parameters: {
             query: {
+                /** @description what kind it is */
                 type: "angle" | "speed" | "torque";
                 /** @description degrees, rpm or % */
                 value: number;
@@ -12209,6 +14639,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -12244,7 +14685,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12349,6 +14793,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -12393,8 +14848,12 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
+                /** @description the `revision` last read: refused as `stale_revision` when somebody has written since */
                 "If-Match"?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12508,6 +14967,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed`, `interrupted` */
             500: {
                 headers: {
@@ -12603,6 +15073,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     accept_drift: {
@@ -12690,6 +15171,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     restore_drift: {
@@ -12698,7 +15190,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12812,6 +15307,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed`, `interrupted` */
             500: {
                 headers: {
@@ -12919,6 +15425,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `bus_disconnected` */
             503: {
                 headers: {
@@ -12948,7 +15465,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -13053,6 +15573,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -13139,6 +15670,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     acknowledge_faults: {
@@ -13150,7 +15692,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -13224,6 +15769,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed`, `interrupted` */
             500: {
                 headers: {
@@ -13244,7 +15800,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -13320,6 +15879,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed`, `interrupted` */
             500: {
                 headers: {
@@ -13340,7 +15910,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -13450,6 +16023,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -13548,6 +16132,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -13583,6 +16178,7 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
+                /** @description the `revision` last read: refused as `stale_revision` when somebody has written since */
                 "If-Match"?: string | null;
             };
             path: {
@@ -13696,6 +16292,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -13794,6 +16401,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -13938,6 +16556,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -14036,6 +16665,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -14180,6 +16820,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -14278,6 +16929,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -14422,6 +17084,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -14520,6 +17193,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -14664,6 +17348,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -14762,6 +17457,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -14906,6 +17612,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -15004,6 +17721,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15148,6 +17876,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -15246,6 +17985,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15390,6 +18140,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -15488,6 +18249,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15632,6 +18404,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -15730,6 +18513,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -15874,6 +18668,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -15978,6 +18783,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -16067,6 +18883,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -16168,6 +18995,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -16257,6 +19095,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -16358,6 +19207,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -16447,6 +19307,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -16591,6 +19462,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -16695,6 +19577,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -16784,6 +19677,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -16885,6 +19789,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -16974,6 +19889,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17075,6 +20001,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -17164,6 +20101,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17265,6 +20213,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -17354,6 +20313,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17498,6 +20468,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -17596,6 +20577,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17740,6 +20732,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -17838,6 +20841,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -17982,6 +20996,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -18086,6 +21111,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -18175,6 +21211,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18276,6 +21323,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -18365,6 +21423,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18466,6 +21535,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -18561,6 +21641,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -18650,6 +21741,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -18794,6 +21896,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -18892,6 +22005,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19036,6 +22160,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -19134,6 +22269,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19278,6 +22424,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -19376,6 +22533,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19520,6 +22688,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -19618,6 +22797,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -19762,6 +22952,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -19860,6 +23061,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20004,6 +23216,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -20102,6 +23325,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20246,6 +23480,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -20344,6 +23589,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20488,6 +23744,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -20586,6 +23853,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20730,6 +24008,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -20828,6 +24117,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -20972,6 +24272,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -21070,6 +24381,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21214,6 +24536,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -21312,6 +24645,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21456,6 +24800,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -21554,6 +24909,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21698,6 +25064,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -21796,6 +25173,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -21940,6 +25328,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -22038,6 +25437,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22182,6 +25592,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -22280,6 +25701,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22424,6 +25856,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -22522,6 +25965,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22666,6 +26120,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -22764,6 +26229,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -22908,6 +26384,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -23006,6 +26493,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23150,6 +26648,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -23248,6 +26757,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23392,6 +26912,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -23490,6 +27021,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23634,6 +27176,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -23732,6 +27285,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -23876,6 +27440,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -23974,6 +27549,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24118,6 +27704,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -24216,6 +27813,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24360,6 +27968,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed` */
             500: {
                 headers: {
@@ -24449,6 +28068,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24548,6 +28178,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     restart_servo: {
@@ -24559,7 +28200,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24660,6 +28304,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -24694,6 +28349,8 @@ export interface operations {
             query?: {
                 /** @description RAM is saved first; false: ROM as it is */
                 save?: boolean;
+                /** @description the save is to be with `torque_on` */
+                torque_on?: boolean;
             };
             header?: never;
             path: {
@@ -24749,6 +28406,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `bus_disconnected` */
             503: {
                 headers: {
@@ -24778,7 +28446,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24787,7 +28458,11 @@ export interface operations {
             };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["Save"] | null;
+            };
+        };
         responses: {
             /** @description the finished job */
             200: {
@@ -24834,7 +28509,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `busy`, `lease_held` */
+            /** @description `busy`, `lease_held`, `needs_confirmation`, `configuration_lost`, `bus_read_only` */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -24873,6 +28548,17 @@ export interface operations {
             /** @description `stopped` */
             423: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -24965,6 +28651,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     take_snapshot: {
@@ -24973,7 +28670,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25054,6 +28754,17 @@ export interface operations {
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -25157,6 +28868,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     drop_snapshot: {
@@ -25237,6 +28959,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     restore_snapshot: {
@@ -25245,8 +28978,12 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
+                /** @description the `revision` last read: refused as `stale_revision` when somebody has written since */
                 "If-Match"?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25362,6 +29099,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `store_failed`, `interrupted` */
             500: {
                 headers: {
@@ -25409,7 +29157,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25523,6 +29274,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -25603,6 +29365,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -25699,6 +29472,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     export_telemetry_csv: {
@@ -25757,6 +29541,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -25827,6 +29622,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `not_available` */
             501: {
                 headers: {
@@ -25844,7 +29650,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25949,6 +29758,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -26008,6 +29828,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -26086,6 +29917,8 @@ export interface operations {
             /** @description `too_many_attempts` */
             429: {
                 headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -26131,6 +29964,17 @@ export interface operations {
             /** @description `unsupported_media_type` */
             415: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -26184,13 +30028,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     add_sim_servo: {
         parameters: {
             query?: never;
             header?: {
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -26265,6 +30123,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -26327,6 +30196,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -26402,6 +30282,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -26498,6 +30389,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_stop: {
@@ -26530,6 +30432,17 @@ export interface operations {
             /** @description `forbidden_origin` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -26676,6 +30589,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_streams: {
@@ -26714,6 +30638,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     begin_stream: {
@@ -26722,7 +30657,10 @@ export interface operations {
             header?: {
                 /** @description id of a live lease */
                 Lease?: string | null;
-                /** @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least. */
+                /**
+                 * @description Sent again with the same key it is done once, and answered as at first. Kept for 24 h at least.
+                 * @example rig-7-run-2031
+                 */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -26824,6 +30762,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `interrupted`, `store_failed` */
             500: {
                 headers: {
@@ -26867,6 +30816,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a stream */
                 stream_id: string;
             };
             cookie?: never;
@@ -26918,6 +30868,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     put_stream_values: {
@@ -26928,6 +30889,7 @@ export interface operations {
                 Lease?: string | null;
             };
             path: {
+                /** @description of a stream */
                 stream_id: string;
             };
             cookie?: never;
@@ -27028,6 +30990,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `refused_by_servo` */
             502: {
                 headers: {
@@ -27062,6 +31035,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description of a stream */
                 stream_id: string;
             };
             cookie?: never;
@@ -27131,6 +31105,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     make_ticket: {
@@ -27187,6 +31172,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_tokens: {
@@ -27219,6 +31215,17 @@ export interface operations {
             /** @description `forbidden_origin`, `forbidden_role` */
             403: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {
@@ -27303,6 +31310,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     revoke_token: {
@@ -27310,6 +31328,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
+                /** @description what it is called */
                 name: string;
             };
             cookie?: never;
@@ -27371,6 +31390,17 @@ export interface operations {
             /** @description `invalid_value` */
             422: {
                 headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `too_many_attempts` */
+            429: {
+                headers: {
+                    /** @description ask again after so long, s */
+                    "Retry-After"?: number;
                     [name: string]: unknown;
                 };
                 content: {

@@ -12,6 +12,14 @@ export function willBe(sheet: Sheet, key: string) {
   return draft?.verdict.ok ? draft.verdict.value : sheet.held(key);
 }
 
+const NO_TORQUE: readonly unknown[] = ["off", "brake"];
+
+/** Whether a save of it takes torque away at every start: ROM is not known to have none already. */
+export function loosesTorque(sheet: Sheet): boolean {
+  const rom = sheet.reading("torque_mode").value?.rom;
+  return NO_TORQUE.includes(willBe(sheet, "torque_mode")) && !NO_TORQUE.includes(rom);
+}
+
 interface Props {
   sheet: Sheet;
   keys: readonly string[];

@@ -30,6 +30,11 @@ export function withUnit(digits: string, unit: string): string {
   return unit === "°" ? digits + unit : digits + NARROW + unit;
 }
 
+/** A sentence of the tables, whose numbers never stand on another line than their units. */
+export function unbroken(sentence: string): string {
+  return sentence.replace(/(?<=\d) (?=(?:°C|V|A|ms|s|rpm|Hz|%)(?![\w%]))/g, NARROW);
+}
+
 /** "+12.4°", or a dash with its degree sign while unknown. */
 export function angle(value: number | null | undefined): string {
   return value === null || value === undefined ? `${NONE}°` : withUnit(signed(value, 1), "°");
@@ -86,6 +91,8 @@ interface Shape {
   perUnit: number;
   kind: string;
   choices: readonly { key: string; label: string }[];
+  /** The sign says which way round, so it stands before what is above zero, too. */
+  sided?: boolean;
 }
 
 /** A value of a row as bare text, without its unit. */
@@ -98,6 +105,7 @@ export function bare(value: Value | undefined, shape: Shape): string {
 
 /** A value of a row with its unit. */
 export function full(value: Value | undefined, shape: Shape): string {
-  const plain = bare(value, shape);
-  return typeof value === "number" ? withUnit(plain, shape.unit) : plain;
+  if (typeof value !== "number") return bare(value, shape);
+  const show = shape.sided ? signed : number;
+  return withUnit(show(value, decimalsOf(shape.perUnit)), shape.unit);
 }

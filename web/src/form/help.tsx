@@ -4,7 +4,7 @@ import { catalog } from "../state/catalog";
 import { now } from "../state/clock";
 import type { KnownReading } from "../state/parameters";
 import { editing } from "../text/topics";
-import { age, full } from "./format";
+import { age, full, unbroken } from "./format";
 import type { spanOf } from "./row-state";
 
 const said = editing.help;
@@ -25,10 +25,10 @@ export function Help({ row, span, reading }: Props) {
   ].filter(Boolean);
   return (
     <div role="cell" class="p-help" id={`help-${row.key}`}>
-      <p>{row.description}</p>
+      <p>{unbroken(row.description)}</p>
       {extra.map(line => (
         <p key={line} class="second">
-          {line}
+          {unbroken(line)}
         </p>
       ))}
       <dl class="small">

@@ -1,6 +1,6 @@
 /** What people type as numbers, and what a row answers. */
 import { describe, expect, test } from "vitest";
-import { angle, decimalsOf, MINUS, NARROW, number, signed, withUnit } from "./format";
+import { angle, decimalsOf, MINUS, NARROW, number, signed, unbroken, withUnit } from "./format";
 import { check, checkValue, nearest, parseNumber, type Span, unfinished } from "./number";
 
 const percent: Span = { unit: "%", perUnit: 1, minimum: 0, maximum: 100 };
@@ -106,6 +106,9 @@ describe("format", () => {
     expect(angle(null)).toBe("–°");
     expect(withUnit("7.4", "V")).toBe("7.4\u202fV");
     expect(withUnit("3", "")).toBe("3");
+    expect(unbroken("±5 °C after 300 ms, 2 servos, 3 seconds")).toBe(
+      "±5\u202f°C after 300\u202fms, 2 servos, 3 seconds",
+    );
   });
 
   test("decimals follow the register's step", () => {

@@ -130,7 +130,7 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         <Message
           {...{ row, span, draft, outcome, view, onRetry }}
           onUse={value => {
-            stage({ text: full(value, { ...span, unit: "" }), verdict: { ok: true, value } });
+            stage({ text: bare(value, span), verdict: { ok: true, value } });
             commit();
           }}
         />

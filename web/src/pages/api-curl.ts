@@ -31,7 +31,7 @@ export function asCurl(sent: Sent, origin: string): string {
 }
 
 /** A lease of this page is nobody else's. */
-function withoutLease(body: unknown): unknown {
+export function withoutLease(body: unknown): unknown {
   if (typeof body !== "object" || body === null || Array.isArray(body)) return body;
   return Object.fromEntries(Object.entries(body).filter(([key]) => key !== "lease" && key !== "lease_id"));
 }

@@ -12,15 +12,7 @@ const TOKEN = '-H "Authorization: Bearer $HORNBILL_TOKEN"';
 export function beginning(origin: string): { curl: string; python: string } {
   return {
     curl: `export HORNBILL_URL=${origin}`,
-    python: [
-      "import os",
-      "import httpx",
-      "",
-      `url = os.environ.get("HORNBILL_URL", "${origin}")`,
-      'token = os.environ.get("HORNBILL_TOKEN")',
-      'headers = {"Authorization": f"Bearer {token}"} if token else {}',
-      'rig = httpx.Client(base_url=url + "/api/v1", headers=headers)',
-    ].join("\n"),
+    python: `from hornbill.client import Hornbill\n\nrig = Hornbill("${origin}")`,
   };
 }
 
@@ -31,13 +23,21 @@ export function examples(uid: string): Example[] {
   const at = (path: string) => `"$HORNBILL_URL/api/v1${path}"`;
   const json = " \\\n  -H 'Content-Type: application/json' -d '{\"value\": 60.0}'";
   return [
-    { key: "list", curl: curl(at("/servos")), python: 'servos = rig.get("/servos").json()' },
-    { key: "read", curl: curl(at(row)), python: `row = rig.get("${row}").json()\nprint(row["value"])` },
+    {
+      key: "list",
+      curl: curl(at("/servos")),
+      python: "servos = rig.servos()\nprint([one.title for one in servos])",
+    },
+    {
+      key: "read",
+      curl: curl(at(row)),
+      python: `servo = rig.find(uid="${uid}")\nprint(servo.read("angle_limit_cw"))`,
+    },
     {
       key: "write",
       curl: curl(`-X PUT ${at(row)}`) + json,
-      python: `rig.put("${row}", json={"value": 60.0}).raise_for_status()`,
+      python: `servo = rig.find(uid="${uid}")\nservo.write("angle_limit_cw", 60.0)`,
     },
-    { key: "stop", curl: curl(`-X POST ${at("/stop")}`), python: 'rig.post("/stop").raise_for_status()' },
+    { key: "stop", curl: curl(`-X POST ${at("/stop")}`), python: "rig.stop()" },
   ];
 }

@@ -1,11 +1,13 @@
 /** Owns what this page did last, on the API page: each request, what came of it, and how to send it from a shell. */
 import { useSignal } from "@preact/signals";
+import { ROOT } from "../api/root";
 import { lastSent, type Sent } from "../api/sent";
 import { clock, withUnit } from "../form/format";
 import { api as words } from "../text/topics";
 import { Copy } from "../ui/copy";
 import { Segments } from "../ui/segments";
 import { asCurl } from "./api-curl";
+import { asPython } from "./api-python";
 
 const said = words.sent;
 
@@ -68,12 +70,18 @@ function Line({ one }: { one: Sent }) {
         {one.status === null ? "…" : one.status === 0 ? said.noAnswer : one.status}
         {one.took_ms !== null && <small>{withUnit(String(Math.round(one.took_ms)), "ms")}</small>}
       </td>
-      <td class="right">
+      <td class="right a-copies">
         <Copy
           what={asCurl(one, location.origin)}
           words={{ copy: said.curl, copied: said.copied }}
           label={said.curlOf(action)}
           testid="api-copy"
+        />
+        <Copy
+          what={asPython(one, location.origin + ROOT)}
+          words={{ copy: said.python, copied: said.copied }}
+          label={said.pythonOf(action)}
+          testid="api-copy-python"
         />
       </td>
     </tr>

@@ -3,12 +3,14 @@ import { signal, useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
 import { API, ask } from "../api/client";
+import { ROOT } from "../api/root";
 import { all, nameOf } from "../state/fleet";
 import { version } from "../state/link";
 import { has, openApi, readOpenApi } from "../state/open-api";
 import { lastUid } from "../state/route";
 import { api as words } from "../text/topics";
 import { Copy } from "../ui/copy";
+import { Guides } from "../ui/guide";
 import { Scroll } from "../ui/scroll";
 import { Segments } from "../ui/segments";
 import { beginning, examples } from "./api-examples";
@@ -29,6 +31,7 @@ export function ApiPage() {
           <div>
             <Part title={words.first.title}>
               <First />
+              <Guides places={["rigs", "move", "socket", "contents"]} />
             </Part>
             <Part title={words.sent.title}>
               <LastSent />
@@ -82,7 +85,13 @@ function First() {
   return (
     <dl class="a-facts">
       <Fact name={said.address} value={`${origin}${API}`} />
-      <Fact name={said.document} value={`${origin}${API}/openapi.json`} link hint={said.documentHint} />
+      <Fact
+        name={said.document}
+        value={`${origin}${API}/openapi.json`}
+        link="api-document"
+        hint={said.documentHint}
+      />
+      <Fact name={said.docs} value={`${origin}${ROOT}/docs/`} link="api-docs" hint={said.docsHint} />
       <Fact
         name={said.socket}
         value={`${protocol === "https:" ? "wss" : "ws"}://${host}${API}/ws`}
@@ -104,13 +113,13 @@ function First() {
   );
 }
 
-function Fact({ name, value, hint, link }: { name: string; value: string; hint?: string; link?: boolean }) {
+function Fact({ name, value, hint, link }: { name: string; value: string; hint?: string; link?: string }) {
   return (
     <div>
       <dt>{name}</dt>
       <dd>
         {link ? (
-          <a class="link mono" href={value} target="_blank" rel="noreferrer" data-testid="api-document">
+          <a class="link mono" href={value} target="_blank" rel="noreferrer" data-testid={link}>
             {value}
           </a>
         ) : (
@@ -133,7 +142,7 @@ function Examples() {
   const servos = all.value;
   const one = servos.find(servo => servo.uid === lastUid.value) ?? servos[0];
   const said = words.examples;
-  const start = beginning(location.origin)[form.value];
+  const start = beginning(location.origin + ROOT)[form.value];
   return (
     <>
       <div class="a-search">

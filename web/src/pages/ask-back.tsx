@@ -3,8 +3,8 @@ import { type Signal, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Problem } from "../api/client";
 import type { SafetyWord } from "../api/config-types";
-import { withUnit } from "../form/format";
-import { labelOf, valueText } from "../form/row-text";
+import { dangerOf } from "../form/danger";
+import type { Agreed, AskBack } from "../state/apply";
 import { toConfirm } from "../state/records";
 import { text } from "../text";
 import { editing } from "../text/topics";
@@ -18,11 +18,11 @@ const said = editing.confirm;
 /** A question that waits for its answer. */
 export interface Question {
   problem: Problem;
-  answer: (word: SafetyWord | null) => void;
+  answer: (word: Agreed | null) => void;
 }
 
 /** Puts a question where `AskBack` looks for it, and waits. */
-export function asking(open: Signal<Question | null>): (problem: Problem) => Promise<SafetyWord | null> {
+export function asking(open: Signal<Question | null>): AskBack {
   return problem =>
     new Promise(resolve => {
       open.value = {
@@ -35,19 +35,6 @@ export function asking(open: Signal<Question | null>): (problem: Problem) => Pro
     });
 }
 
-/** What could happen, from the facts of the refusal; the server's own sentence where they do not say. */
-export function dangerOf(problem: Problem): string {
-  const { key, requested, reading, margin, unit, confirm } = problem.facts;
-  if (typeof key !== "string" || typeof requested !== "number") return problem.message;
-  const row = labelOf(key);
-  const wanted = valueText(key, requested);
-  if (typeof reading !== "number") return said.unknown(row, wanted);
-  const seen = withUnit(String(reading), String(unit));
-  const about = withUnit(String(margin), String(unit));
-  if (confirm === "supply") return said.supply(row, wanted, seen, about);
-  return confirm === "temperature" ? said.temperature(row, wanted, seen, about) : problem.message;
-}
-
 interface Props {
   name: string;
   count: number;
@@ -56,14 +43,16 @@ interface Props {
 
 export function AskBackDialog({ name, count, question }: Props) {
   const agreed = useSignal<readonly SafetyWord[]>([]);
+  const free = useSignal(false);
   const word = toConfirm(question.problem);
+  const saves = word === "torque_off_in_rom";
   const { answer } = question;
   // A page that is left answers no.
   useEffect(() => () => answer(null), [question]);
   return (
     <Dialog
       title={said.title(name)}
-      subtitle={said.lead}
+      subtitle={saves ? said.notSaved : said.lead}
       testid="ask-back"
       onClose={() => answer(null)}
       foot={
@@ -72,14 +61,25 @@ export function AskBackDialog({ name, count, question }: Props) {
             <Button onClick={() => answer(null)}>{text.cancel}</Button>
           </span>
           <Button
-            look="primary"
+            look={saves ? "plain" : "primary"}
             live
             testid="ask-back-go"
             disabled={word === null || !agreed.value.includes(word)}
             onClick={() => answer(word)}
           >
-            {said.go(count)}
+            {saves ? said.goSave : said.go(count)}
           </Button>
+          {saves && (
+            <Button
+              look="primary"
+              live
+              testid="ask-back-torque"
+              disabled={!free.value}
+              onClick={() => answer("torque_on")}
+            >
+              {said.goTorque}
+            </Button>
+          )}
         </>
       }
     >
@@ -87,6 +87,19 @@ export function AskBackDialog({ name, count, question }: Props) {
         <Glyph kind="warning" size={18} />
         <span>{dangerOf(question.problem)}</span>
       </p>
+      {saves && (
+        <label class="tick">
+          <input
+            type="checkbox"
+            data-testid="ask-back-free"
+            checked={free.value}
+            onChange={event => {
+              free.value = event.currentTarget.checked;
+            }}
+          />
+          {said.free}
+        </label>
+      )}
       {word !== null && <ConfirmTicks needed={[word]} agreed={agreed} sentences={said.ticks} />}
     </Dialog>
   );

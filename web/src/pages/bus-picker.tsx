@@ -14,6 +14,7 @@ import { text } from "../text";
 import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
+import { Guides } from "../ui/guide";
 import { Spinner } from "../ui/icon";
 import { Remedy } from "./bus-remedy";
 
@@ -21,6 +22,7 @@ const said = words.connectDialog;
 
 /** Stands for the address typed by hand. */
 const OTHER = "";
+const DEMO = "memory:";
 const USUAL_BITRATE = 1_000_000;
 const ASK_MS = 2000;
 /** Opening has a deadline of its own on the server. */
@@ -62,7 +64,7 @@ export function usePicker(): Picker {
 
 /** Simulated servos in the server itself: always there, and never what somebody plugged in. */
 export function isDemo(one: Adapter): boolean {
-  return one.address.startsWith("memory:");
+  return one.address.startsWith(DEMO);
 }
 
 /** What is plugged in first, the demo last. */
@@ -156,6 +158,7 @@ export function PickerCards({ picker }: { picker: Picker }) {
               </li>
             ))}
           </ul>
+          <Guides places={["adapters"]} />
         </div>
       )}
       <div role="radiogroup" aria-label={said.adapters} class="adapters" data-testid="adapters">
@@ -167,6 +170,7 @@ export function PickerCards({ picker }: { picker: Picker }) {
       <p class="small dim" data-testid="adapters-looked">
         {list === null ? said.looking : said.looked(age(Math.max(0, now.value - picker.lookedAt.value), 0))}
       </p>
+      <SwitchesOff picker={picker} />
       {refused && (
         <div class="refused" role="alert" data-testid="connect-refused">
           <p class="refusal">
@@ -176,6 +180,19 @@ export function PickerCards({ picker }: { picker: Picker }) {
         </div>
       )}
     </div>
+  );
+}
+
+/** One bus at a time: what becomes of the simulated servos is said before they are left. */
+function SwitchesOff({ picker }: { picker: Picker }) {
+  const here = bus.value;
+  const wish = picker.wish.value;
+  if (!here?.address?.startsWith(DEMO) || here.state === "disconnected") return null;
+  if (wish === null || wish.address.startsWith(DEMO)) return null;
+  return (
+    <p class="switches-off" role="status" data-testid="switches-off">
+      <Glyph kind="notice" size={14} /> {said.switchesOff}
+    </p>
   );
 }
 

@@ -11,6 +11,7 @@ import { text } from "../text";
 import { commission as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
+import { Guides } from "../ui/guide";
 import { Scroll } from "../ui/scroll";
 import { Actions, Question } from "./commission-parts";
 import { EmptyServos, Reconnect } from "./empty-servos";
@@ -45,6 +46,7 @@ export function FindStep() {
     <>
       <Question title={none ? said.none : said.title}>
         <p>{none ? said.noneLead : said.lead(found.length)}</p>
+        {none && others.length > 0 && <Guides places={["commission"]} />}
       </Question>
       <Scroll label={said.table} testid="find-step">
         {left && <Unfinished job={left} />}

@@ -8,6 +8,7 @@ import { pending, replaceAll } from "../state/fleet";
 import { text } from "../text";
 import { Button } from "../ui/button";
 import { Dial } from "../ui/dial";
+import { Guides } from "../ui/guide";
 
 export function EmptyServos({ loading }: { loading: boolean }) {
   const state = bus.value;
@@ -49,6 +50,7 @@ export function EmptyServos({ loading }: { loading: boolean }) {
         ) : (
           <Connect />
         )}
+        <Guides places={connected.value ? ["tutorial", "recover"] : ["tutorial", "adapters"]} />
       </div>
     </section>
   );

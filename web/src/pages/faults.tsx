@@ -1,6 +1,6 @@
 /** Owns the Faults page: what is wrong with every servo now, what was, what it means, and that somebody has seen it. */
 import { useEffect } from "preact/hooks";
-import { clock, date } from "../form/format";
+import { clock, date, unbroken } from "../form/format";
 import type { Kind } from "../state/condition";
 import {
   acknowledge,
@@ -13,11 +13,12 @@ import {
   unseen,
 } from "../state/faults";
 import { all, type KnownServo, loaded, nameOf, servo } from "../state/fleet";
-import { connection } from "../state/link";
+import { connection, up } from "../state/link";
 import { go, pathOf } from "../state/route";
 import { faults as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
+import { Guides } from "../ui/guide";
 import { follow } from "../ui/rail";
 import { Scroll } from "../ui/scroll";
 import "../style/faults.css";
@@ -122,6 +123,7 @@ function Empty({ known }: { known: number }) {
       <p>{words.emptyText}</p>
       <p class="second">{words.emptyLive(known, readServos.value)}</p>
       <Button onClick={() => go(pathOf("servos", null))}>{words.toServos}</Button>
+      <Guides places={["faults"]} />
     </div>
   );
 }
@@ -168,6 +170,7 @@ function FaultLine({ one }: { one: Line }) {
       data-uid={one.uid}
       data-level={one.level}
       data-active={one.active}
+      data-stale={unknown(one)}
       data-unseen={open}
     >
       <span class="fault-glyph">
@@ -179,7 +182,7 @@ function FaultLine({ one }: { one: Line }) {
           {one.label}
           <Chips one={one} />
         </h3>
-        <p>{one.advice}</p>
+        <p>{unbroken(one.advice)}</p>
       </div>
       <a class="fault-servo" href={path} title={words.open(name)} onClick={event => follow(event, path)}>
         <span>{name}</span>
@@ -215,12 +218,17 @@ function FaultLine({ one }: { one: Line }) {
   );
 }
 
+/** It was so when it was last told, and nobody knows whether it still is: the servo is silent, or hornbill is. */
+function unknown(one: Line): boolean {
+  return one.stale || (one.active && !up.value);
+}
+
 function Chips({ one }: { one: Line }) {
   return (
     <>
       {one.latched && <Chip why={words.latchedWhy}>{words.latched}</Chip>}
       {one.past_event && present(one) && <Chip why={words.pastEventWhy}>{words.pastEvent}</Chip>}
-      {one.stale && <Chip why={words.staleWhy}>{words.stale}</Chip>}
+      {unknown(one) && <Chip why={words.staleWhy}>{words.stale}</Chip>}
       {!present(one) && <span class="fault-over">{words.over}</span>}
     </>
   );

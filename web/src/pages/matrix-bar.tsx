@@ -21,7 +21,8 @@ export function MatrixBar({ uids, onReview, onSave }: Props) {
   const ramOnly = unsaved.reduce((sum, one) => sum + one.unsaved.length, 0);
   const savable = unsaved.filter(one => one.online).length;
   if (count + bad + ramOnly === 0) return null;
-  const label = said.label(count, values.size);
+  const nothing = count + bad === 0;
+  const label = nothing ? said.ramOnly(ramOnly) : said.label(count, values.size);
   return (
     <section class="save-bar" data-testid="matrix-bar" aria-label={label}>
       <div class="said">
@@ -30,14 +31,14 @@ export function MatrixBar({ uids, onReview, onSave }: Props) {
           {bad > 0 && <span class="k-failure plain">, {said.wrong(bad)}</span>}
         </p>
         <p class="second small">
-          {ramOnly > 0 && `${said.ramOnly(ramOnly)}. `}
+          {nothing ? said.ramLine : ramOnly > 0 && `${said.ramOnly(ramOnly)}. `}
           {bad > 0 && said.never}
         </p>
       </div>
       <Button
         look="plain"
         testid="matrix-discard"
-        disabled={count + bad === 0}
+        disabled={nothing}
         onClick={() => {
           for (const uid of uids) {
             const sheet = sheetOf(uid);

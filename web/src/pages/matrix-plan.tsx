@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { BatchOutcome, SafetyWord } from "../api/config-types";
-import { willBe } from "../form/change-list";
+import { loosesTorque, willBe } from "../form/change-list";
 import { mayMove, predict, sideEffect } from "../form/prediction";
 import { nameOf, peekServo, servo } from "../state/fleet";
 import { asProblem, changed, endOfSave, stagedOn, startSave, writeMatrix } from "../state/matrix";
@@ -73,6 +73,9 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
     const word = one.problem ? toConfirm(asProblem(one.problem)) : null;
     return word !== null && agreed.value.includes(word);
   });
+  // The server asks before a save that takes torque away at every start; here it is known beforehand.
+  const looses = save.value && able.some(uid => loosesTorque(sheetOf(uid)));
+  const needed: readonly SafetyWord[] = looses ? [...asked.value, "torque_off_in_rom"] : asked.value;
   const forecasts = able.map(uid => ({ uid, prediction: predict(key => willBe(sheetOf(uid), key)) }));
   const moves = save.value && forecasts.some(one => mayMove(one.prediction));
 
@@ -112,7 +115,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
     Promise.all(
       able.map(async uid => {
         try {
-          await follow(uid, await startSave(uid), 0);
+          await follow(uid, await startSave(uid, agreed.peek()), 0);
         } catch (error) {
           const why = text.problem(problemOf(error));
           put(uid, { state: "failure", text: said.notSavedOnly(why) });
@@ -171,7 +174,12 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
                 look="primary"
                 live
                 testid="plan-go"
-                disabled={busy || n === 0 || (moves && !free.value)}
+                disabled={
+                  busy ||
+                  n === 0 ||
+                  (moves && !free.value) ||
+                  (looses && !agreed.value.includes("torque_off_in_rom"))
+                }
                 onClick={() => void act()}
               >
                 {saveOnly ? said.goSaveOnly(n) : save.value ? said.goSave(n) : said.go(n)}
@@ -197,7 +205,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
           {plan.value.map(one => (
             <PlannedServo key={one.uid} one={one} />
           ))}
-          <ConfirmTicks needed={asked.value} agreed={agreed} sentences={editing.confirm.ticks} />
+          <ConfirmTicks needed={needed} agreed={agreed} sentences={editing.confirm.ticks} />
           {!saveOnly && phase.value !== "asking" && (
             <label class="tick">
               <input

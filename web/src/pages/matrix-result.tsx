@@ -1,28 +1,19 @@
 /** Owns one servo in the dialog of a batch: what is planned for it, and what became of it. */
 import type { BatchOutcome } from "../api/config-types";
+import { whyRefused } from "../form/danger";
 import { addressOf, labelOf, valueText } from "../form/row-text";
 import { nameOf, servo } from "../state/fleet";
 import { asProblem, changed } from "../state/matrix";
 import { sheetOf } from "../state/parameters";
-import { toConfirm } from "../state/records";
-import { text } from "../text";
 import { matrix } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
-import { dangerOf } from "./ask-back";
 
 const said = matrix.plan;
 
 export interface Result {
   state: "working" | "ok" | "failure";
   text: string;
-}
-
-/** Why a servo is left out, in the page's words. */
-function whyNot(one: BatchOutcome): string {
-  if (!one.problem) return "";
-  const problem = asProblem(one.problem);
-  return toConfirm(problem) === null ? text.problem(problem) : dangerOf(problem);
 }
 
 export function PlannedServo({ one }: { one: BatchOutcome }) {
@@ -35,7 +26,7 @@ export function PlannedServo({ one }: { one: BatchOutcome }) {
       </h3>
       {one.problem && (
         <p class="refusal">
-          <Glyph kind="failure" size={14} /> {said.rejected(whyNot(one))}
+          <Glyph kind="failure" size={14} /> {said.rejected(whyRefused(asProblem(one.problem)))}
         </p>
       )}
       {!one.problem && changes.length === 0 && <p class="second">{said.nothing}</p>}
@@ -78,7 +69,7 @@ export function ResultLine({ uid, result, plan }: LineProps) {
   const shown: Result =
     result ??
     (left
-      ? { state: "failure", text: said.rejected(whyNot(left)) }
+      ? { state: "failure", text: said.rejected(left.problem ? whyRefused(asProblem(left.problem)) : "") }
       : { state: "working", text: said.working });
   return (
     <li data-testid={`result-${uid}`} data-state={shown.state}>

@@ -4,8 +4,9 @@ import type { ComponentChildren } from "preact";
 import { angle } from "../form/format";
 import { now } from "../state/clock";
 import { lease, stopped } from "../state/desk";
-import { angleOf, type KnownServo, nameOf } from "../state/fleet";
+import { angleOf, type KnownServo, nameOf, peekServo } from "../state/fleet";
 import { limitsOf } from "../state/here";
+import { those } from "../state/let-go";
 import { enableMotion, holder, motion, refusal } from "../state/motion";
 import { text } from "../text";
 import { Button } from "../ui/button";
@@ -35,6 +36,9 @@ export function MotionGate({ one, children }: Props) {
   const others = present.phase === "waiting" || heldByOther() > 0;
   const why = against ? null : (refusal.value ?? (present.phase === "off" ? present.why : null));
   const { value: at, age } = angleOf(one, now.value);
+  const off = those("off")
+    .map(each => nameOf(peekServo(each)))
+    .join(", ");
   const stale = isStale(one, age);
   const limits = limitsOf(one.uid);
   const outside = at !== null && limits !== null && (at > limits.cw + 0.05 || at < limits.ccw - 0.05);
@@ -51,6 +55,11 @@ export function MotionGate({ one, children }: Props) {
         {why !== null && (
           <p class="refusal" role="alert" data-testid="motion-refusal">
             <Glyph kind="failure" size={14} /> {why}
+          </p>
+        )}
+        {present.phase === "off" && off !== "" && (
+          <p class="second" role="status" data-testid="torque-is-off">
+            {text.motion.letGoOff(off)}
           </p>
         )}
         {against !== null && (

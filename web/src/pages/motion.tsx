@@ -2,6 +2,7 @@
 import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
 import { loaded, nameOf, peekServo, servo } from "../state/fleet";
+import { forgetAnswered } from "../state/let-go";
 import { connection } from "../state/link";
 import { endMotion, membersOf, motion } from "../state/motion";
 import { sheetOf } from "../state/parameters";
@@ -27,6 +28,7 @@ export function MotionPage({ uid }: { uid: string }) {
     if (round > 0) void sheet.load();
   }, [uid, round, ready]);
   useEffect(() => {
+    forgetAnswered();
     if (motion.peek().phase === "off") motion.value = { phase: "off", why: null };
     return () => endMotion(null);
   }, [uid]);

@@ -2,9 +2,11 @@
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Profile, SafetyWord } from "../api/config-types";
-import type { Change, Job } from "../api/types";
+import type { Change, Job, ProblemBody } from "../api/types";
+import { whyRefused } from "../form/danger";
 import { all, nameOf, servo } from "../state/fleet";
 import { ended, jobs, setJob, settled } from "../state/jobs";
+import { asProblem } from "../state/matrix";
 import { text } from "../text";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
@@ -23,7 +25,7 @@ interface Applied {
   changes: Change[];
   left_out: { key: string; why: string }[];
   saved: boolean;
-  problem: { detail: string; code: string; confirm?: SafetyWord } | null;
+  problem: (ProblemBody & { confirm?: SafetyWord }) | null;
 }
 
 const appliedOf = (job: Job | null): Applied[] =>
@@ -161,7 +163,8 @@ export function ApplyDialog({ one, uids = [], onClose }: Props) {
         .filter(each => each.problem !== null)
         .map(each => (
           <p key={each.uid} class="refusal" role="alert">
-            <Glyph kind="failure" size={14} /> {nameOf(servo(each.uid))}: {each.problem?.detail}
+            <Glyph kind="failure" size={14} /> {nameOf(servo(each.uid))}:{" "}
+            {each.problem && whyRefused(asProblem(each.problem))}
           </p>
         ))}
       <ConfirmTicks needed={words_} agreed={agreed} sentences={words.write.confirm} />

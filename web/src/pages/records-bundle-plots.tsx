@@ -1,5 +1,5 @@
 /** Owns the plots of an open bundle: channels of a chosen servo over the time from the first mark. */
-import { useSignal } from "@preact/signals";
+import { effect, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import "uplot/dist/uPlot.min.css";
 import type { BundleContent } from "../api/lab-types";
@@ -7,9 +7,12 @@ import { decimalsOf, number, withUnit } from "../form/format";
 import { samples } from "../plots/trace";
 import { type Curve, TracePlot } from "../plots/trace-plot";
 import { type Line, type Panel, panelsOf, USUAL } from "../state/bundle";
+import type { Scrub } from "../state/scrub";
 import { recorder as words } from "../text/topics";
+import { ScrubBar } from "../ui/scrub-bar";
 import { labelOf, relative, rowOf } from "./records-bundle-words";
 import { Choice } from "./records-parts";
+import { ReplayView } from "./view-replay";
 
 const said = words.bundle;
 /** Of this many channels a plot is drawn before anybody chooses. */
@@ -20,24 +23,32 @@ interface ChannelsProps {
   line: Line;
   uid: string;
   title: string;
-  onServo: (uid: string) => void;
+  scrub: Scrub;
 }
 
-export function Channels({ content, line, uid, title, onServo }: ChannelsProps) {
+export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   const panels = useMemo(() => panelsOf(content.telemetry, uid), [content, uid]);
-  const drawn = useSignal<ReadonlySet<string>>(
-    new Set(
-      panels
-        .map(one => one.key)
-        .filter(key => USUAL.includes(key))
-        .slice(0, DRAWN),
-    ),
-  );
+  // Of another servo the usual ones are drawn again; its 3D view stays as it is.
+  const picked = useSignal<{ uid: string; keys: ReadonlySet<string> } | null>(null);
+  const chosen = picked.value?.uid === uid ? picked.value.keys : usualOf(panels);
   const toggle = (key: string) => {
-    const next = new Set(drawn.peek());
-    if (!next.delete(key)) next.add(key);
-    drawn.value = next;
+    const keys = new Set(chosen);
+    if (!keys.delete(key)) keys.add(key);
+    picked.value = { uid, keys };
   };
+  // Every row that was read meanwhile is a channel, too; after somebody looked at Parameters that is all of them.
+  const rest = panels.filter(panel => !isUsual(panel));
+  const pick = (panel: Panel) => (
+    <label key={panel.key} class="rec-pick">
+      <input
+        type="checkbox"
+        data-testid={`channel-${panel.key}`}
+        checked={chosen.has(panel.key)}
+        onChange={() => toggle(panel.key)}
+      />
+      {labelOf(panel.key)}
+    </label>
+  );
   return (
     <section class="rec-channels" aria-label={said.channels}>
       <div class="r-bar">
@@ -46,34 +57,41 @@ export function Channels({ content, line, uid, title, onServo }: ChannelsProps) 
           testid="bundle-servo"
           value={uid}
           options={content.about.servos.map(one => ({ key: one.uid, label: one.title }))}
-          onChoose={onServo}
+          onChoose={other => {
+            scrub.front.value = other;
+          }}
         />
         <div class="rec-picks" role="group" aria-label={said.channels}>
-          {panels.map(panel => (
-            <label key={panel.key} class="rec-pick">
-              <input
-                type="checkbox"
-                data-testid={`channel-${panel.key}`}
-                checked={drawn.value.has(panel.key)}
-                onChange={() => toggle(panel.key)}
-              />
-              {labelOf(panel.key)}
-            </label>
-          ))}
+          {panels.filter(isUsual).map(pick)}
+          {rest.length > 0 && (
+            <details class="rec-more" open={rest.length === panels.length} data-testid="bundle-more">
+              <summary>{said.moreChannels(rest.length)}</summary>
+              <div class="rec-picks">{rest.map(pick)}</div>
+            </details>
+          )}
         </div>
       </div>
-      {panels.length === 0 ? (
-        <p class="w-line second">{said.noTelemetry}</p>
-      ) : (
-        <p class="w-line second small">{said.channelsLine}</p>
-      )}
-      {panels
-        .filter(panel => drawn.value.has(panel.key))
-        .map(panel => (
-          <ChannelPlot key={panel.key} panel={panel} content={content} line={line} title={title} />
-        ))}
+      <div class="rec-split">
+        <div class="rec-plots">
+          <p class="w-line second small">{panels.length === 0 ? said.noTelemetry : said.channelsLine}</p>
+          {panels
+            .filter(panel => chosen.has(panel.key))
+            .map(panel => (
+              <ChannelPlot key={`${uid}/${panel.key}`} {...{ panel, content, line, title, scrub }} />
+            ))}
+        </div>
+        <ReplayView scrub={scrub} />
+      </div>
+      <ScrubBar scrub={scrub} />
     </section>
   );
+}
+
+const isUsual = (panel: Panel) => USUAL.includes(panel.key);
+
+function usualOf(panels: readonly Panel[]): Set<string> {
+  const usual = panels.filter(isUsual).map(one => one.key);
+  return new Set(usual.slice(0, DRAWN));
 }
 
 interface PlotProps {
@@ -81,9 +99,10 @@ interface PlotProps {
   content: BundleContent;
   line: Line;
   title: string;
+  scrub: Scrub;
 }
 
-function ChannelPlot({ panel, content, line, title }: PlotProps) {
+function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
   const box = useRef<HTMLDivElement>(null);
   const readout = useRef<HTMLSpanElement>(null);
   const row = rowOf(panel.key);
@@ -133,8 +152,12 @@ function ChannelPlot({ panel, content, line, title }: PlotProps) {
       to: line.to,
       least: (row?.per_unit ?? 1) >= 10 ? 2 : 10,
     });
-    return () => plot.destroy();
-  }, [panel, content, line, unit, decimals]);
+    const follow = effect(() => plot.head(scrub.at.value));
+    return () => {
+      follow();
+      plot.destroy();
+    };
+  }, [panel, content, line, unit, decimals, scrub]);
   const label = panel.key === "current_angle" && panel.command ? said.angle : labelOf(panel.key);
   return (
     <figure class="rec-plot">

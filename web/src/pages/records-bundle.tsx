@@ -9,6 +9,7 @@ import { firstServo, type Line, lineOf, ticksOf } from "../state/bundle";
 import { channelOf } from "../state/bus-now";
 import { Asked } from "../state/records";
 import { go, pathOf } from "../state/route";
+import { scrubOf } from "../state/scrub";
 import { recorder as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
@@ -76,10 +77,10 @@ export function BundleView({ name }: { name: string }) {
 function Content({ content }: { content: BundleContent }) {
   const about = content.about;
   const line = useMemo(() => lineOf(about), [about]);
-  const chosen = useSignal<string | null>(firstServo(content));
+  const scrub = useMemo(() => scrubOf(content, line, firstServo(content)), [content, line]);
   const title = (uid: string | null | undefined) =>
     uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : said.everybody;
-  const uid = chosen.value;
+  const uid = scrub.front.value;
   return (
     <>
       <section class="rec-about" aria-label={said.title(words.why[about.reason] ?? about.reason)}>
@@ -122,18 +123,7 @@ function Content({ content }: { content: BundleContent }) {
           ))}
         </ol>
       </section>
-      {uid !== null && (
-        <Channels
-          key={uid}
-          content={content}
-          line={line}
-          uid={uid}
-          title={title(uid)}
-          onServo={other => {
-            chosen.value = other;
-          }}
-        />
-      )}
+      {uid !== "" && <Channels content={content} line={line} uid={uid} title={title(uid)} scrub={scrub} />}
       <Events content={content} line={line} title={title} />
       <Writes content={content} line={line} title={title} />
     </>

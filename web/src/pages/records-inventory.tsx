@@ -4,6 +4,7 @@ import { API, ask } from "../api/client";
 import type { KnownServo } from "../api/config-types";
 import { NONE } from "../form/format";
 import { openDrift } from "../state/drift";
+import { servo } from "../state/fleet";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { pathOf } from "../state/route";
@@ -69,7 +70,7 @@ export function Inventory() {
                     <td class="right">{one.servo_id ?? NONE}</td>
                     <td>
                       {one.last_seen === null ? words.inventory.never : instant(one.last_seen)}
-                      <small>{one.online ? words.on : words.off}</small>
+                      <small>{servo(one.uid)?.online === true ? words.on : words.off}</small>
                     </td>
                     <td class="right">{one.snapshots}</td>
                     <td>

@@ -4,6 +4,7 @@ import { clock, date } from "../form/format";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
+import { Guides, type Place } from "../ui/guide";
 
 /** "14:02:31" of today, "2026-03-01 14:02:31" of another day. */
 export function instant(utc: number): string {
@@ -24,11 +25,18 @@ export function Unread({ why, onAgain }: { why: string | null; onAgain: () => vo
   );
 }
 
-export function Empty({ title, children }: { title: string; children: ComponentChildren }) {
+interface EmptyProps {
+  title: string;
+  guides?: readonly Place[];
+  children: ComponentChildren;
+}
+
+export function Empty({ title, guides, children }: EmptyProps) {
   return (
     <div class="w-empty">
       <p class="strong">{title}</p>
       <p class="second">{children}</p>
+      {guides && <Guides places={guides} />}
     </div>
   );
 }

@@ -61,7 +61,11 @@ export function Profiles() {
         <Unread why={list.problem.value} onAgain={load} />
         <Done note={note.value} />
         {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
-        {found?.length === 0 && <Empty title={said.empty}>{said.emptyLine}</Empty>}
+        {found?.length === 0 && (
+          <Empty title={said.empty} guides={["profiles"]}>
+            {said.emptyLine}
+          </Empty>
+        )}
         <ul>
           {found?.map(one => (
             <li key={one.name} class="r-profile" data-testid={`profile-${one.name}`}>

@@ -51,7 +51,11 @@ function Bundles() {
       <Done note={note.value} />
       <Unread why={list.problem.value} onAgain={() => void load()} />
       {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
-      {found?.length === 0 && <Empty title={words.empty}>{words.emptyLine}</Empty>}
+      {found?.length === 0 && (
+        <Empty title={words.empty} guides={["record"]}>
+          {words.emptyLine}
+        </Empty>
+      )}
       {found !== null && found.length > 0 && (
         <ul data-testid="bundles">
           {found.map(one => (

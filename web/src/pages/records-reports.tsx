@@ -10,6 +10,7 @@ import { jobs, setJob } from "../state/jobs";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { go, pathOf } from "../state/route";
+import { plain } from "../text/plain";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
@@ -49,7 +50,11 @@ export function Reports() {
     <Scroll label={words.reportsTab} testid="reports">
       <Unread why={list.problem.value} onAgain={load} />
       {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
-      {found !== null && shown.length === 0 && <Empty title={said.empty}>{said.emptyLine}</Empty>}
+      {found !== null && shown.length === 0 && (
+        <Empty title={said.empty} guides={["commission"]}>
+          {said.emptyLine}
+        </Empty>
+      )}
       <ul>
         {shown.map(job => {
           const what = said.kind[job.kind] ?? job.kind;
@@ -76,7 +81,7 @@ export function Reports() {
                     </span>
                     <small>
                       {instant(job.created_at)}, {said.state[job.state]}
-                      {job.error ? `. ${job.error.detail}` : result && `. ${result}`}
+                      {job.error ? `. ${plain(job.error.detail)}` : result && `. ${result}`}
                     </small>
                   </span>
                   <span class="c-chevron" data-open={unfolded}>

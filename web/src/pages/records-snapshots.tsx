@@ -4,6 +4,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Comparison, KnownServo, Profile, Restored, Snapshot } from "../api/config-types";
 import { addressOf, labelOf, valueText } from "../form/row-text";
+import { loaded, servo } from "../state/fleet";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { reasonText } from "../state/records-words";
@@ -37,8 +38,11 @@ export function Snapshots({ uid }: { uid: string }) {
   const one = whole.value.value?.find(each => each.uid === uid);
   const name = one ? nameOf(one) : `${uid.slice(0, 8)}…`;
   const found = list.value.value;
+  // The inventory was read once; who is on the bus is told as it changes.
+  const online = servo(uid)?.online === true;
   // Whether it is on the bus says what a snapshot is compared with first.
-  const picked = one === undefined ? null : (found?.find(each => each.id === chosen.value) ?? null);
+  const picked =
+    one === undefined || !loaded.value ? null : (found?.find(each => each.id === chosen.value) ?? null);
   const take = async () => {
     refused.value = null;
     try {
@@ -64,7 +68,7 @@ export function Snapshots({ uid }: { uid: string }) {
               {said.all}
             </a>
             <h2 class="grow">{name}</h2>
-            <Button live disabled={one?.online !== true} testid="take-snapshot" onClick={() => void take()}>
+            <Button live disabled={!online} testid="take-snapshot" onClick={() => void take()}>
               {said.take}
             </Button>
           </div>
@@ -76,8 +80,12 @@ export function Snapshots({ uid }: { uid: string }) {
               </p>
             )}
             <Done note={note.value} />
-            {one?.online === false && <p class="w-line second">{said.offline}</p>}
-            {found?.length === 0 && <Empty title={said.empty}>{said.emptyLine}</Empty>}
+            {one && !online && <p class="w-line second">{said.offline}</p>}
+            {found?.length === 0 && (
+              <Empty title={said.empty} guides={["profiles"]}>
+                {said.emptyLine}
+              </Empty>
+            )}
             <ul>
               {found?.map(each => (
                 <li key={each.id}>
@@ -111,7 +119,7 @@ export function Snapshots({ uid }: { uid: string }) {
           key={picked.id}
           one={picked}
           name={name}
-          online={one?.online === true}
+          online={online}
           others={whole.value.value ?? []}
           snapshots={found ?? []}
           onBack={() => {
@@ -190,7 +198,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   ];
   const all = usual.length > 0 && usual.every(key => ticked.value.has(key));
   return (
-    <section class="r-compare" aria-label={said.of(instant(one.at))} data-testid="compare">
+    <div class="r-compare" data-testid="compare">
       <div class="r-bar">
         {narrow.value && (
           <Button onClick={onBack} look="plain">
@@ -361,6 +369,6 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           <p>{said.dropText}</p>
         </Dialog>
       )}
-    </section>
+    </div>
   );
 }

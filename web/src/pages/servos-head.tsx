@@ -1,8 +1,9 @@
 /** Owns the heads of the list's columns: a press sorts by one, and says so. */
 import type { Signal } from "@preact/signals";
 import { isSelected, select } from "../state/selection";
-import { type Column, pressed, type Sorting } from "../state/servo-order";
+import { COLUMNS, type Column, pressed, type Sorting } from "../state/servo-order";
 import { text } from "../text";
+import { Button } from "../ui/button";
 
 interface Props {
   shown: readonly string[];
@@ -39,6 +40,53 @@ export function Head({ shown, sorting }: Props) {
       <Sorted column="age" label={head.age} place="c-age" sorting={sorting} />
       <Sorted column="rom" label={head.rom} place="c-rom" sorting={sorting} />
     </div>
+  );
+}
+
+/** The same for a narrow window, where some heads have no room: a column to choose, and which way round. */
+export function SortChoice({ sorting }: { sorting: Signal<Sorting | null> }) {
+  const { head, sort } = text.servos;
+  const label: Record<Column, string> = {
+    angle: head.angle,
+    name: head.servo,
+    ids: head.ids,
+    health: head.health,
+    supply: head.supply,
+    age: head.age,
+    rom: head.rom,
+  };
+  const present = sorting.value;
+  return (
+    <span class="sort-choice">
+      <select
+        class="field"
+        aria-label={sort.label}
+        data-testid="sort-column"
+        value={present?.column ?? ""}
+        onChange={event => {
+          const column = COLUMNS.find(one => one === event.currentTarget.value);
+          sorting.value = column ? { column, way: sorting.peek()?.way ?? "ascending" } : null;
+        }}
+      >
+        <option value="">{sort.none}</option>
+        {COLUMNS.map(column => (
+          <option key={column} value={column}>
+            {text.servos.sortBy(label[column])}
+          </option>
+        ))}
+      </select>
+      {present && (
+        <Button
+          testid="sort-way"
+          onClick={() => {
+            const way = present.way === "ascending" ? "descending" : "ascending";
+            sorting.value = { ...present, way };
+          }}
+        >
+          {sort[present.way]}
+        </Button>
+      )}
+    </span>
   );
 }
 

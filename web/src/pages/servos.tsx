@@ -18,7 +18,7 @@ import { Segments } from "../ui/segments";
 import { EmptyServos, Reconnect } from "./empty-servos";
 import { SelectionBar } from "./selection-bar";
 import { ServoRow } from "./servo-row";
-import { Head } from "./servos-head";
+import { Head, SortChoice } from "./servos-head";
 import { Waiting } from "./waiting";
 import "../style/selection.css";
 
@@ -106,6 +106,7 @@ export function ServosPage() {
                 ))}
               </select>
             )}
+            {view.value === "list" && <SortChoice sorting={sorting} />}
             <Segments<"list" | "wall">
               label={text.servos.view}
               chosen={view.value}

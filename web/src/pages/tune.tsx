@@ -9,6 +9,7 @@ import { testing, turnTo } from "../state/tune";
 import { text } from "../text";
 import { tune as words } from "../text/topics";
 import { Button } from "../ui/button";
+import { Panel } from "../ui/panel";
 import { MotionGate } from "./motion-gate";
 import { ServoHead } from "./servo-head";
 import { TuneForm } from "./tune-form";
@@ -87,9 +88,13 @@ function Tune({ uid }: { uid: string }) {
       <div class="tune-split">
         <div class="tune-main">
           {on ? <TuneForm one={one} /> : <MotionGate one={one} />}
-          <TuneRuns uid={uid} />
+          <Panel>
+            <TuneRuns uid={uid} />
+          </Panel>
         </div>
-        <TuneGains uid={uid} />
+        <Panel>
+          <TuneGains uid={uid} />
+        </Panel>
       </div>
     </div>
   );

@@ -1,4 +1,5 @@
-/** Owns the 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. */
+/** Owns the 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. While a
+ * recording is open beside it, and nothing may move, it shows that one and says so. */
 import { useSignal } from "@preact/signals";
 import { age, angle } from "../form/format";
 import { nameOf, servo } from "../state/fleet";
@@ -6,10 +7,12 @@ import { limitsOf } from "../state/here";
 import { up } from "../state/link";
 import { motion } from "../state/motion";
 import { go, pathOf, route } from "../state/route";
+import { replayed } from "../state/scrub";
 import "../style/view.css";
 import { text } from "../text";
 import { Dial } from "../ui/dial";
 import { liveOf } from "./readouts";
+import { Replayed } from "./view-replay";
 import { Scene, type SceneState } from "./view-scene";
 import { ViewTools } from "./view-tools";
 
@@ -21,19 +24,53 @@ export function ViewLive({ uid }: { uid: string }) {
   const resets = useSignal(0);
   const one = servo(uid);
   const present = liveOf(uid, "current_angle");
-  const limits = limitsOf(uid);
   const frozen = !up.value || one?.online !== true || present.age === null || present.age > FROZEN_S;
   const shown = state.value === "shown";
+  // Whoever moves a servo sees that servo.
+  const replay = motion.value.phase === "off" ? replayed.value : null;
+  const pick = (picked: string) => {
+    if (replay) replay.front.value = picked;
+    else choose(picked);
+  };
   return (
     <section
       class="view"
       data-testid="view-frame"
       data-state={state.value}
-      data-frozen={frozen}
+      data-frozen={replay ? !up.value : frozen}
+      data-replay={replay !== null}
       data-selected={uid}
       aria-label={text.view.frame}
     >
-      <Scene title={text.view.frame} state={state} uid={uid} resets={resets.value} onPick={choose} />
+      <Scene
+        title={text.view.frame}
+        state={state}
+        uid={replay ? replay.front.value : uid}
+        poses={replay ? replay.poses.value : null}
+        resets={resets.value}
+        onPick={pick}
+      />
+      {replay ? <Replayed scrub={replay} shown={shown} /> : <Now {...{ uid, shown, frozen }} />}
+      {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
+      {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
+      {shown && (
+        <ViewTools
+          onReset={() => {
+            resets.value += 1;
+          }}
+        />
+      )}
+    </section>
+  );
+}
+
+/** What lies on the picture of a servo as it is. */
+function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: boolean }) {
+  const one = servo(uid);
+  const present = liveOf(uid, "current_angle");
+  const limits = limitsOf(uid);
+  return (
+    <>
       {!shown && (
         <div class="instead">
           <Dial
@@ -60,16 +97,7 @@ export function ViewLive({ uid }: { uid: string }) {
       {limits && (
         <span class="chip bottom left">{text.view.limits(angle(limits.ccw), angle(limits.cw))}</span>
       )}
-      {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
-      {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
-      {shown && (
-        <ViewTools
-          onReset={() => {
-            resets.value += 1;
-          }}
-        />
-      )}
-    </section>
+    </>
   );
 }
 

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { boxOf, fill, project } from "./wall-projection";
+import { ARC, boxOf, fill, NEARER, PITCH, project, TALL } from "./wall-projection";
 
 const size = { width: 1200, height: 800 };
 
@@ -36,6 +36,34 @@ describe("the wall's projection", () => {
       }
     },
   );
+
+  it.each([
+    [1, size],
+    [6, { width: 1224, height: 640 }],
+    [6, { width: 600, height: 900 }],
+    [60, { width: 1224, height: 640 }],
+  ])("shows whole every horn and limit arc of %i servos", (count, picture) => {
+    const wall = fill(count, picture);
+    for (let index = 0; index < count; index++) {
+      const [row, column] = [Math.floor(index / wall.columns), index % wall.columns];
+      const x = (column - (wall.columns - 1) / 2) * PITCH[0] * wall.scale;
+      const y = (((wall.rows - 1) / 2 - row) * PITCH[1] - NEARER) * wall.scale;
+      const box = boxOf(index, wall, picture);
+      for (let turn = 0; turn < 2 * Math.PI; turn += 0.2) {
+        const reach = ARC * wall.scale;
+        const at = project(
+          x + reach * Math.sin(turn),
+          y + reach * Math.cos(turn),
+          TALL * wall.scale,
+          picture,
+        );
+        expect(at.x).toBeGreaterThanOrEqual(0);
+        expect(at.x).toBeLessThanOrEqual(picture.width);
+        expect(at.y).toBeGreaterThanOrEqual(box.top);
+        expect(at.y).toBeLessThanOrEqual(picture.height);
+      }
+    }
+  });
 
   it("uses more columns in a wide picture than in a high one", () => {
     expect(fill(20, { width: 1600, height: 500 }).columns).toBeGreaterThan(

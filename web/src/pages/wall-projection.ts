@@ -5,8 +5,17 @@ export const CAMERA = [0, -8, 13.9] as const;
 export const FOV_DEG = 24;
 export const PITCH = [3.8, 4.8] as const;
 
-/** A horn that points away reaches so much further up the picture than its servo reaches down: the place follows. */
-const BACK = 0.5;
+/** So much nearer to the camera than the middle the rows stand, before their scale. */
+export const NEARER = 0.8;
+
+/** How far limit arcs reach from the shaft and how high above the floor, before the scale: nothing stands out more. */
+export const ARC = 1.57;
+export const TALL = 2.19;
+/** From the shaft to the front of a case, and to its ears at the left. */
+const FRONT = 0.55;
+const EARS = 1.86;
+/** Below the front row: a name and an angle. */
+const NAME_PX = 38;
 /** The largest a servo is drawn. */
 const LARGEST = 1.2;
 const MOST_COLUMNS = 24;
@@ -59,27 +68,43 @@ export function fill(count: number, size: Size, margin = 8): Rows {
 }
 
 function fits(wall: Rows, size: Size, margin: number): boolean {
-  const across = (wall.columns * PITCH[0] * wall.scale) / 2;
-  const along = (wall.rows * PITCH[1] * wall.scale) / 2;
-  const back = project(across, along + BACK * wall.scale, 0, size);
-  const front = project(across, -along + BACK * wall.scale, 0, size);
-  const right = size.width - margin;
-  return back.y >= margin && front.y <= size.height - margin && front.x <= right && back.x <= right;
+  const { columns, rows, scale } = wall;
+  const aside = ((columns - 1) / 2) * PITCH[0] * scale;
+  const near = placeOf(rows - 1, wall);
+  const left = project(-aside - EARS * scale, near, TALL * scale, size).x;
+  const right = project(aside + ARC * scale, near, TALL * scale, size).x;
+  const front = edge(rows, wall, size);
+  return (
+    edge(0, wall, size) >= margin &&
+    front <= size.height - margin &&
+    left >= margin &&
+    right <= size.width - margin
+  );
+}
+
+/** Where the shafts of a row stand, counted from the back. */
+function placeOf(row: number, wall: Rows): number {
+  return (((wall.rows - 1) / 2 - row) * PITCH[1] - NEARER) * wall.scale;
+}
+
+/** Between two rows in the picture: the furthest up a horn or an arc of the nearer one reaches; below the last, names. */
+function edge(row: number, wall: Rows, size: Size): number {
+  const { rows, scale } = wall;
+  if (row < rows) return project(0, placeOf(row, wall) + ARC * scale, TALL * scale, size).y;
+  const last = placeOf(rows - 1, wall);
+  const foot = project(0, last - FRONT * scale, 0, size).y;
+  const arc = project(0, last - ARC * scale, TALL * scale, size).y;
+  return Math.max(foot, arc) + NAME_PX;
 }
 
 /** The part of the picture that belongs to the servo at this place, counted from the back left. */
 export function boxOf(index: number, wall: Rows, size: Size): Box {
   const [row, column] = [Math.floor(index / wall.columns), index % wall.columns];
-  const [across, along] = [PITCH[0] * wall.scale, PITCH[1] * wall.scale];
+  const across = PITCH[0] * wall.scale;
   const x = (column - (wall.columns - 1) / 2) * across;
-  const y = ((wall.rows - 1) / 2 - row) * along;
-  const top = project(x, y + along / 2 + BACK * wall.scale, 0, size).y;
+  const y = placeOf(row, wall);
+  const top = edge(row, wall, size);
   const left = project(x - across / 2, y, 0, size).x;
   const right = project(x + across / 2, y, 0, size).x;
-  return {
-    left,
-    top,
-    width: right - left,
-    height: project(x, y - along / 2 + BACK * wall.scale, 0, size).y - top,
-  };
+  return { left, top, width: right - left, height: edge(row + 1, wall, size) - top };
 }

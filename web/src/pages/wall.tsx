@@ -7,6 +7,7 @@ import { angleOf, nameOf, servo } from "../state/fleet";
 import { conditionHere, limitsOf } from "../state/here";
 import { up } from "../state/link";
 import { pathOf } from "../state/route";
+import { wish } from "../state/watch";
 import "../style/view.css";
 import { text } from "../text";
 import { view as words } from "../text/topics";
@@ -20,6 +21,8 @@ import { type Box, boxOf, fill, type Size } from "./wall-projection";
 
 /** A place narrower than this has no room for the angle. */
 const NARROW_PX = 84;
+/** Asked of those whose angle does not come by itself. */
+const RATE_HZ = 5;
 
 /** The servos named, in this order, from the back left. Each is a link to its parameters. */
 export function WallOfHorns({ uids }: { uids: readonly string[] }) {
@@ -80,6 +83,17 @@ export function WallOfHorns({ uids }: { uids: readonly string[] }) {
 
 function Place({ uid, box, dial }: { uid: string; box: Box | null; dial: boolean }) {
   const one = servo(uid);
+  const asked = useSignal(false);
+  useEffect(
+    () => (asked.value ? wish(uid, ["current_angle"], RATE_HZ, () => undefined) : undefined),
+    [uid, asked.value],
+  );
+  const old = one?.online === true && (angleOf(one, now.value).age ?? 0) > ANGLE_STALE_S;
+  // What such a one says of its angle unasked is not understood yet: the server reads it, and seldom.
+  const unsure = one !== undefined && !["confirmed", "forced"].includes(one.position_unit.state);
+  useEffect(() => {
+    if (old && unsure) asked.value = true;
+  }, [old, unsure]);
   if (!one) return null;
   const present = angleOf(one, now.value);
   const stale = !up.value || !one.online || present.age === null || present.age > ANGLE_STALE_S;

@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { Restored, SafetyWord } from "../api/config-types";
+import { whyRefused } from "../form/danger";
 import { labelOf } from "../form/row-text";
 import { saved, toConfirm } from "../state/records";
 import { text } from "../text";
@@ -42,7 +43,7 @@ export function WriteDialog({ name, write, onClose }: Props) {
     const problem = problemOf(error);
     const word = toConfirm(problem);
     if (word !== null && !needed.peek().includes(word)) needed.value = [...needed.peek(), word];
-    wrong.value = said.refused(text.problem(problem));
+    wrong.value = said.refused(whyRefused(problem));
   };
   const preview = async () => {
     phase.value = "planning";

@@ -5,6 +5,7 @@ import { clip, colourOf, ground, lineOf, projection, ruled, upright } from "./dr
 import { everyFrame } from "./frames";
 import { calmRange, keyOf, type Lane, ticksOf } from "./lane";
 import { type Palette, palette } from "./palette";
+import { Playhead } from "./playhead";
 import type { Span, Still } from "./span";
 import { extent, type Samples } from "./trace";
 
@@ -62,6 +63,7 @@ export class LivePlot {
   #ticks: number[] = [];
   #drawn = "";
   #version = 0;
+  #head = new Playhead();
   #end: () => void;
   #resize: ResizeObserver;
 
@@ -123,6 +125,9 @@ export class LivePlot {
     const shown = this.#span.shown();
     if (!shown || !this.#plot) return;
     const still = this.#span.still.peek();
+    const moment = this.#span.head.peek();
+    const across = moment === null ? null : (moment - shown.from) / (shown.to - shown.from);
+    this.#head.place(this.#plot.over, across);
     if (still && !this.#changed(still)) return;
     const turned = this.#of !== still;
     this.#of = still;

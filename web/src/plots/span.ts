@@ -23,6 +23,8 @@ export class Span {
   readonly cursors = signal<readonly [number | null, number | null]>([null, null]);
   /** What is being chosen by dragging. */
   readonly drag = signal<{ from: number; to: number } | null>(null);
+  /** The moment of a recording that is looked at. */
+  readonly head = signal<number | null>(null);
   /** The curve that stands out, by its key. */
   readonly lit = signal<string | null>(null);
   /** What was drawn last: what somebody saw who pauses, or points at it. */

@@ -3,6 +3,7 @@ import uPlot from "uplot";
 import { clip, colourOf, ground, lineOf, projection, upright } from "./draw";
 import { everyFrame } from "./frames";
 import { type Palette, palette } from "./palette";
+import { Playhead } from "./playhead";
 import { shape } from "./shapes";
 import { extent, nearest, type Samples } from "./trace";
 
@@ -65,6 +66,8 @@ export class TracePlot {
   #theme = "";
   #picture: Picture = { curves: [], from: 0, to: 1, least: 1 };
   #view: [number, number] | null = null;
+  #head = new Playhead();
+  #moment: number | null = null;
   #end: () => void;
   #resize: ResizeObserver;
 
@@ -92,11 +95,23 @@ export class TracePlot {
     this.#zoom();
   }
 
+  /** Draws a line at the moment that is looked at; null: none. */
+  head(moment: number | null): void {
+    this.#moment = moment;
+    this.#place();
+  }
+
   destroy(): void {
     this.#end();
     this.#resize.disconnect();
     this.#plot?.destroy();
     if (this.#readout) this.#readout.textContent = "";
+  }
+
+  #place(): void {
+    const { min, max } = this.#plot?.scales.x ?? {};
+    if (!this.#plot || min === undefined || max === undefined) return;
+    this.#head.place(this.#plot.over, this.#moment === null ? null : (this.#moment - min) / (max - min));
   }
 
   #data(): uPlot.AlignedData {
@@ -169,7 +184,7 @@ export class TracePlot {
         series: [{}, { paths: () => null, points: { show: false } }],
         hooks: {
           drawClear: [plot => ground(plot, colours)],
-          draw: [plot => this.#draw(plot, colours)],
+          draw: [plot => this.#draw(plot, colours), () => this.#place()],
           setCursor: [plot => this.#say(plot)],
         },
       },

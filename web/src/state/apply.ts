@@ -25,8 +25,11 @@ export interface Written {
 
 export const lastWritten = signal<{ uid: string; written: Written } | null>(null);
 
-/** Asks whoever sits here; null is no, a word is a yes to what the server wants to hear. */
-export type AskBack = (problem: Problem) => Promise<SafetyWord | null>;
+/** A yes to what the server wants to hear; or, asked about a save without torque: with torque, then. */
+export type Agreed = SafetyWord | "torque_on";
+
+/** Asks whoever sits here; null is no. */
+export type AskBack = (problem: Problem) => Promise<Agreed | null>;
 
 export interface ApplyOptions {
   askBack?: AskBack;
@@ -90,7 +93,7 @@ async function patch(
     const problem = problemOf(error);
     const word =
       problem.code === "needs_confirmation" ? await askSomebody(sheet, values, options, problem) : null;
-    if (word === null || confirm.includes(word)) throw error;
+    if (word === null || word === "torque_on" || confirm.includes(word)) throw error;
     return patch(sheet, values, options, [...confirm, word]);
   }
 }
@@ -101,7 +104,7 @@ async function askSomebody(
   values: ReadonlyMap<string, Wanted>,
   options: ApplyOptions,
   problem: Problem,
-): Promise<SafetyWord | null> {
+): Promise<Agreed | null> {
   if (!options.askBack) return null;
   const say = (outcome: Outcome | null) => sheet.setOutcomes([...values.keys()].map(key => [key, outcome]));
   say(null);
@@ -172,14 +175,35 @@ export function refuse(sheet: Sheet, keys: string[], problem: Problem, declined 
   sheet.setOutcomes(keys.map(key => [key, hit.includes(key) ? { kind: "failed", what, rest: "" } : null]));
 }
 
+/** Starts the save of a servo, once more with what somebody agrees to. Null when they do not. */
+async function startSave(
+  uid: string,
+  options: ApplyOptions,
+  body: { confirm: readonly SafetyWord[]; torque_on: boolean },
+): Promise<Job | null> {
+  try {
+    return await ask<Job>("POST", `/servos/${uid}/save`, {
+      body,
+      headers: { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` },
+    });
+  } catch (error) {
+    const problem = problemOf(error);
+    if (problem.code !== "needs_confirmation" || !options.askBack) throw error;
+    const agreed = await options.askBack(problem);
+    if (agreed === null) return null;
+    if (agreed === "torque_on") return startSave(uid, options, { ...body, torque_on: true });
+    if (body.confirm.includes(agreed)) throw error;
+    return startSave(uid, options, { ...body, confirm: [...body.confirm, agreed] });
+  }
+}
+
 /** Writes what is staged, then RAM to ROM. The dialog follows the job; the rows are told when it has ended. */
 export async function applyAndSave(sheet: Sheet, keys: string[], options: ApplyOptions = {}): Promise<void> {
   if (!(await apply(sheet, options))) return;
   sheet.busy.value = "saving";
   try {
-    const job = await ask<Job>("POST", `/servos/${sheet.uid}/save`, {
-      headers: { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` },
-    });
+    const job = await startSave(sheet.uid, options, { confirm: [], torque_on: false });
+    if (job === null) return;
     // What the socket told of it meanwhile is newer than this answer.
     if (!jobs.peek().has(job.id)) setJob(job);
     saving.value = { uid: sheet.uid, job: job.id, keys, shown: true };

@@ -3,6 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
 import type { Candidates, Forecast, Profile, SafetyWord } from "../api/config-types";
 import type { Job } from "../api/types";
+import { whyRefused } from "../form/danger";
 import { text } from "../text";
 import { monotonic } from "./clock";
 import { change, choose, draft, propose, request, wanted } from "./commission-draft";
@@ -200,7 +201,7 @@ function refusal(problem: Problem): Refused {
   const { uid, confirm } = problem.facts;
   const named = typeof uid === "string" ? uid : null;
   const name = nameOf(servo(named));
-  const said = text.problem(problem);
+  const said = whyRefused(problem);
   return {
     text: name !== "" && !said.includes(name) ? `${name}: ${said}` : said,
     uid: named,

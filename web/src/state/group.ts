@@ -3,6 +3,7 @@ import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Commanded, Stream } from "../api/types";
 import { text } from "../text";
+import { plain } from "../text/plain";
 import { jogging as words } from "../text/topics";
 import type { Limits } from "../ui/dial";
 import { all, type KnownServo, nameOf } from "./fleet";
@@ -104,16 +105,12 @@ async function put(values: Record<string, number>, lease: string, profile: Profi
 
 /** How the stream is now. One that ended says why, with the name of whoever ended it. */
 async function lookAt(id: string): Promise<void> {
-  const found = await ask<Stream>("GET", `/streams/${id}`).catch(() => null);
-  if (found === null || stream.peek()?.id !== found.id) return;
+  const answer = await ask<Stream>("GET", `/streams/${id}`).catch(() => null);
+  if (answer === null || stream.peek()?.id !== answer.id) return;
+  const found: Stream = { ...answer, ended: answer.ended ? plain(answer.ended) : null };
   const before = stream.peek();
   stream.value = found;
-  if (
-    found.ended !== null &&
-    found.ended !== undefined &&
-    before?.ended === null &&
-    motion.peek().phase === "on"
-  )
+  if (found.ended && before?.ended === null && motion.peek().phase === "on")
     refusal.value = words.ended(found.ended);
 }
 

@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";
+import { plain } from "../text/plain";
 
 export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
 
@@ -9,7 +10,8 @@ export function setJob(job: Job): void {
   const known = jobs.peek().get(job.id);
   // An older answer must not undo an end; but what can be resumed may be under way again, resumed by anybody.
   if (known && ended(known) && !known.resumable && !ended(job)) return;
-  jobs.value = new Map(jobs.peek()).set(job.id, job);
+  const error = job.error && { ...job.error, detail: plain(job.error.detail) };
+  jobs.value = new Map(jobs.peek()).set(job.id, error ? { ...job, error } : job);
 }
 
 export function ended(job: Job): boolean {

@@ -4,6 +4,7 @@ import { API, ask } from "../api/client";
 import { type LinkState, Live } from "../api/live";
 import type { Bus, ClientMessage, LeaseView, ServerMessage, Servo, Stop } from "../api/types";
 import { telemetry } from "../telemetry/store";
+import { plain } from "../text/plain";
 import { loadCatalog } from "./catalog";
 import { monotonic } from "./clock";
 import { addEvent, bus, setLease, stop } from "./desk";
@@ -36,6 +37,14 @@ const refusals = new Set<(error: ErrorMessage) => void>();
 export function onRefusal(act: (error: ErrorMessage) => void): () => void {
   refusals.add(act);
   return () => refusals.delete(act);
+}
+
+const hearers = new Set<() => void>();
+
+/** Told of every message before anything is made of it. */
+export function onHeard(act: () => void): () => void {
+  hearers.add(act);
+  return () => hearers.delete(act);
 }
 
 type FramesMessage = Extract<ServerMessage, { type: "frames" }>;
@@ -73,6 +82,7 @@ let utcOffset = Number.NaN;
 const SAME_CLOCK_S = 1;
 
 function receive(message: ServerMessage): void {
+  for (const act of hearers) act();
   switch (message.type) {
     case "hello":
       if (Math.abs(message.utc_offset - utcOffset) > SAME_CLOCK_S) telemetry.clear();
@@ -114,7 +124,7 @@ function receive(message: ServerMessage): void {
       stop.value = message.stop;
       break;
     case "error":
-      for (const act of refusals) act(message);
+      for (const act of refusals) act({ ...message, detail: plain(message.detail) });
       break;
   }
 }

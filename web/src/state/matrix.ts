@@ -178,9 +178,9 @@ export function changed(changes: readonly Change[]): Change[] {
 }
 
 /** Starts the save of a servo; answers the id of its job. */
-export async function startSave(uid: string): Promise<string> {
+export async function startSave(uid: string, confirm: readonly SafetyWord[]): Promise<string> {
   const headers = { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` };
-  return (await ask<Job>("POST", `/servos/${uid}/save`, { headers })).id;
+  return (await ask<Job>("POST", `/servos/${uid}/save`, { body: { confirm }, headers })).id;
 }
 
 /** Waits for a servo's save, and marks the rows it put into ROM. Answers the job as it ended. */

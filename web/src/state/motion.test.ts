@@ -2,6 +2,7 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Stop } from "../api/types";
 import { setLease, stop } from "./desk";
+import { forget, those } from "./let-go";
 import { link, live, type onRefusal } from "./link";
 import {
   dragTo,
@@ -16,7 +17,9 @@ import {
   question,
   refusal,
   setpoint,
+  setTorque,
   startMotion,
+  type Together,
   warnings,
 } from "./motion";
 
@@ -68,6 +71,7 @@ afterEach(async () => {
   endMotion(null);
   setLease(null);
   await settle();
+  forget(UID);
   vi.unstubAllGlobals();
 });
 
@@ -107,6 +111,8 @@ describe("motion", () => {
     expect(motion.value.phase).toBe("off");
     expect(refusal.value).toBe("It did not answer.");
     expect(sent).toContain("DELETE /leases/L");
+    await settle();
+    expect(those("silent"), "it may have heard all the same").toEqual([UID]);
   });
 
   test.each<[string, () => void]>([
@@ -133,6 +139,19 @@ describe("motion", () => {
     expect(motion.value.phase).toBe("off");
     expect(sent).toContain(torqueOff);
     expect(sent).toContain("DELETE /leases/L");
+  });
+
+  test("of a group one that does not answer is told of, and the others count as off", async () => {
+    const other = "c".repeat(32);
+    const begin = async () => undefined;
+    await enableMotion(UID, [other], { begin } as unknown as Together);
+    const body = { code: "no_answer", detail: "C did not answer.", title: "", type: "", status: 504 };
+    fail = { path: new RegExp(`${other}/torque`), status: 504, body };
+    await setTorque("off");
+    expect(motion.value).toMatchObject({ phase: "on", torque: "off" });
+    expect(refusal.value).toBe("C did not answer.");
+    expect([those("off"), those("silent")]).toEqual([[UID], [other]]);
+    forget(other);
   });
 
   test("a stop ends it; nothing is commanded after", async () => {
@@ -259,13 +278,14 @@ describe("motion", () => {
       detail: "This lease has ended.",
       uid: null,
     });
-    const why = "Motion ended: motion control was lost. Torque is off.";
+    const why = "Motion ended: motion control was lost.";
     expect(motion.value).toEqual({ phase: "off", why });
     setLease({ holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
     vi.advanceTimersByTime(700);
     vi.useRealTimers();
-    const taken = "Motion ended: Rig 3 has motion control now. Torque is off.";
+    const taken = "Motion ended: Rig 3 has motion control now.";
     expect(motion.value).toEqual({ phase: "off", why: taken });
-    expect(sent, "what is gone is not given back").toEqual([]);
+    const asked = [`GET /servos/${UID}/parameters/torque_mode?fresh=true`];
+    expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(asked);
   });
 });

@@ -4,9 +4,11 @@ import { ask, type Problem, problemOf } from "../api/client";
 import type { Caution, Commanded, Lease, Reading, TakeOverState, TorqueMode } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
+import { startBeat, stopBeat } from "./beat";
 import { monotonic } from "./clock";
 import { lease as heldLease, stopped } from "./desk";
 import { angleOf, peekServo } from "./fleet";
+import { follow, forget } from "./let-go";
 import { live, onRefusal, up } from "./link";
 import { Newest } from "./newest";
 import { onLeave } from "./route";
@@ -63,12 +65,9 @@ export const pace = signal<number | null>(60);
 const SPEED_UP_S = 0.25;
 
 export const TTL_S = 3;
-const BEAT_MS = 1000;
 /** A lease that passes is nobody's for a quarter of a second; who has it may be told later still. */
 const PASSING_MS = 3000;
 const DRAG_PERIOD_MS = 1000 / 30;
-
-let beat: ReturnType<typeof setInterval> | undefined;
 
 /** A name for this tab, the same as long as it lives, so that others can tell who moves what. */
 export function holder(): string {
@@ -160,7 +159,10 @@ export function membersOf(present: Motion): readonly string[] {
 
 async function energise(members: readonly string[], group: Together | null, lease: string): Promise<void> {
   // One after the other: the first that refuses is named, and nobody after it is energised.
-  for (const uid of members) await torque(uid, "on", lease);
+  for (const uid of members) {
+    forget(uid);
+    await torque(uid, "on", lease);
+  }
   await group?.begin(lease);
 }
 
@@ -191,12 +193,15 @@ export async function withdraw(request: string): Promise<void> {
 }
 
 async function release(members: readonly string[], lease: string): Promise<void> {
-  await Promise.allSettled([...members.map(torqueOff), giveBack(lease)]);
+  for (const uid of members) void torqueOff(uid);
+  await giveBack(lease);
 }
 
-function torqueOff(uid: string): Promise<unknown> {
-  return ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" }, keepalive: true }).catch(
-    () => undefined,
+/** Not waited for by whoever leaves: what became of it is followed. */
+function torqueOff(uid: string): Promise<void> {
+  return follow(
+    uid,
+    ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" }, keepalive: true }),
   );
 }
 
@@ -214,7 +219,7 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
   try {
     const members = membersOf(present);
     if (mode === "on") await energise(members, together.peek(), present.lease);
-    else await Promise.all(members.map(uid => torque(uid, "off", present.lease)));
+    else await allOff(members, present.lease);
     const now = motion.peek();
     if (now.phase !== "on" || now.lease !== present.lease) return;
     setpoint.value = mode === "on" ? presentAngle(present.uid) : null;
@@ -224,6 +229,20 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
     if (mode === "on") for (const uid of membersOf(present)) void torqueOff(uid);
     refusal.value = text.problem(problemOf(error));
   }
+}
+
+/** Everybody's torque off. One that does not answer is told of, and does not make the others count as on. */
+async function allOff(members: readonly string[], lease: string): Promise<void> {
+  const asked = members.map(uid => {
+    const told = torque(uid, "off", lease);
+    if (members.length > 1) void follow(uid, told);
+    return told;
+  });
+  const failed = (await Promise.allSettled(asked)).filter(one => one.status === "rejected");
+  const first = failed[0];
+  if (first === undefined) return;
+  if (failed.length === members.length) throw first.reason;
+  refusal.value = text.problem(problemOf(first.reason));
 }
 
 export function profileOf(speed: number | null): Profile | null {
@@ -307,20 +326,9 @@ export function presentAngle(uid: string): number | null {
   return told?.value ?? null;
 }
 
-function startBeat(lease: string): void {
-  stopBeat();
-  const send = () => live.send({ type: "heartbeat", lease });
-  send();
-  beat = setInterval(send, BEAT_MS);
-}
-
-function stopBeat(): void {
-  clearInterval(beat);
-  beat = undefined;
-}
-
-/** The lease has ended or is somebody else's, so torque is already off. Who has it is told a moment later. */
+/** The lease has ended or is somebody else's, so the server takes torque. Who has it is told a moment later. */
 function lost(): void {
+  for (const uid of membersOf(motion.peek())) void follow(uid);
   forgetMotion(takenBy() ?? text.motion.endedLease, true);
   const said = motion.peek();
   const end = heldLease.subscribe(() => {

@@ -14,3 +14,6 @@ export const narrow = follow("(max-width: 1024px)");
 
 /** Touch density, as the style sheets have it. */
 export const touch = follow("(any-pointer: coarse), (max-width: 1024px)");
+
+/** Less motion is wished for. */
+export const calm = follow("(prefers-reduced-motion: reduce)");

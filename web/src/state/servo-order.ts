@@ -1,7 +1,8 @@
 /** Owns the order of the servos in the list: by a column, up or down, with what is not known at the end. */
 import type { Kind } from "./condition";
 
-export type Column = "angle" | "name" | "ids" | "health" | "supply" | "age" | "rom";
+export const COLUMNS = ["angle", "name", "ids", "health", "supply", "age", "rom"] as const;
+export type Column = (typeof COLUMNS)[number];
 export type Way = "ascending" | "descending";
 
 export interface Sorting {

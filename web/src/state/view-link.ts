@@ -5,12 +5,13 @@ import type { Quality } from "../pages/view-url";
 /** One servo at an instant, for a frame that shows a recording. Degrees; null is "not known". */
 export interface ViewPose {
   uid: string;
-  name: string;
   series: "BLA21" | "BLA15" | "";
   angle: number | null;
   command: number | null;
   limit_cw: number | null;
   limit_ccw: number | null;
+  /** Nothing was heard of it then. */
+  stale: boolean;
 }
 
 /** What a frame shows; every wish is whole. As hornbill/view/wish.py reads it. */

@@ -11,6 +11,23 @@ export const text = {
   off: "Off",
   cancel: "Cancel",
   close: "Close",
+  /** Pages of the documentation, by what somebody wants to do. */
+  guides: {
+    contents: "Documentation",
+    tutorial: "How to: the first servo in ten minutes",
+    adapters: "How to connect an adapter",
+    commission: "How to commission new servos",
+    bus: "How to find out what is wrong with the bus",
+    recover: "How to recover a lost servo",
+    faults: "What faults and measurements mean",
+    profiles: "How to use profiles, clones and history",
+    record: "How to record, export and measure",
+    rigs: "Rigs: Python, pytest, LabVIEW and others",
+    move: "How to move servos from a program",
+    socket: "The WebSocket",
+  },
+  docs: "Docs",
+  docsLabel: "Docs, in a new tab",
   values: (n: number) => `${n} values`,
 
   ...frame,

@@ -4,6 +4,8 @@ import type { Stop } from "../api/types";
 import { clock, number, withUnit } from "../form/format";
 import { now } from "../state/clock";
 import { lease, stop } from "../state/desk";
+import { nameOf, peekServo } from "../state/fleet";
+import { those } from "../state/let-go";
 import { link, up } from "../state/link";
 import { endMotion, holder, keepMotion, motion } from "../state/motion";
 import { signedOut } from "../state/session";
@@ -32,6 +34,7 @@ export function Bands() {
           )}
         </div>
       )}
+      <SilentBand />
       {stop.value?.latched && <StopBand stop={stop.value} />}
       <AskedBand />
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
@@ -51,6 +54,19 @@ function LinkBand() {
     <div class="link-band" role="alert">
       <Glyph kind="warning" />
       {text.link.lost(waited)}
+    </div>
+  );
+}
+
+/** Who was to let go and has not answered, on whatever page one is by now. A latched stop says so itself. */
+function SilentBand() {
+  const silent = those("silent");
+  if (silent.length === 0 || stop.value?.latched) return null;
+  const names = silent.map(uid => nameOf(peekServo(uid))).join(", ");
+  return (
+    <div class="link-band" role="alert" data-testid="silent-band">
+      <Glyph kind="warning" />
+      {text.motion.letGoSilent(names)}
     </div>
   );
 }

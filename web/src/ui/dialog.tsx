@@ -17,6 +17,7 @@ const FOCUSABLE =
 
 export function Dialog({ title, subtitle, children, foot, onClose, testid }: Props) {
   const box = useRef<HTMLDivElement>(null);
+  const body = useRef<HTMLDivElement>(null);
   const heading = useId();
   const close = useRef(onClose);
   close.current = onClose;
@@ -33,6 +34,20 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
       if (document.activeElement === document.body) document.querySelector("main")?.focus();
     };
   }, []);
+
+  // What scrolls must scroll by keys alone, though it may hold nothing else to stop at. Words may come after the frame.
+  useEffect(() => {
+    const inner = body.current;
+    if (!inner) return;
+    const look = () => {
+      if (inner.scrollHeight > inner.clientHeight) inner.tabIndex = 0;
+      else inner.removeAttribute("tabindex");
+    };
+    look();
+    const observer = new ResizeObserver(look);
+    observer.observe(inner);
+    return () => observer.disconnect();
+  });
 
   // Keeps Tab inside; Stop stays in reach by Esc, Space and pointer.
   const cycle = (event: KeyboardEvent) => {
@@ -63,7 +78,9 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
           <h2 id={heading}>{title}</h2>
           {subtitle && <p class="second">{subtitle}</p>}
         </div>
-        <div class="dialog-body">{children}</div>
+        <div ref={body} class="dialog-body">
+          {children}
+        </div>
         <div class="dialog-foot">{foot}</div>
       </div>
     </div>

@@ -4,6 +4,7 @@ import { text } from "../text";
 import { keys as words } from "../text/topics";
 import { Button } from "./button";
 import { Dialog } from "./dialog";
+import { Guides } from "./guide";
 import "../style/keys.css";
 
 type Line = readonly [key: string, what: string];
@@ -15,6 +16,7 @@ const HERE: Partial<Record<Page, readonly Line[]>> = {
   motion: [words.jog, words.jogZero, words.jogEnter, words.jogHold],
   tune: [words.number, words.enter],
   bus: [words.search, words.monitor],
+  records: [words.scrub, words.scrubEnds, words.scroll],
   api: [words.search, words.scroll],
 };
 
@@ -37,9 +39,13 @@ export function KeysHelp({ onClose }: { onClose: () => void }) {
       onClose={onClose}
       testid="keys-dialog"
       foot={
-        <span data-first-focus>
-          <Button onClick={onClose}>{text.close}</Button>
-        </span>
+        <>
+          <Guides places={["contents", "tutorial"]} />
+          <span class="grow" />
+          <span data-first-focus>
+            <Button onClick={onClose}>{text.close}</Button>
+          </span>
+        </>
       }
     >
       <List title={words.here} lines={HERE[page.value] ?? [words.scroll]} />

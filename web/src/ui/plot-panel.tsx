@@ -35,6 +35,8 @@ interface Props {
   children?: ComponentChildren;
   /** What stands instead of the lanes. */
   instead?: ComponentChildren;
+  /** What stands under the lanes. */
+  foot?: ComponentChildren;
 }
 
 const NO_MARKS: readonly MarkAt[] = [];
@@ -131,6 +133,7 @@ export function PlotPanel(props: Props) {
       {props.children}
       {props.instead ?? <PlotLanes {...{ lanes, store, span, marks, label, testid, plots }} />}
       <PlotCursors {...{ lanes, store, span }} />
+      {props.foot}
     </section>
   );
 }

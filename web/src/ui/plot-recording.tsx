@@ -1,6 +1,6 @@
 /** Owns recordings in the plot: telemetry.csv from the disk is drawn here; a bundle goes to Records, where it opens. */
-import { useSignal } from "@preact/signals";
-import { useId, useMemo } from "preact/hooks";
+import { effect, useSignal } from "@preact/signals";
+import { useEffect, useId, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Bundle } from "../api/lab-types";
 import { type Channel, channelsOf, curvesOf } from "../plots/channels";
@@ -8,13 +8,16 @@ import { lanesOf } from "../plots/lane";
 import { Span } from "../plots/span";
 import { isZip } from "../state/bundle";
 import { catalog } from "../state/catalog";
+import { motion } from "../state/motion";
 import { go, pathOf } from "../state/route";
+import { replayed, Scrub, tracksOf } from "../state/scrub";
 import { fromCsv, type Recorded } from "../telemetry/csv";
 import { TelemetryStore } from "../telemetry/store";
 import { text } from "../text";
 import { plots as words } from "../text/topics";
 import { Icon } from "./icon";
 import { PlotPanel } from "./plot-panel";
+import { ScrubBar } from "./scrub-bar";
 
 export interface Recording {
   name: string;
@@ -77,13 +80,32 @@ export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }
   );
 }
 
-/** A recording drawn like what is live: the same lanes, cursors and files, of a store of its own. */
+/** A recording drawn like what is live: the same lanes, cursors and files, of a store of its own. While it is open the
+ * 3D view beside it shows what it says, unless somebody would rather see the servo. */
 export function RecordingPlot({ recording, onClose }: { recording: Recording; onClose: () => void }) {
   const rows = catalog.value?.rows;
-  const { store, span, lanes } = useMemo(() => {
+  const inView = useSignal(true);
+  const { store, span, lanes, scrub } = useMemo(() => {
     const known = new Map(channelsOf(rows?.values() ?? [], null).map(one => [one.key, one]));
-    return drawn(recording.content, known);
+    const setting = (key: string) => rows?.has(key) === true && !known.has(key);
+    return drawn(recording.content, known, setting);
   }, [recording, rows]);
+  useEffect(
+    () =>
+      effect(() => {
+        span.head.value = scrub.at.value;
+      }),
+    [scrub],
+  );
+  const has = scrub.tracks.length > 0;
+  const shown = has && inView.value;
+  useEffect(() => {
+    if (!shown) return undefined;
+    replayed.value = scrub;
+    return () => {
+      replayed.value = null;
+    };
+  }, [scrub, shown]);
   return (
     <PlotPanel
       title={words.opened(recording.name)}
@@ -99,11 +121,31 @@ export function RecordingPlot({ recording, onClose }: { recording: Recording; on
           {words.closeFile}
         </button>
       }
+      foot={
+        <ScrubBar
+          scrub={scrub}
+          note={!has ? words.scrub.noAngle : motion.value.phase === "off" ? null : words.scrub.motionOn}
+        >
+          {has && (
+            <button
+              type="button"
+              class="tool"
+              data-testid="scrub-view"
+              aria-pressed={inView.value}
+              onClick={() => {
+                inView.value = !inView.peek();
+              }}
+            >
+              {words.scrub.inView}
+            </button>
+          )}
+        </ScrubBar>
+      }
     />
   );
 }
 
-function drawn(content: Recorded, known: ReadonlyMap<string, Channel>) {
+function drawn(content: Recorded, known: ReadonlyMap<string, Channel>, setting: (key: string) => boolean) {
   const store = new TelemetryStore();
   store.utcOffset = content.utcOffset;
   let from = Number.POSITIVE_INFINITY;
@@ -116,11 +158,19 @@ function drawn(content: Recorded, known: ReadonlyMap<string, Channel>) {
     store.keep(whose, key, one.t, one.v);
     from = Math.min(from, one.t[0] ?? from);
     to = Math.max(to, one.t.at(-1) ?? to);
+    // What a servo is set to is a level line that says nothing, unless it was changed in that time.
+    if (setting(key) && one.v.every(value => value === one.v[0])) return [];
     const channel = known.get(key) ?? { key, label: key.replaceAll("_", " "), unit: "", decimals: 2 };
     const [curve] = curvesOf(whose, [channel]);
     return curve && whose !== "" ? [{ ...curve, name: `${whose} ${channel.label}`, colour: place }] : [curve];
   });
   const most = { from, to: Math.max(to, from + 0.01), zero: from };
   const span = new Span(() => Number.NaN, most);
-  return { store, span, lanes: lanesOf(curves.flat().filter(one => one !== undefined)) };
+  const scrub = new Scrub(
+    tracksOf(content.columns),
+    { from, to: most.to, start: from, origin: from, utc: content.utcOffset },
+    null,
+    content.columns[0],
+  );
+  return { store, span, scrub, lanes: lanesOf(curves.flat().filter(one => one !== undefined)) };
 }

@@ -15,6 +15,7 @@ import {
   type Language,
 } from "../text/language";
 import { Glyph } from "./glyph";
+import { guideAt } from "./guide";
 import { Icon, type IconName } from "./icon";
 import { Segments } from "./segments";
 
@@ -84,6 +85,17 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
           <span>{text.keys}</span>
           <kbd class="badge-key">?</kbd>
         </button>
+        <a
+          class="rail-item"
+          href={guideAt("contents")}
+          target="_blank"
+          rel="noreferrer"
+          aria-label={text.docsLabel}
+          data-testid="docs"
+        >
+          <Icon name="docs" />
+          <span>{text.docs}</span>
+        </a>
         <Segments<Wish>
           label={text.theme.label}
           chosen={wish.value}

@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import ssl
 import uuid
 from typing import Any
 
@@ -19,6 +20,8 @@ class AsyncConnection:
 
     A connection that breaks is tried again (`tries` in all) where doing a thing twice does nothing twice: a GET, and
     a POST, which then carries the same Idempotency-Key. Motion is asked for once. Time-outs are never tried again.
+
+    `trusted`: whose certificates are believed, for connections of another kind; None where there is no TLS.
     """
 
     def __init__(
@@ -33,6 +36,8 @@ class AsyncConnection:
     ) -> None:
         """`url` and `token` are those of HORNBILL_URL and HORNBILL_TOKEN unless given; see HERE for neither.
 
+        The certificate of an https address is believed by the authorities of this machine and of SSL_CERT_FILE.
+
         `by`: who stops, for everybody to see. `timeout_s`: for an answer; `tries` in all, where trying again is safe.
         """
         self.url = (url or os.environ.get("HORNBILL_URL") or HERE).rstrip("/")
@@ -40,8 +45,10 @@ class AsyncConnection:
         self.lease_id: str | None = None
         self._tries = tries
         self._secret = token or os.environ.get("HORNBILL_TOKEN")
+        self.trusted = _authorities() if self.url.startswith("https:") else None
         self._http = httpx.AsyncClient(
             trust_env=not self.local,
+            verify=self.trusted or True,
             base_url=f"{self.url}/api/v1",
             timeout=timeout_s,
             headers=self.credentials,
@@ -62,7 +69,7 @@ class AsyncConnection:
         keyed: bool = True,
         timeout_s: float | None = None,
         headers: dict[str, str] | None = None,
-        content: str | None = None,
+        content: str | bytes | None = None,
         **query: object,
     ) -> Any:
         """One request below /api/v1; its JSON, its text where it is none, or None for no content.
@@ -123,11 +130,23 @@ class AsyncConnection:
 
     def _no_server(self, error: httpx.TransportError) -> NoServer:
         why = str(error) or type(error).__name__
+        if "CERTIFICATE_VERIFY_FAILED" in why:
+            remedy = "Name the file of its certificate, or of who signed it, in SSL_CERT_FILE."
+            return NoServer(
+                f"What answers at {self.url} has a certificate that is not trusted: {why}. {remedy}", sent=False
+            )
         if isinstance(error, (httpx.ConnectError, httpx.ConnectTimeout)):
             start = "Start one with 'hornbill demo' or 'hornbill serve', or name its address in HORNBILL_URL."
             return NoServer(f"No hornbill server answers at {self.url}: {why}. {start}", sent=False)
         lost = "The connection ended before the answer came, so that it is not known whether it was done."
         return NoServer(f"{lost} {self.url}: {why}. Look before you ask again.", sent=True)
+
+
+def _authorities() -> ssl.SSLContext:
+    """Those that httpx brings, and those of this machine: a network's own authority is only there."""
+    found = httpx.create_ssl_context()
+    found.load_default_certs()
+    return found
 
 
 def _text(value: object) -> str:

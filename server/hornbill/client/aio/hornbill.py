@@ -8,9 +8,13 @@ from typing import Any, Literal, Self
 from urllib.parse import quote
 
 from hornbill.client import answers
+from hornbill.client.aio.bus import AsyncBus
 from hornbill.client.aio.connection import AsyncConnection
+from hornbill.client.aio.jobs import AsyncJobs
 from hornbill.client.aio.lease import AsyncLease
+from hornbill.client.aio.records import AsyncRecords
 from hornbill.client.aio.servo import AsyncServo, Progress
+from hornbill.client.aio.stream import AsyncStream
 from hornbill.client.problems import TookTooLong, raised
 from hornbill.errors import Conflict, Interrupted, InvalidValue, Unknown
 
@@ -24,6 +28,21 @@ class AsyncHornbill(AsyncConnection):
     What it answers are the JSON objects of the API, typed in hornbill.client.answers. Every method raises the errors
     of hornbill.errors, and NoServer.
     """
+
+    @property
+    def bus(self) -> AsyncBus:
+        """The adapter, who is on the bus, node ids, the log."""
+        return AsyncBus(self)
+
+    @property
+    def jobs(self) -> AsyncJobs:
+        """What takes time, and its reports."""
+        return AsyncJobs(self)
+
+    @property
+    def records(self) -> AsyncRecords:
+        """What the server keeps: servos ever met, audit, measured runs, bundles of the black box."""
+        return AsyncRecords(self)
 
     async def __aenter__(self) -> Self:
         return self
@@ -119,6 +138,20 @@ class AsyncHornbill(AsyncConnection):
         body = {"commands": shown, "clamp": clamp, "confirm": list(confirm)}
         return await self.ask("POST", "/commands", body, once=True)
 
+    def stream(
+        self,
+        servos: Sequence[AsyncServo],
+        kind: Literal["angle", "speed", "torque"] = "angle",
+        *,
+        rate_hz: float = 50.0,
+    ) -> AsyncStream:
+        """Steady bursts to several servos for a block, under a lease."""
+        return AsyncStream(self, list(servos), kind, rate_hz)
+
+    async def leases(self) -> list[answers.LeaseView]:
+        """Who has motion control."""
+        return await self.ask("GET", "/leases")
+
     async def wait(
         self, job: str, *, timeout_s: float | None = None, on_progress: Progress | None = None
     ) -> answers.Job:
@@ -145,6 +178,14 @@ class AsyncHornbill(AsyncConnection):
         """Every profile, by name."""
         return await self.ask("GET", "/profiles")
 
+    async def profile(self, name: str) -> answers.Profile:
+        """One profile."""
+        return await self.ask("GET", f"/profiles/{quote(name, safe='')}")
+
+    async def delete_profile(self, name: str) -> None:
+        """Forget a profile. Servos it was applied to stay as they are."""
+        await self.ask("DELETE", f"/profiles/{quote(name, safe='')}")
+
     async def put_profile(
         self, name: str, values: Mapping[str, bool | int | float | str] | AsyncServo, *, description: str = ""
     ) -> answers.Profile:
@@ -169,6 +210,58 @@ class AsyncHornbill(AsyncConnection):
         }  # fmt: skip
         job: answers.Job = await self.ask("POST", f"/profiles/{quote(name, safe='')}/apply", body)
         return await self.wait(job["id"], on_progress=on_progress)
+
+    async def compare(self, left: str, right: str, *, identity: bool = False) -> answers.Comparison:
+        """Where two sides differ: servo:UID, rom:UID, snapshot:ID, profile:NAME, default:MODEL."""
+        return await self.ask("GET", "/compare", left=left, right=right, identity=identity)
+
+    async def read_many(self, servos: Sequence[AsyncServo], keys: Sequence[str]) -> answers.BatchRead:
+        """Parameters × servos, read now; a servo that cannot be read says why in its `problem`."""
+        uids = ",".join(one.uid for one in servos)
+        return await self.ask("GET", "/parameters", uids=uids, keys=",".join(keys), refresh=True)
+
+    async def write_many(
+        self,
+        values: Mapping[AsyncServo, Mapping[str, bool | int | float | str]],
+        *,
+        dry_run: bool = False,
+        save: bool = False,
+        all_or_none: bool = False,
+        confirm: Sequence[str] = (),
+    ) -> answers.BatchPatched:
+        """Values by servo by key, each servo all or nothing; `all_or_none`: one rejected plan keeps all from it."""
+        body = {
+            "servos": {servo.uid: dict(rows) for servo, rows in values.items()}, "dry_run": dry_run, "save": save,
+            "all_or_none": all_or_none, "confirm": list(confirm),
+        }  # fmt: skip
+        return await self.ask("PATCH", "/parameters", body)
+
+    async def candidates(self) -> answers.Candidates:
+        """Servos that look new, each with a free servo id."""
+        return await self.ask("GET", "/commissioning/candidates")
+
+    async def commission(
+        self,
+        servos: Sequence[Mapping[str, Any]],
+        *,
+        profile: str | None = None,
+        save: bool = True,
+        identify: bool = False,
+        on_anomaly: Literal["stop", "continue"] = "stop",
+        confirm: Sequence[str] = (),
+        on_progress: Progress | None = None,
+    ) -> answers.Job:
+        """Give servos ({"uid", "servo_id", "node_id", "label"} each) their identity and a profile, and wait for it."""
+        body = {
+            "servos": [dict(one) for one in servos], "profile": profile, "save": save, "identify": identify,
+            "on_anomaly": on_anomaly, "confirm": list(confirm),
+        }  # fmt: skip
+        job: answers.Job = await self.ask("POST", "/commissioning", body)
+        return await self.wait(job["id"], on_progress=on_progress)
+
+    async def health(self) -> answers.Health:
+        """Version, uptime and bus of the server."""
+        return await self.ask("GET", "/health")
 
     async def schema(self) -> answers.SchemaDocument:
         """The parameter tables: every row with its unit, range and meaning, every model, every fault bit."""

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from hornbill.client import answers
+from hornbill.client.aio.history import AsyncHistory
 from hornbill.client.problems import raised
 from hornbill.errors import DidNotMove
 
@@ -30,6 +31,7 @@ class AsyncServo:
         self._path = f"/servos/{known['uid']}"
         self.uid = known["uid"]
         self.known = known
+        self.history = AsyncHistory(hornbill, known["uid"])
 
     @property
     def title(self) -> str:
@@ -87,9 +89,22 @@ class AsyncServo:
             await self._hornbill.wait(done["job"], on_progress=on_progress)
         return done
 
-    async def save(self, *, on_progress: Progress | None = None) -> answers.Job:
-        """Write RAM to ROM, restart, and read it back. With soft start the horn goes slowly to 0°."""
-        return await self._job("save", None, on_progress)
+    async def forecast_restart(self, *, save: bool = False, torque_on: bool = False) -> answers.Forecast:
+        """What a restart, or with `save` a save (with `torque_on`), would do to the horn. Reads, moves nothing."""
+        return await self._ask("GET", f"{self._path}/restart-forecast", save=save, torque_on=torque_on)
+
+    async def preview_factory_reset(self, *, keep_identity: bool = True) -> answers.ResetPreview:
+        """Every row a factory reset would change, what stays, and what its restart does. Changes nothing."""
+        return await self._ask("GET", f"{self._path}/factory-reset", keep_identity=keep_identity)
+
+    async def save(
+        self, *, confirm: Sequence[str] = (), torque_on: bool = False, on_progress: Progress | None = None
+    ) -> answers.Job:
+        """Write RAM to ROM, restart, and read it back. With soft start the horn goes slowly to 0°.
+
+        `confirm`: words of an earlier NeedsConfirmation ("torque_off_in_rom").
+        """
+        return await self._job("save", {"confirm": list(confirm), "torque_on": torque_on}, on_progress)
 
     async def restart(self, *, on_progress: Progress | None = None) -> answers.Job:
         """Restart; what is only in RAM is lost. With soft start the horn goes slowly to 0°."""
@@ -153,10 +168,46 @@ class AsyncServo:
         """Energise the motor where it stands (needs a lease), or take its output away (never does)."""
         return await self._ask("POST", f"{self._path}/torque", {"mode": mode}, once=mode == "on")
 
+    async def cautions(self, kind: Literal["angle", "speed", "torque"], value: float) -> list[answers.Caution]:
+        """What would be said of a command, without sending it."""
+        return await self._ask("GET", f"{self._path}/cautions", type=kind, value=value)
+
     async def faults(self, *, active: bool = True) -> list[answers.Fault]:
         """Fault bits that are set; with `active=False` past ones, too. Each with what to do about it."""
         found: list[answers.Fault] = await self._ask("GET", f"{self._path}/faults")
         return [one for one in found if one["active"] or not active]
+
+    async def acknowledge_faults(self, key: str | None = None, *, by: str | None = None) -> None:
+        """Somebody has seen all of them, or the one; the servo is not told."""
+        one = "" if key is None else f"/{key}"
+        await self._ask("POST", f"{self._path}/faults{one}/acknowledge", by=by)
+
+    async def position_unit(self) -> answers.PositionUnitState:
+        """What position 1.0 on the bus means for this servo, and how that is known."""
+        return await self._ask("GET", f"{self._path}/position-unit")
+
+    async def set_position_unit(
+        self, unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"] | None
+    ) -> answers.PositionUnitState:
+        """Say what it means, in place of what was measured; None: measure again."""
+        return await self._ask("PUT", f"{self._path}/position-unit", {"unit": unit})
+
+    async def step_test(
+        self,
+        step_deg: float = 5.0,
+        *,
+        runs: int = 1,
+        dwell_s: float = 1.0,
+        note: str = "",
+        on_progress: Progress | None = None,
+    ) -> answers.Job:
+        """Measure a step there and back around where the horn stands, under a lease and with torque on."""
+        body = {"step_deg": step_deg, "runs": runs, "dwell_s": dwell_s, "note": note}
+        return await self._job("step-test", body, on_progress)
+
+    async def telemetry_state(self) -> answers.Telemetry:
+        """What is polled, and for whom."""
+        return await self._ask("GET", f"{self._path}/telemetry")
 
     async def telemetry(
         self, channels: Sequence[str], rate_hz: float, *, ttl_s: float | None = None, owner: str = "client"

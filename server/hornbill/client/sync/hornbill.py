@@ -10,9 +10,13 @@ from urllib.parse import quote
 
 from hornbill.client import answers
 from hornbill.client.problems import TookTooLong, raised
+from hornbill.client.sync.bus import Bus
 from hornbill.client.sync.connection import Connection
+from hornbill.client.sync.jobs import Jobs
 from hornbill.client.sync.lease import Lease
+from hornbill.client.sync.records import Records
 from hornbill.client.sync.servo import Progress, Servo
+from hornbill.client.sync.stream import Stream
 from hornbill.errors import Conflict, Interrupted, InvalidValue, Unknown
 
 LOOK_S = 0.1
@@ -25,6 +29,21 @@ class Hornbill(Connection):
     What it answers are the JSON objects of the API, typed in hornbill.client.answers. Every method raises the errors
     of hornbill.errors, and NoServer.
     """
+
+    @property
+    def bus(self) -> Bus:
+        """The adapter, who is on the bus, node ids, the log."""
+        return Bus(self)
+
+    @property
+    def jobs(self) -> Jobs:
+        """What takes time, and its reports."""
+        return Jobs(self)
+
+    @property
+    def records(self) -> Records:
+        """What the server keeps: servos ever met, audit, measured runs, bundles of the black box."""
+        return Records(self)
 
     def __enter__(self) -> Self:
         return self
@@ -118,6 +137,20 @@ class Hornbill(Connection):
         body = {"commands": shown, "clamp": clamp, "confirm": list(confirm)}
         return self.ask("POST", "/commands", body, once=True)
 
+    def stream(
+        self,
+        servos: Sequence[Servo],
+        kind: Literal["angle", "speed", "torque"] = "angle",
+        *,
+        rate_hz: float = 50.0,
+    ) -> Stream:
+        """Steady bursts to several servos for a block, under a lease."""
+        return Stream(self, list(servos), kind, rate_hz)
+
+    def leases(self) -> list[answers.LeaseView]:
+        """Who has motion control."""
+        return self.ask("GET", "/leases")
+
     def wait(self, job: str, *, timeout_s: float | None = None, on_progress: Progress | None = None) -> answers.Job:
         """Wait for a job by its id. Raises what it failed of, with the fact `job`; Interrupted when it was cancelled;
         TookTooLong after `timeout_s`. `on_progress` is called with the job whenever it was looked at.
@@ -141,6 +174,14 @@ class Hornbill(Connection):
     def profiles(self) -> list[answers.Profile]:
         """Every profile, by name."""
         return self.ask("GET", "/profiles")
+
+    def profile(self, name: str) -> answers.Profile:
+        """One profile."""
+        return self.ask("GET", f"/profiles/{quote(name, safe='')}")
+
+    def delete_profile(self, name: str) -> None:
+        """Forget a profile. Servos it was applied to stay as they are."""
+        self.ask("DELETE", f"/profiles/{quote(name, safe='')}")
 
     def put_profile(
         self, name: str, values: Mapping[str, bool | int | float | str] | Servo, *, description: str = ""
@@ -166,6 +207,58 @@ class Hornbill(Connection):
         }  # fmt: skip
         job: answers.Job = self.ask("POST", f"/profiles/{quote(name, safe='')}/apply", body)
         return self.wait(job["id"], on_progress=on_progress)
+
+    def compare(self, left: str, right: str, *, identity: bool = False) -> answers.Comparison:
+        """Where two sides differ: servo:UID, rom:UID, snapshot:ID, profile:NAME, default:MODEL."""
+        return self.ask("GET", "/compare", left=left, right=right, identity=identity)
+
+    def read_many(self, servos: Sequence[Servo], keys: Sequence[str]) -> answers.BatchRead:
+        """Parameters × servos, read now; a servo that cannot be read says why in its `problem`."""
+        uids = ",".join(one.uid for one in servos)
+        return self.ask("GET", "/parameters", uids=uids, keys=",".join(keys), refresh=True)
+
+    def write_many(
+        self,
+        values: Mapping[Servo, Mapping[str, bool | int | float | str]],
+        *,
+        dry_run: bool = False,
+        save: bool = False,
+        all_or_none: bool = False,
+        confirm: Sequence[str] = (),
+    ) -> answers.BatchPatched:
+        """Values by servo by key, each servo all or nothing; `all_or_none`: one rejected plan keeps all from it."""
+        body = {
+            "servos": {servo.uid: dict(rows) for servo, rows in values.items()}, "dry_run": dry_run, "save": save,
+            "all_or_none": all_or_none, "confirm": list(confirm),
+        }  # fmt: skip
+        return self.ask("PATCH", "/parameters", body)
+
+    def candidates(self) -> answers.Candidates:
+        """Servos that look new, each with a free servo id."""
+        return self.ask("GET", "/commissioning/candidates")
+
+    def commission(
+        self,
+        servos: Sequence[Mapping[str, Any]],
+        *,
+        profile: str | None = None,
+        save: bool = True,
+        identify: bool = False,
+        on_anomaly: Literal["stop", "continue"] = "stop",
+        confirm: Sequence[str] = (),
+        on_progress: Progress | None = None,
+    ) -> answers.Job:
+        """Give servos ({"uid", "servo_id", "node_id", "label"} each) their identity and a profile, and wait for it."""
+        body = {
+            "servos": [dict(one) for one in servos], "profile": profile, "save": save, "identify": identify,
+            "on_anomaly": on_anomaly, "confirm": list(confirm),
+        }  # fmt: skip
+        job: answers.Job = self.ask("POST", "/commissioning", body)
+        return self.wait(job["id"], on_progress=on_progress)
+
+    def health(self) -> answers.Health:
+        """Version, uptime and bus of the server."""
+        return self.ask("GET", "/health")
 
     def schema(self) -> answers.SchemaDocument:
         """The parameter tables: every row with its unit, range and meaning, every model, every fault bit."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from hornbill.errors import Conflict, HornbillError, NotAsWanted
 from hornbill.servo.asking import Asker
+from hornbill.servo.configuration import torque_in_rom
 from hornbill.servo.configuration.changes import Changes
 from hornbill.servo.configuration.ordering import moves
 from hornbill.servo.configuration.saving import Saving
@@ -128,6 +129,7 @@ class Batch:
             one.servo = self._fleet.get(one.uid)
             if order.save and not order.dry_run:
                 self._saving.check(one.servo, order.lease_id)
+                await torque_in_rom.require(self._asker, one.servo, order.confirm, one.values)
             one.changes = (await self._apply(one, one.values, order, leaving, dry_run=True)).changes
         except HornbillError as problem:
             one.reject(problem)

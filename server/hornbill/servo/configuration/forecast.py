@@ -36,12 +36,15 @@ class Forecast:
     warnings: list[str]
 
 
-def forecast(servo: Servo, *, as_saved: bool) -> Forecast:
-    """What a restart does. `as_saved`: RAM is written to ROM first; otherwise what ROM is known to hold is loaded.
+def forecast(servo: Servo, *, as_saved: bool, torque_on: bool = False) -> Forecast:
+    """What a restart does. `as_saved`: RAM is written to ROM first (with `torque_on`, and torque on); otherwise what
+    ROM is known to hold is loaded.
 
     Asks nothing: it is as fresh as what was read last. What is not known is taken to move the horn.
     """
     loaded: dict[str, Raw | None] = dict(servo.raws()) if as_saved else dict(servo.rom())
+    if as_saved and torque_on:
+        loaded["torque_mode"] = 0
     warnings: list[str] = []
     if servo.rom_lost and as_saved:
         warnings.append(

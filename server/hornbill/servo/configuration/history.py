@@ -43,13 +43,10 @@ class History:
 
     def keep(self, servo: Servo, *, reason: str, by: str, automatic: bool) -> Snapshot:
         """Keep what is known now, without asking the servo; rows that are not known are left out."""
-        ram = held(servo)
-        latest = self.snapshots.latest(servo.uid)
-        if automatic and latest is not None and (dict(latest.ram), dict(latest.rom)) == (ram, servo.rom()):
-            return latest
         made = self.snapshots.add(
             servo.uid, reason=reason, by=by, automatic=automatic, model=servo.model.name if servo.model else None,
-            firmware=servo.firmware, schema_revision=servo.catalog.revision, ram=ram, rom=servo.rom(),
+            firmware=servo.firmware, schema_revision=servo.catalog.revision, ram=held(servo), rom=servo.rom(),
+            unless_same=automatic,
         )  # fmt: skip
         if not automatic:
             self._audit.note(Entry(by, "snapshot", "succeeded", servo.uid, after=made.id, detail=reason))

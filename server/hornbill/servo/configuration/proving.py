@@ -3,8 +3,9 @@
 import asyncio
 from collections.abc import Iterable, Mapping
 
-from hornbill.errors import ConfigurationLost, HornbillError, NoAnswer, NotAsWanted, Stopped
+from hornbill.errors import Busy, ConfigurationLost, HornbillError, NoAnswer, NotAsWanted, Stopped
 from hornbill.schema import scale
+from hornbill.schema.parameter import DUMMY
 from hornbill.servo import identification
 from hornbill.servo.asking import Asker
 from hornbill.servo.configuration.restarting import RESTART_WITHIN_S, Departure, Restarts
@@ -17,6 +18,9 @@ from hornbill.units import Raw
 
 PROVED_WITHIN_S = 2 * RESTART_WITHIN_S + 5
 """A servo that fails again while it is read back is waited for so long in all."""
+
+TURNS_RPM = 5
+"""A horn at rest is measured no faster; one that turns is moved by somebody, and the ROM write would let go of it."""
 
 ANOTHER_STATUS_S = 1.5
 """A NodeStatus comes once a second: when ROM seems wrong, it is waited for, because it would tell of a restart in the
@@ -123,3 +127,17 @@ def differing(servo: Servo, wanted: Mapping[str, Raw | None]) -> tuple[list[dict
         facts.append({"key": key, "wanted": shown[0], "found": shown[1]})
         said.append(f"{row.label} {texts[1]} instead of {texts[0]}")
     return facts, ", ".join(said)
+
+
+def check_rest(servo: Servo) -> str:
+    """A remark on a horn that moves by itself: a trembling one may be what this save puts right. Else nothing.
+
+    Raises Busy where a speed or torque command turns it, whoever gave it (sections 4.2 and 4.3).
+    """
+    speed = servo.raw("current_speed") or 0
+    if abs(speed) <= TURNS_RPM:
+        return ""
+    commands = (servo.raw("command_speed"), servo.raw("command_torque"))
+    if servo.raw("torque_mode") == 0 and any(raw not in (None, 0, DUMMY) for raw in commands):
+        raise Busy(f"The horn of {servo.title} turns at {speed} rpm. Nothing was saved. Let it come to rest first.")
+    return f" The horn moves at {speed} rpm by itself."

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from hornbill.errors import (
@@ -18,15 +18,14 @@ from hornbill.errors import (
     Stopped,
 )
 from hornbill.schema import scale
-from hornbill.schema.parameter import DUMMY
 from hornbill.servo import identification, permission
-from hornbill.servo.asking import READ, TORQUE, Asker
-from hornbill.servo.configuration import sheet
+from hornbill.servo.asking import Asker
+from hornbill.servo.configuration import sheet, torque_in_rom
 from hornbill.servo.configuration.audit import Audit
 from hornbill.servo.configuration.claims import Claims
 from hornbill.servo.configuration.forecast import forecast, supply_problem
 from hornbill.servo.configuration.history import History
-from hornbill.servo.configuration.proving import Proof, check_held
+from hornbill.servo.configuration.proving import Proof, check_held, check_rest
 from hornbill.servo.configuration.restarting import LOOK_AGAIN_S, Departure, Restarts
 from hornbill.servo.configuration.writing import Change
 from hornbill.servo.fleet import Fleet
@@ -52,11 +51,6 @@ LEAVES_WITHIN_S = 10.0
 """How long a save waits for a servo to leave the node id it will have after its restart."""
 
 LIVE = ("current_voltage", "current_angle", "current_speed", "command_speed", "command_torque")
-TURNS_RPM = 5
-"""A horn at rest is measured no faster; one that turns is moved by somebody, and the ROM write would let go of it."""
-
-_TORQUE_ON = replace(TORQUE, tries=READ.tries)
-"""Repeated for 1.25 s: unlike a motion command it is the same however often it arrives, and stop ends it at once."""
 
 SAVE_STEPS = {
     "check": "At rest, supply and RAM read",
@@ -98,10 +92,7 @@ Work: TypeAlias = Callable[[Job, Servo, Run], Awaitable[dict[str, object]]]
 
 
 class Saving:
-    """Starts save and restart jobs; a second save of a servo joins the first.
-
-    Saving torque off needs no confirmation: technicians set servos up with torque off all day. The forecast warns.
-    """
+    """Starts save and restart jobs; a second save of a servo joins the first. `torque_in_rom` asks before."""
 
     def __init__(
         self,
@@ -131,18 +122,27 @@ class Saving:
         self.restarts = Restarts(asker, hub, base, stop, fleet)
         self._proof = Proof(asker, base, stop, self.restarts)
 
-    def save(self, servo: Servo, lease_id: str | None, *, by: str | None = None, written: Sequence[Change] = ()) -> Job:
+    def save(
+        self,
+        servo: Servo,
+        lease_id: str | None,
+        *,
+        by: str | None = None,
+        written: Sequence[Change] = (),
+        torque_on: bool = False,
+    ) -> Job:
         """Write RAM to ROM; the servo restarts and, with soft start and torque on in ROM, moves to 0 degrees.
 
         `by`: who was permitted to when they asked, which was long ago; no lease is asked for then. `written` is what
         was just changed and is wanted in ROM: where RAM does not hold it any more nothing is saved, and a save that
-        is under way already, which may be of something else, is not joined but Busy.
+        is under way already, which may be of something else, is not joined but Busy. `torque_on`: as `save_for`, for
+        one that the end of motion control left without torque; then it raises ConfigurationLost and BusReadOnly, too.
 
         Raises Stopped, LeaseHeld, Busy, NoAnswer before anything is sent. The job may end with those and OutOfRange
         (the supply), Refused, Conflict (the node id is another's), NotAsWanted, ConfigurationLost; its facts name the
         `snapshot` of before and the `differences`.
         """
-        return self._begin("save", servo, lease_id, by, written)
+        return self._begin("save", servo, lease_id, by, written, torque_on)
 
     def restart(self, servo: Servo, lease_id: str | None, *, by: str | None = None) -> Job:
         """Restart the servo; what is only in RAM is lost, and it may soft-start to 0 degrees. Raises as `save`."""
@@ -185,14 +185,23 @@ class Saving:
             raise Busy(f"{servo.title} is under command. Turn motion off first: a restart drops its torque.")
 
     def _begin(
-        self, kind: str, servo: Servo, lease_id: str | None, by: str | None, written: Sequence[Change] = ()
+        self,
+        kind: str,
+        servo: Servo,
+        lease_id: str | None,
+        by: str | None,
+        written: Sequence[Change] = (),
+        torque_on: bool = False,
     ) -> Job:
         running = self.running(kind, servo)
-        if running is not None and not written:
+        if running is not None and not written and not torque_on:
             return running
         self.check(servo, lease_id, by=by)
+        if torque_on:
+            permission.check_movable(servo)
         self._jobs.check_free(servo)
-        return self._start(kind, servo, Run(by or self._leases.who(lease_id, self._base.now()), servo.boots, written))
+        by = by or self._leases.who(lease_id, self._base.now())
+        return self._start(kind, servo, Run(by, servo.boots, written, torque_on=torque_on))
 
     def _start(self, kind: str, servo: Servo, run: Run) -> Job:
         steps, state = (SAVE_STEPS, State.SAVING) if kind == "save" else (RESTART_STEPS, State.RESTARTING)
@@ -275,12 +284,9 @@ class Saving:
                 f"{problem} Nothing was saved.", key="current_voltage", unit="V",
                 requested=(servo.raw("current_voltage") or 0) / 10, minimum=(low or 0) / 10, maximum=(high or 0) / 10,
             )  # fmt: skip
-        speed = servo.raw("current_speed") or 0
-        moves = "" if abs(speed) <= TURNS_RPM else f" The horn moves at {speed} rpm by itself."
-        if moves and _turned(servo):  # a trembling horn may be what this save puts right
-            raise Busy(f"The horn of {servo.title} turns at {speed} rpm. Nothing was saved. Let it come to rest first.")
+        moves = check_rest(servo)
         await self._node_free(servo)
-        said = forecast(servo, as_saved=True)
+        said = forecast(servo, as_saved=True, torque_on=run.torque_on)
         supply = servo.raw("current_voltage")
         found = "supply not known" if supply is None else f"supply {supply / 10:.1f} V"
         return " ".join([f"{len(rows)} rows read, {found}.{moves}", said.text, *said.warnings])
@@ -317,7 +323,7 @@ class Saving:
         job.begin("write")
         try:
             if run.torque_on:
-                await self._torque_on(servo)
+                await self.restarts.unless_stopped(torque_in_rom.turn_on(self._asker, servo))
             for tries in range(1, SAVE_TRIES + 1):
                 answered, stopped = await self._send_save(servo, run)
                 sent = (
@@ -340,14 +346,6 @@ class Saving:
             if run.torque_on and servo.boots == departure.boots and not self._stop.latched:
                 self._motion.debts.owe(servo)
             raise
-
-    async def _torque_on(self, servo: Servo) -> None:
-        row = servo.registers["torque_mode"].parameter
-        if await self.restarts.unless_stopped(self._asker.write(servo, row, 0, _TORQUE_ON)) != 0:
-            raise NotAsWanted(
-                f"{servo.title} did not take torque on, which ROM was to hold. Nothing was saved.",
-                differences=[{"key": row.key, "wanted": "on", "found": None}],
-            )
 
     async def _send_save(self, servo: Servo, run: Run) -> tuple[bool, Stopped | None]:
         """Whether it was answered, and the stop that was pressed meanwhile. Raises Stopped before it is sent."""
@@ -391,9 +389,3 @@ class Saving:
     def _tell_rows(self, servo: Servo) -> None:
         for key in servo.registers:
             self._hub.tell(ReadingChanged(servo.uid, key))
-
-
-def _turned(servo: Servo) -> bool:
-    """Whether a speed or torque command turns the horn, whoever gave it (sections 4.2 and 4.3)."""
-    held = (servo.raw("command_speed"), servo.raw("command_torque"))
-    return servo.raw("torque_mode") == 0 and any(raw not in (None, 0, DUMMY) for raw in held)

@@ -281,6 +281,8 @@ export const words = {
     demo: "Demo",
     demoLine:
       "Simulated servos inside hornbill: nothing to plug in. They stay among the servos known until you forget them.",
+    switchesOff:
+      "One bus at a time: the simulated servos are switched off then, and forget what only their RAM holds. Choose the demo again and they start anew.",
     demoName: "simulated servos",
     nothing: "No adapter is found.",
     nothingLine: "Plug one in and it appears here. Until then: another address, or the demo.",

@@ -44,6 +44,12 @@ export const words = {
       torque_off_in_rom: "Torque off in ROM is meant: it holds nothing after a restart",
     },
     go: (n: number) => `Write ${values(n)} all the same`,
+    torqueOff:
+      "It has no torque now, and a save keeps that: after every start it holds nothing until torque is turned on. Motion ends with torque off, so this is seldom meant.",
+    free: "The horn is free: it is held where it stands, and goes slowly to 0° at the start if soft start is on",
+    goTorque: "Save with torque on",
+    notSaved: "Nothing was saved.",
+    goSave: "Save without torque",
   },
 
   undo: {

@@ -25,5 +25,7 @@ export const words = {
   jogHold: ["← →", "On Speed and Torque: run that way while the key is held; letting go brakes"] as Line,
   jogEnter: ["Enter", "Send the angle that was typed"] as Line,
   monitor: ["↑ ↓", "The transfer before or after, when the monitor has focus"] as Line,
+  scrub: ["← →", "One sample in a recording, when its time line has focus. Shift 1\u202fs"] as Line,
+  scrubEnds: ["Home End", "Start and end of a recording, when its time line has focus"] as Line,
   scroll: ["↑ ↓", "Scroll, when a list has focus"] as Line,
 };

@@ -67,6 +67,7 @@ export const words = {
   bar: {
     label: (n: number, m: number) => `${n} ${n === 1 ? "change" : "changes"} on ${servos(m)}`,
     ramOnly: (n: number) => `${values(n)} in RAM only`,
+    ramLine: "Lost when the supply goes off. To change more, choose a cell and press Enter.",
     wrong: (n: number) => `${n} ${n === 1 ? "needs" : "need"} a look`,
     never: "A value that is not allowed is never sent.",
     discard: "Discard",

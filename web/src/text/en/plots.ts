@@ -47,6 +47,19 @@ export const words = {
   curves: "Curves",
   light: (name: string) => `Let ${name} stand out`,
   none: "No servo is chosen. Choose some in the list, then press Plot.",
+  scrub: {
+    label: "Time in the recording",
+    time: "Time. Arrow keys: a sample; with Shift a second; Home and End",
+    moment: (time: string, wall: string) => `${time}, ${wall}`,
+    play: "Play",
+    pause: "Pause",
+    speed: "Speed",
+    times: (n: string) => `${n}×`,
+    inView: "Show in 3D",
+    noWall: "time of day not in the file",
+    noAngle: "This file has no angle: the 3D view stays on the servo.",
+    motionOn: "Motion is on: the 3D view shows the servo, not the recording.",
+  },
   mark: {
     event: {
       fault: "fault",

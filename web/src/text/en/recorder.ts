@@ -71,6 +71,7 @@ export const words = {
     marks: "Marks",
     servo: "Servo",
     channels: "Channels",
+    moreChannels: (many: number) => `${many} more`,
     channelsLine:
       "Drag over a part of a plot to enlarge it in all, double click for all. 0 is the first mark.",
     noTelemetry: "No telemetry of this servo in the bundle.",

@@ -44,6 +44,12 @@ export const servos = {
   list: "List",
   wall: "3D",
   view: "View",
+  sort: {
+    label: "Sort",
+    none: "Not sorted",
+    ascending: "Ascending",
+    descending: "Descending",
+  },
   sortBy: (column: string) => `Sort by ${column}`,
   select: (name: string) => `Select ${name}`,
   selectAll: "Select all that are shown",

@@ -62,6 +62,7 @@ export const words = {
   bar: {
     label: (n, m) => `${servos(m)}に変更${n}件`,
     ramOnly: n => `RAMのみ${n}件`,
+    ramLine: "電源を切ると失われます。変更を加えるには、セルを選んでEnterを押します。",
     wrong: n => `要確認 ${n}件`,
     never: "許されない値は送信しません。",
     discard: "破棄",

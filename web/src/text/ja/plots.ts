@@ -48,6 +48,19 @@ export const words = {
   curves: "曲線",
   light: name => `${name}を強調`,
   none: "サーボを選んでいません。一覧で選び「グラフ」を押してください。",
+  scrub: {
+    label: "記録内の時刻",
+    time: "時刻。矢印キーで1サンプル、Shiftで1秒、HomeとEndで端へ",
+    moment: (time, wall) => `${time}、${wall}`,
+    play: "再生",
+    pause: "一時停止",
+    speed: "速さ",
+    times: n => `${n}倍`,
+    inView: "3Dに表示",
+    noWall: "日時は記録にありません",
+    noAngle: "このファイルに角度はありません: 3D表示はサーボのままです。",
+    motionOn: "動作オン: 3D表示は記録ではなくサーボを示します。",
+  },
   mark: {
     event: {
       fault: "異常",

@@ -68,6 +68,7 @@ export const words = {
     marks: "印",
     servo: "サーボ",
     channels: "チャンネル",
+    moreChannels: (many: number) => `ほか${many}件`,
     channelsLine: "グラフ上をドラッグすると全体が拡大し、ダブルクリックで戻ります。0は最初の印です。",
     noTelemetry: "このサーボの計測値はバンドルにありません。",
     plot: (label, servo) => `${servo}の${label}、バンドルの期間`,

@@ -25,6 +25,7 @@ export const servos = {
     list: "一覧",
     wall: "3D",
     view: "表示方法",
+    sort: { label: "並べ替え", none: "並べ替えなし", ascending: "昇順", descending: "降順" },
     sortBy: column => `${column}で並べ替え`,
     select: name => `${name}を選択`,
     selectAll: "表示中のすべてを選択",

@@ -1,0 +1,109 @@
+"""Owns AsyncRecords: what the server keeps: servos ever met, the audit, measured runs, the black box's bundles."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from hornbill.client import answers
+
+if TYPE_CHECKING:
+    from hornbill.client.aio.connection import AsyncConnection
+
+
+class AsyncRecords:
+    """Records of the server; `hornbill.records`."""
+
+    def __init__(self, connection: "AsyncConnection") -> None:
+        self._ask = connection.ask
+        self._download = connection.download
+
+    async def servos(self) -> list[answers.KnownServo]:
+        """Every servo ever met, on the bus or not, the one seen last first."""
+        return await self._ask("GET", "/inventory")
+
+    async def servo(self, uid: str) -> answers.KnownServo:
+        """One of them, with what is known of its ROM."""
+        return await self._ask("GET", f"/inventory/{uid}")
+
+    async def servos_csv(self) -> bytes:
+        """The same as a table, with ROM in a column a row."""
+        return await self._download("/inventory.csv")
+
+    async def label(self, uid: str, label: str) -> answers.KnownServo:
+        """Give a servo a nickname (up to 64 characters), also one that is switched off."""
+        return await self._ask("PATCH", f"/inventory/{uid}", {"label": label})
+
+    async def forget(self, uid: str, *, history: bool = False) -> None:
+        """Forget a servo that is not on the bus; with `history` its snapshots and faults, too."""
+        await self._ask("DELETE", f"/inventory/{uid}", history=history)
+
+    async def audit(
+        self,
+        *,
+        limit: int = 200,
+        uid: str | None = None,
+        key: str | None = None,
+        action: str | None = None,
+        since: float | None = None,
+        before_id: int | None = None,
+    ) -> list[answers.AuditRow]:
+        """Who did what, the newest first; `since` in seconds since 1970 UTC, `before_id` for the next page."""
+        query: dict[str, Any] = {"uid": uid, "key": key, "action": action, "since": since, "before_id": before_id}
+        return await self._ask("GET", "/audit", limit=limit, **query)
+
+    async def audit_csv(
+        self, *, uid: str | None = None, key: str | None = None, action: str | None = None, since: float | None = None
+    ) -> bytes:
+        """All of it as a table."""
+        given = {"uid": uid, "key": key, "action": action, "since": None if since is None else str(since)}
+        return await self._download("/audit.csv", **{name: value for name, value in given.items() if value is not None})
+
+    async def runs(self, *, uid: str | None = None, limit: int = 50) -> list[answers.StepRun]:
+        """Step tests, the newest first, without their samples."""
+        return await self._ask("GET", "/runs", uid=uid, limit=limit)
+
+    async def run(self, number: int) -> answers.StepRun:
+        """One step test with every sample and what was measured."""
+        return await self._ask("GET", f"/runs/{number}")
+
+    async def run_csv(self, number: int) -> bytes:
+        """Its samples as a table."""
+        return await self._download(f"/runs/{number}/csv")
+
+    async def overlay(self, numbers: Sequence[int]) -> answers.RunOverlay:
+        """Several with their samples, and the parameters in which they differ."""
+        return await self._ask("GET", "/runs/overlay", ids=",".join(map(str, numbers)))
+
+    async def drop_run(self, number: int) -> None:
+        """Forget a step test."""
+        await self._ask("DELETE", f"/runs/{number}")
+
+    async def recorder(self) -> answers.RecorderState:
+        """How far the black box reaches back."""
+        return await self._ask("GET", "/recorder")
+
+    async def write_bundle(self, reason: str = "", *, before_s: float | None = None) -> answers.Bundle:
+        """Keep what the black box holds of the last seconds; answers when the file is there."""
+        body = {"reason": reason, "before_s": before_s}
+        return await self._ask("POST", "/recorder/bundles", body, wait=True, timeout_s=120.0)
+
+    async def bundles(self) -> list[answers.Bundle]:
+        """What the black box kept, the newest first."""
+        return await self._ask("GET", "/recorder/bundles")
+
+    async def bundle(self, name: str) -> bytes:
+        """A bundle, a ZIP file."""
+        return await self._download(f"/recorder/bundles/{quote(name, safe='')}")
+
+    async def bundle_content(self, name: str) -> answers.BundleContent:
+        """What is in it, read."""
+        return await self._ask("GET", f"/recorder/bundles/{quote(name, safe='')}/content")
+
+    async def add_bundle(self, name: str, content: bytes) -> answers.Bundle:
+        """Have the server keep a bundle of elsewhere."""
+        kind = {"Content-Type": "application/zip"}
+        return await self._ask("PUT", f"/recorder/bundles/{quote(name, safe='')}", content=content, headers=kind)
+
+    async def delete_bundle(self, name: str) -> None:
+        """Delete a bundle."""
+        await self._ask("DELETE", f"/recorder/bundles/{quote(name, safe='')}")

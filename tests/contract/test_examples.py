@@ -1,0 +1,211 @@
+"""What the OpenAPI document shows of a body is what its route takes, and what it says of a row is what a servo does."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+import pytest
+from fastapi.routing import APIRoute
+from pydantic import TypeAdapter, ValidationError
+
+from behaviour.rig import Rig, json, play
+from hornbill.api import rows
+from hornbill.api.examples import EXAMPLES, MODEL, SECOND, SERVO
+from hornbill.api.http import create_api
+from hornbill.bus import address
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.parameter import Parameter
+from hornbill.schema.scale import number, to_raw
+from hornbill.servo.reading import CIRCUMSTANCES
+from hornbill.sim.recipe import Recipe
+
+CATALOG = Catalog.load()
+API = create_api(CATALOG)
+FILES = {"import_profile", "add_bundle"}
+"""They take a file as it is: the guide of file formats shows what is in it."""
+PATH = "/api/v1/servos/{uid}/parameters/"
+
+
+@lru_cache
+def operations() -> dict[str, dict[str, Any]]:
+    return {one["operationId"]: one for verbs in API.openapi()["paths"].values() for one in verbs.values()}
+
+
+def shown(operation: dict[str, Any]) -> dict[str, Any]:
+    """The examples of an operation's body, by their name in the document."""
+    content = operation.get("requestBody", {}).get("content", {}).get("application/json", {})
+    return {name: one["value"] for name, one in content.get("examples", {}).items()}
+
+
+@lru_cache
+def body_of(name: str) -> TypeAdapter[Any]:
+    """What the route of this operation takes as its body, as FastAPI has it."""
+    name = rows.PUT if name not in EXAMPLES else name
+    route = next(one for one in API.routes if isinstance(one, APIRoute) and one.operation_id == name)
+    (field,) = route.dependant.body_params
+    shape: Any = field.field_info.annotation
+    return TypeAdapter[Any](shape)
+
+
+EVERY = [(name, example) for name, one in operations().items() for example in shown(one).values()]
+NAMED = [f"{name}-{at}" for at, (name, _) in enumerate(EVERY)]
+
+
+def test_every_body_has_an_example() -> None:
+    bodies = {name for name, one in operations().items() if "requestBody" in one}
+    assert {name for name in bodies if not shown(operations()[name])} == FILES
+    assert EXAMPLES.keys() <= bodies, "an example of no operation is seen by nobody"
+
+
+def test_every_example_says_in_a_few_words_what_it_is() -> None:
+    for name, one in operations().items():
+        content = one.get("requestBody", {}).get("content", {}).get("application/json", {})
+        for example in content.get("examples", {}).values():
+            assert 3 < len(example["summary"]) < 40, name
+
+
+@pytest.mark.parametrize(("name", "example"), EVERY, ids=NAMED)
+def test_every_example_is_what_its_route_takes(name: str, example: Any) -> None:
+    body_of(name).validate_python(example, strict=False)
+
+
+def test_what_a_route_does_not_take_would_be_seen() -> None:
+    for name, wrong in (("set_torque", {"mode": "loose"}), ("save_servo", {"force": True}), ("set_smoothing", {})):
+        with pytest.raises(ValidationError):
+            body_of(name).validate_python(wrong)
+
+
+def mentioned(example: Any, field: str) -> Iterator[Any]:
+    """What stands under a field of this name, however deep."""
+    if isinstance(example, dict):
+        for name, value in example.items():  # pyright: ignore[reportUnknownVariableType]
+            if name == field:
+                yield value
+            yield from mentioned(value, field)
+    elif isinstance(example, list):
+        for one in example:  # pyright: ignore[reportUnknownVariableType]
+            yield from mentioned(one, field)
+
+
+def sets(example: Any) -> Iterator[dict[str, Any]]:
+    """Values by key of a row, wherever a body holds them."""
+    for found in mentioned(example, "values"):
+        if SERVO not in found:  # a stream's are by uid
+            yield found
+    for by_uid in mentioned(example, "servos"):
+        if isinstance(by_uid, dict):
+            yield from by_uid.values()  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_an_example_names_only_rows_and_values_that_exist(name: str) -> None:
+    for example in EXAMPLES[name].values():
+        for values in sets(example):
+            for key, value in values.items():
+                assert CATALOG.parameters[key].writable
+                to_raw(CATALOG.models[MODEL].rows()[key], value)
+        for keys in (*mentioned(example, "channels"), *mentioned(example, "keys")):
+            assert set(keys) <= CATALOG.readable.keys()
+        for model in mentioned(example, "model"):
+            assert model in CATALOG.models
+        for firmware in mentioned(example, "firmware"):
+            assert firmware in CATALOG.models[MODEL].firmware
+        for uids in mentioned(example, "uids"):
+            assert set(uids) <= {SERVO, SECOND}
+        for where in mentioned(example, "address"):
+            address.check(where, example.get("bitrate", 1_000_000))
+
+
+def test_examples_hold_rows_at_all() -> None:
+    assert len([values for one in EXAMPLES.values() for example in one.values() for values in sets(example)]) > 4
+
+
+@pytest.mark.parametrize("row", CATALOG.readable.values(), ids=list(CATALOG.readable))
+def test_every_route_of_a_row_carries_type_unit_range_description_and_effect(row: Parameter) -> None:
+    verbs = API.openapi()["paths"][PATH + row.key]
+    low, high = CATALOG.widest(row.key)
+    for operation in verbs.values():
+        said = operation["description"]
+        assert operation["x-unit"] == row.unit
+        assert row.description in said
+        if row.unit:
+            assert f"Unit: {row.unit}" in said
+        if row.unit_when is not None:
+            assert row.unit_when.unit in said
+        words = [f"`{one.key}`" for one in row.choices] if row.kind == "choice" else []
+        words += ["true or false"] if row.kind == "switch" else []
+        if row.kind in ("number", "bits"):
+            words += (
+                ["not stated"] if low is None or high is None else [number(one, row.per_unit) for one in (low, high)]
+            )
+        assert words
+        scope = said.partition("Range: ")[2]
+        assert [one for one in words if one not in scope] == []
+        assert operation["x-effect"]
+        assert said.endswith(" ".join(operation["x-effect"]))
+    read = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]
+    assert read["$ref"].endswith("/Reading")
+    assert read["properties"]["value"]["x-unit"] == row.unit
+    assert read["properties"]["value"]["type"]
+    assert ("put" in verbs) == row.writable
+
+
+@pytest.mark.parametrize("row", [row for row in CATALOG.readable.values() if row.writable], ids=lambda row: row.key)
+def test_the_body_of_a_row_has_type_unit_and_range_and_shows_a_default(row: Parameter) -> None:
+    put = API.openapi()["paths"][PATH + row.key]["put"]
+    content = put["requestBody"]["content"]["application/json"]
+    value = API.openapi()["components"]["schemas"][content["schema"]["$ref"].rsplit("/", 1)[-1]]["properties"]["value"]
+    low, high = CATALOG.widest(row.key)
+    assert low is not None
+    assert high is not None
+    if row.kind == "choice":
+        assert value["enum"] == [one.key for one in row.choices]
+    elif row.kind == "switch":
+        assert value["type"] == "boolean"
+    else:
+        assert value["type"] == ("integer" if row.per_unit == 1 else "number")
+        assert (value["minimum"], value["maximum"]) == (low / row.per_unit, high / row.per_unit)
+        assert value["x-unit"] == row.unit
+    own = next(rows_[row.key] for rows_ in (one.rows() for one in CATALOG.models.values()) if row.key in rows_)
+    (example,) = shown(put).values()
+    assert to_raw(own, example["value"]) == (own.default or 0)
+
+
+@pytest.mark.parametrize("row", [row for row in CATALOG.readable.values() if row.writable], ids=lambda row: row.key)
+def test_the_effect_of_a_row_names_every_rule_and_every_state_of_the_servo(row: Parameter) -> None:
+    said = " ".join(API.openapi()["paths"][PATH + row.key]["put"]["x-effect"])
+    rules = CATALOG.effects_of[row.key]
+    for rule in rules:
+        assert rule.why.replace("{last_command}", "speed or torque") in said
+        assert rule.unless_row is None or CATALOG.by_key[rule.unless_row].name in said
+    for one in CIRCUMSTANCES:
+        assert (one.why in said) == (one.rows is None or row.key in one.rows)
+    assert ("No other row" in said) == (not rules)
+    assert ("restarted" in said) == row.after_restart
+    assert "{" not in said
+
+
+@pytest.mark.parametrize("model", ["BLA15-06U-A0", "BLA21-06U-AB"])
+def test_a_servo_takes_the_example_of_each_row_and_reads_as_the_document_says(model: str) -> None:
+    kinds = {"integer": int, "number": (int, float), "boolean": bool, "string": str, "null": type(None)}
+
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        paths = API.openapi()["paths"]
+        for key in servo.registers:
+            path = f"/servos/{servo.uid}/parameters/{key}"
+            verbs = paths[PATH + key]
+            read = json(await rig.call("GET", path))
+            assert read["unit"] == verbs["get"]["x-unit"]
+            types = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]["properties"]["value"][
+                "type"
+            ]
+            allowed = [types] if isinstance(types, str) else types
+            assert any(isinstance(read["value"], kinds[one]) for one in allowed), (key, read["value"], types)
+            own = CATALOG.models[model].rows()[key]
+            for example in shown(verbs.get("put", {})).values():
+                if model == "BLA15-06U-A0" or own.pwm_only:
+                    json(await rig.call("PUT", path, example, lease=lease))
+
+    play(scene, Recipe(model, "1.300", servo_id=1, node_id=11, rom={"speed_torque_control": 1}))

@@ -1,0 +1,257 @@
+"""What axe finds where pages alone do not lead: dialogs, toasts, steps of the wizard, the sign-in, in both themes."""
+
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, Route, expect
+
+from e2e.conftest import Demo, Watched
+from e2e.looks import complaints
+from e2e.test_access import THEMES, show
+from e2e.test_technician import servo_of, wait_for
+
+MODEL = "BLA21-12U-A0"
+
+Say = Callable[[str], None]
+"""Looks at what is open now, under this name."""
+
+
+def stage(page: Page, key: str, value: str) -> None:
+    box = page.get_by_test_id(f"input-{key}")
+    box.fill(value)
+    box.press("Enter")
+    expect(page.get_by_test_id(f"row-{key}")).to_have_attribute("data-state", "staged")
+
+
+def close(page: Page) -> None:
+    """By its own button: Esc would stop every servo."""
+    page.get_by_role("dialog").get_by_role("button", name=re.compile("^(Close|Cancel|Keep)")).last.click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+def parameters(page: Page, demo: Demo, say: Say) -> None:
+    """Staged, compared, about to be saved, asked back, written and to be undone."""
+    uid = servo_of(demo, MODEL)
+    before = demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"]
+    show(page, demo, "servos/{uid}/parameters#angle_limit_cw")
+    page.get_by_test_id("keys").click()
+    say("the list of keys")
+    close(page)
+    stage(page, "angle_limit_cw", "75")
+    say("the bar of what is staged")
+    page.get_by_test_id("diff").click()
+    say("the diff")
+    close(page)
+    page.get_by_test_id("apply-save").click()
+    expect(page.get_by_test_id("save-dialog")).to_be_visible()
+    say("the save dialog")
+    close(page)
+    page.get_by_test_id("discard").click()
+
+    show(page, demo, "servos/{uid}/parameters#voltage_limit_lower")
+    stage(page, "voltage_limit_lower", "11.9")
+    page.get_by_test_id("apply").click()
+    expect(page.get_by_test_id("ask-back")).to_be_visible()
+    say("the servo asks back")
+    close(page)
+    page.get_by_test_id("discard").click()
+
+    show(page, demo, "servos/{uid}/parameters#temperature_limit_upper")
+    stage(page, "temperature_limit_upper", str(before - 1))
+    page.get_by_test_id("apply").click()
+    expect(page.get_by_test_id("undo")).to_be_visible()
+    say("what can be undone")
+    page.get_by_test_id("undo").click()
+    say("the undo dialog")
+    page.get_by_test_id("undo-go").click()
+    expect(page.get_by_test_id("undo-line")).to_have_count(0)
+
+
+def several(page: Page, demo: Demo, say: Say) -> None:
+    """Many servos: plotted together, as a wall of horns, side by side, with a plan that needs a tick."""
+    uids = [one["uid"] for one in demo.api.get("/servos").json()][:3]
+    show(page, demo, "servos")
+    for uid in uids:
+        page.get_by_test_id(f"select-{uid}").check()
+    page.get_by_test_id("plot-selected").click()
+    expect(page.get_by_test_id("plot-many").locator("canvas").first).to_be_visible()
+    say("servos in one plot")
+    page.get_by_test_id("plot-selected").click()
+    page.get_by_role("button", name="3D").click()
+    expect(page.get_by_test_id("wall")).to_be_visible()
+    say("the wall of horns")
+    page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}#voltage_limit_lower")
+    page.get_by_test_id(f"copy-{uids[0]}").click()
+    say("a column to be copied")
+    close(page)
+    page.get_by_test_id("set-voltage_limit_lower").click()
+    page.get_by_test_id("set-value").fill("7.2")
+    say("a row to be set on all")
+    page.get_by_test_id("set-go").click()
+    say("the matrix with staged cells")
+    page.get_by_test_id("matrix-review").click()
+    expect(page.get_by_test_id("plan-again")).to_be_visible()
+    say("the plan of the matrix")
+    close(page)
+    page.get_by_test_id("matrix-discard").click()
+
+
+def restored(page: Page, demo: Demo, say: Say) -> None:
+    """A snapshot that differs, and the dialog before its rows are written."""
+    uid = servo_of(demo, MODEL)
+    path = f"/servos/{uid}/parameters/temperature_limit_upper"
+    before = demo.api.get(path).json()["value"]
+    number = demo.api.post(f"/servos/{uid}/snapshots", json={"reason": "for axe"}).json()["id"]
+    demo.api.put(path, json={"value": before - 1}).raise_for_status()
+    show(page, demo, "records#snapshots/{uid}")
+    page.get_by_test_id(f"snapshot-{number}").click()
+    page.get_by_test_id("differs-temperature_limit_upper").get_by_role("checkbox").check()
+    say("a snapshot that differs")
+    page.get_by_test_id("restore-ticked").click()
+    expect(page.get_by_test_id("plan-temperature_limit_upper")).to_be_visible()
+    say("the restore dialog")
+    close(page)
+    demo.api.put(path, json={"value": before}).raise_for_status()
+
+
+def commissioned(page: Page, demo: Demo, say: Say) -> None:
+    """Each step of the wizard up to its start."""
+    uid = servo_of(demo, MODEL)
+    show(page, demo, "commission")
+    say("commission: found")
+    if page.get_by_test_id("find-others").get_attribute("aria-expanded") == "false":
+        page.get_by_test_id("find-others").click()
+    ticked = page.locator("[data-testid^=pick-] input:checked")
+    while ticked.count() > 0:
+        ticked.first.uncheck()
+    page.get_by_test_id(f"pick-{uid}").locator("input").check()
+    page.get_by_test_id("find-go").click()
+    expect(page.get_by_test_id("identify-step")).to_be_visible()
+    say("commission: told apart")
+    page.get_by_test_id("label").fill("Elevator")
+    page.get_by_test_id("give").click()
+    page.get_by_test_id("identify-go").click()
+    expect(page.get_by_test_id("profile-step")).to_be_visible()
+    say("commission: the profile")
+    page.get_by_test_id("profile-go").click()
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
+    say("commission: checked")
+
+
+def recorded(page: Page, demo: Demo, say: Say) -> None:
+    """A bundle that is open, and a recording of one servo from the disk."""
+    uid = servo_of(demo, MODEL)
+    body = {"reason": "for axe", "before_s": 20}
+    name = demo.api.post("/recorder/bundles", params={"wait": True}, json=body).json()["name"]
+    try:
+        show(page, demo, f"records#recorder/{name}")
+        page.get_by_test_id("bundle-servo").select_option(uid)
+        page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()
+        say("a bundle that is open")
+        page.get_by_test_id("scrub-slider").press("Home")
+        say("a bundle at its beginning")
+    finally:
+        demo.api.delete(f"/recorder/bundles/{name}").raise_for_status()
+    rows = demo.api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 5}).content
+    show(page, demo, "servos/{uid}/parameters")
+    page.get_by_test_id("plot-channels").click()
+    say("the channels of a plot")
+    chosen = page.get_by_test_id("plot-file")
+    wrong = b"what,how many\nbread,2\n"
+    chosen.set_input_files(files=[{"name": "shopping.csv", "mimeType": "text/csv", "buffer": wrong}])
+    expect(page.get_by_test_id("plot-file-problem")).to_be_visible()
+    say("a file that is no recording")
+    chosen.set_input_files(files=[{"name": "telemetry.csv", "mimeType": "text/csv", "buffer": rows}])
+    page.get_by_test_id("plot-recording").locator("canvas").first.wait_for()
+    say("a recording from the disk")
+
+
+def stopped(page: Page, demo: Demo, say: Say) -> None:
+    """Every servo is stopped, and the stop is about to be cleared."""
+    show(page, demo, "servos")
+    page.get_by_test_id("stop").click()
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    say("stopped")
+    page.get_by_test_id("clear-stop").click()
+    expect(page.get_by_test_id("clear-dialog")).to_be_visible()
+    say("the clear-stop dialog")
+    page.get_by_test_id("confirm-clear").click()
+    expect(page.get_by_test_id("stop-band")).to_have_count(0)
+    wait_for(lambda: not demo.api.get("/stop").json()["latched"], 5, "the stop is not cleared")
+
+
+def without_a_bus(page: Page, demo: Demo, say: Say) -> None:
+    """Choosing an adapter beside what the doctor finds."""
+    told: list[dict[str, Any]] = [
+        {"code": "no_bus", "severity": "failure", "text": "No bus is connected", "evidence": "The server runs.",
+         "remedy": "Choose one of GET /api/v1/bus/adapters, and connect it.", "node_ids": [], "uids": []},
+        {"code": "second_allocator", "severity": "warning", "text": "Node 9 gives node ids too", "evidence": "Seen.",
+         "remedy": None, "node_ids": [9], "uids": []},
+    ]  # fmt: skip
+    page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=told))
+    show(page, demo, "bus")
+    page.get_by_test_id("bus-change").click()
+    expect(page.get_by_test_id("connect-dialog")).to_be_visible()
+    page.wait_for_timeout(500)
+    say("connect, with findings")
+    close(page)
+    page.unroute("**/api/v1/bus/doctor*")
+
+
+def signed_out(page: Page, demo: Demo, say: Say) -> None:
+    """A server that wants a token, and one that was refused."""
+    refusal = {"type": "about:blank", "title": "A token is needed", "status": 401, "code": "unauthorized",
+               "detail": "A token is needed."}  # fmt: skip
+    nobody = {"required": True, "role": None, "name": None}
+
+    def answer(route: Route) -> None:
+        if route.request.method == "GET":
+            route.fulfill(json=nobody)
+        else:
+            route.fulfill(status=401, json=refusal)
+
+    page.route("**/api/v1/session", answer)
+    page.goto(demo.url)
+    expect(page.get_by_test_id("login-token")).to_be_visible()
+    say("sign-in")
+    page.get_by_test_id("login-token").fill("wrong")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("login-refusal")).to_be_visible()
+    say("sign-in refused")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        parameters,
+        pytest.param(several, marks=pytest.mark.scene),
+        restored,
+        commissioned,
+        recorded,
+        stopped,
+        without_a_bus,
+        signed_out,
+    ],
+    ids=lambda one: one.__name__,
+)
+def test_axe_finds_nothing_in_dialogs_and_deep_states(
+    page: Page, demo: Demo, watched: Watched, path: Callable[[Page, Demo, Say], None]
+) -> None:
+    found: dict[str, list[str]] = {}
+
+    def say(name: str) -> None:
+        page.wait_for_timeout(250)  # what fades in is looked at when it is there
+        for theme in THEMES:
+            page.emulate_media(color_scheme=theme)
+            wrong = complaints(page)
+            if wrong:
+                found[f"{name}, {theme}"] = wrong
+
+    page.emulate_media(reduced_motion="reduce")
+    path(page, demo, say)
+    # The browser itself says of each refused request that it was refused.
+    watched.complaints[:] = [one for one in watched.complaints if not re.search(r"\b(401|409)\b", one)]
+    assert json.dumps(found, indent=1) == "{}"

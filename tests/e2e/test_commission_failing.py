@@ -1,0 +1,235 @@
+"""Commissioning that does not go well: one servo refuses or is silent, somebody stops it, the server ends."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from e2e.servers import Server, running, serving, until
+
+BODY = {"model": "BLA21-06U-A0", "firmware": "1.300"}
+JOB_MS = 60_000
+"""How long a job may take on a machine that is busy with something else."""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A bus to which each test plugs its own servos."""
+    with running(*serving(tmp_path_factory.mktemp("data"), "--sim-api")) as one:
+        yield one
+
+
+@pytest.fixture
+def servos(server: Server) -> Iterator[list[str]]:
+    """Three servos out of the bag, in the order in which they are commissioned: by serial."""
+    made = plugged(server, 3)
+    yield made
+    for uid in made:
+        server.api.delete(f"/sim/servos/{uid}")
+
+
+def plugged(server: Server, number: int) -> list[str]:
+    made = [str(server.api.post("/sim/servos", json=BODY).json()["uid"]) for _ in range(number)]
+    until(lambda: all(states(server).get(uid) == "ready" for uid in made), 40, "the new servos are not ready")
+    by_serial = {str(one["uid"]): str(one["serial"]) for one in server.servos()}
+    return sorted(made, key=lambda uid: by_serial[uid])
+
+
+def states(server: Server) -> dict[str, str]:
+    return {str(one["uid"]): str(one["state"]) for one in server.servos()}
+
+
+def sim(server: Server, uid: str, **change: object) -> None:
+    server.api.patch(f"/sim/servos/{uid}", json=change).raise_for_status()
+
+
+def at_check(page: Page, server: Server, number: int) -> None:
+    """Everybody is chosen and has the next free id, unseen; the last question before anything is written."""
+    page.goto(server.url + "commission")
+    expect(page.get_by_test_id("find-count")).to_contain_text(f"{number} of {number}", timeout=25_000)
+    page.get_by_test_id("find-go").click()
+    page.get_by_test_id("give-rest").click()
+    page.get_by_test_id("identify-go").click()
+    page.get_by_test_id("profile-go").click()
+    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=30_000)
+    if page.get_by_test_id("horn-free").count():
+        page.get_by_test_id("horn-free").check()
+
+
+def at_report(page: Page) -> None:
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=JOB_MS)
+
+
+def verdict(page: Page, uid: str, says: str) -> None:
+    expect(page.get_by_test_id(f"run-{uid}")).to_have_attribute("data-verdict", says)
+
+
+def heading(page: Page, says: str) -> None:
+    expect(page.get_by_test_id("commission-page")).to_contain_text(says)
+
+
+def saved_ids(server: Server, uids: list[str]) -> list[object]:
+    """What each holds in ROM as its servo id."""
+    held = [server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["servo_id"] for uid in uids]
+    return [one["rom"] for one in held]
+
+
+def all_done(page: Page, server: Server, uids: list[str]) -> None:
+    told = re.compile(f"All {len(uids)} servos are commissioned")
+    expect(page.get_by_test_id("commission-page")).to_contain_text(told, timeout=JOB_MS)
+    heading(page, "Saved, and read back from ROM after the restart.")
+    for uid in uids:
+        verdict(page, uid, "done")
+    expect(page.get_by_test_id("resume")).to_have_count(0)
+    ids = saved_ids(server, uids)
+    assert len(set(ids)) == len(uids)
+    assert 0 not in ids
+
+
+def test_one_that_refuses_is_named_with_the_row_and_done_again_alone(
+    context: BrowserContext, server: Server, servos: list[str]
+) -> None:
+    page = context.new_page()
+    first, bad, last = servos
+    at_check(page, server, 3)
+    sim(server, bad, refuse_keys=["servo_id"])
+    page.get_by_role("button", name="Go on with the others").click()
+    page.get_by_test_id("start").click()
+    at_report(page)
+    heading(page, "2 of 3 servos are commissioned")
+    heading(page, "1 failed. Resume does what is left; what is done stays done.")
+    for uid, says in ((first, "done"), (bad, "failed"), (last, "done")):
+        verdict(page, uid, says)
+    alarm = page.get_by_test_id(f"run-{bad}").get_by_role("alert")
+    expect(alarm).to_contain_text(re.compile("servo ID|Servo ID|0x2C|servo_id"))
+    assert saved_ids(server, [bad]) == [0], "all or nothing"
+    starts = {uid: server.api.get(f"/sim/servos/{uid}").json()["starts"] for uid in (first, last)}
+
+    # it refuses still: the same is said anew, and nothing else changes
+    page.get_by_test_id(f"retry-{bad}").click()
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "run")
+    at_report(page)
+    verdict(page, bad, "failed")
+
+    # a reload forgets nothing; the cause is taken away, and it alone is done
+    page.reload()
+    at_report(page)
+    verdict(page, bad, "failed")
+    sim(server, bad, refuse_keys=[])
+    page.get_by_test_id(f"retry-{bad}").click()
+    all_done(page, server, servos)
+    now = {uid: server.api.get(f"/sim/servos/{uid}").json()["starts"] for uid in (first, last)}
+    assert now == starts, "the others were left alone"
+
+
+def test_an_id_that_somebody_else_took_meanwhile_is_refused_before_anything_is_written(
+    context: BrowserContext, server: Server, servos: list[str]
+) -> None:
+    page = context.new_page()
+    at_check(page, server, 3)
+    wanted = int(re.findall(r"→ (\d+)", page.get_by_test_id(f"check-{servos[1]}").inner_text())[0])
+    twin = str(server.api.post("/sim/servos", json={**BODY, "servo_id": wanted}).json()["uid"])
+    try:
+        until(lambda: states(server).get(twin) == "ready", 30, "the twin is not ready")
+        page.get_by_test_id("start").click()
+        refused = page.get_by_test_id("start-refused")
+        expect(refused).to_contain_text("Nothing was written.")
+        expect(refused).to_contain_text(str(wanted))
+        assert saved_ids(server, servos) == [0, 0, 0]
+        # what is to be changed is one press away
+        page.get_by_test_id("refused-change").click()
+        expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "identify")
+        expect(page.get_by_test_id(f"unit-{servos[1]}")).to_have_attribute("data-state", "active")
+    finally:
+        server.api.delete(f"/sim/servos/{twin}")
+
+
+def test_it_is_stopped_as_a_whole_and_resumed_after_a_reload(
+    context: BrowserContext, server: Server, servos: list[str]
+) -> None:
+    page = context.new_page()
+    at_check(page, server, 3)
+    sim(server, servos[1], restart_delay_s=8)
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id(f"run-{servos[0]}")).to_have_attribute("data-verdict", "done", timeout=JOB_MS)
+    verdict(page, servos[1], "running")
+    page.get_by_test_id("cancel-job").click()
+    expect(page.get_by_test_id("cancel-dialog")).to_contain_text("What was written stays written.")
+    page.get_by_test_id("cancel-confirm").click()
+    at_report(page)
+    heading(page, "1 of 3 servos are commissioned")
+    heading(page, "It was stopped.")
+    verdict(page, servos[0], "done")
+    verdict(page, servos[2], "not_tried")
+
+    sim(server, servos[1], restart_delay_s=0)
+    until(lambda: states(server).get(servos[1]) == "ready", 30, "it did not come back")
+    page.reload()
+    at_report(page)
+    heading(page, "It was stopped.")
+    page.get_by_test_id("resume").click()
+    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", re.compile("run|report"))
+    all_done(page, server, servos)
+
+
+def test_one_that_is_silent_ends_it_there_and_the_next_server_goes_on(context: BrowserContext, tmp_path: Path) -> None:
+    page = context.new_page()
+    with running(*serving(tmp_path, "--sim-api")) as server:
+        servos = plugged(server, 3)
+        at_check(page, server, 3)
+        sim(server, servos[1], drop_responses_pct=100)
+        page.get_by_test_id("start").click()
+        at_report(page)
+        heading(page, "1 of 3 servos are commissioned")
+        heading(page, "1 failed, 1 was not tried.")
+        for uid, says in zip(servos, ("done", "failed", "not_tried"), strict=True):
+            verdict(page, uid, says)
+        expect(page.get_by_test_id(f"run-{servos[1]}").get_by_role("alert")).to_contain_text("answer")
+        held = saved_ids(server, servos[:1])[0]
+        port = urlsplit(server.url).port or 0
+    expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "down", timeout=10_000)
+    expect(page.get_by_test_id("resume")).to_be_disabled()
+
+    # the servos went with the simulation: the same three are plugged in again, each with what it had in ROM
+    with running(*serving(tmp_path, "--sim-api"), port=port) as again:
+        for uid, servo_id in zip(servos, (held, 0, 0), strict=True):
+            again.api.post("/sim/servos", json={**BODY, "uid": uid, "servo_id": servo_id}).raise_for_status()
+        until(lambda: all(states(again).get(uid) == "ready" for uid in servos), 40, "they are not ready again")
+        expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=10_000)
+        heading(page, "1 of 3 servos are commissioned")
+        expect(page.get_by_test_id("resume")).to_be_enabled()
+        page.get_by_test_id("resume").click()
+        all_done(page, again, servos)
+        assert saved_ids(again, servos[:1]) == [held]
+
+
+def test_a_job_that_the_server_was_ended_in_is_gone_on_with_from_another_browser(
+    context: BrowserContext, tmp_path: Path
+) -> None:
+    with running(*serving(tmp_path, "--sim-api")) as server:
+        servos = plugged(server, 2)
+        body = {"servos": [{"uid": uid, "servo_id": at, "label": f"Flap {at}"} for at, uid in enumerate(servos, 1)]}
+        sim(server, servos[1], restart_delay_s=30)
+        job = server.api.post("/commissioning", json={**body, "save": True}).json()["id"]
+
+        def in_the_middle() -> bool:
+            units = server.api.get(f"/jobs/{job}").json()["result"]["units"]
+            first_done = units[0]["verdict"] == "done"
+            return first_done and server.api.get(f"/sim/servos/{servos[1]}").json()["stage"] != "running"
+
+        until(in_the_middle, 40, "the job does not come so far")
+    page = context.new_page()
+    with running(*serving(tmp_path, "--sim-api")) as again:
+        for at, uid in enumerate(servos, 1):
+            again.api.post("/sim/servos", json={**BODY, "uid": uid, "servo_id": at}).raise_for_status()
+        until(lambda: all(states(again).get(uid) == "ready" for uid in servos), 40, "they are not ready again")
+        page.goto(again.url + "commission")
+        expect(page.get_by_test_id("unfinished")).to_contain_text("did not come to its end")
+        page.get_by_test_id("look-unfinished").click()
+        at_report(page)
+        heading(page, "1 of 2 servos are commissioned")
+        page.get_by_test_id("resume").click()
+        all_done(page, again, servos)

@@ -1,0 +1,59 @@
+"""The lease of the Motion page: a page that is slow keeps it, a page that hangs loses it and torque with it."""
+
+import time
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo
+from e2e.test_motion_page import TABLET, begin, made, raw
+from e2e.test_technician import wait_for
+
+pytestmark = pytest.mark.alone
+
+
+@pytest.fixture
+def winch(demo: Demo, page: Page) -> Iterator[str]:
+    """A servo of this file alone; afterwards nobody has motion control."""
+    page.set_viewport_size(TABLET)
+    uid = made(demo, "Winch", 63)
+    yield uid
+    page.goto(f"{demo.url}records")
+    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+    demo.api.delete(f"/sim/servos/{uid}")
+
+
+def hang(page: Page, seconds: float) -> None:
+    """From now on nothing of the page runs for so long; its socket stays open."""
+    page.evaluate(
+        "ms => void setTimeout(() => { const end = performance.now() + ms; while (performance.now() < end); }, 0)",
+        seconds * 1000,
+    )
+
+
+@pytest.mark.parametrize("held_up_s", [1.5, 1.9])
+def test_a_page_that_is_held_up_shorter_than_its_lease_keeps_motion(
+    held_up_s: float, page: Page, demo: Demo, winch: str
+) -> None:
+    begin(page, demo, winch)
+    for _ in range(2):
+        hang(page, held_up_s)
+        page.wait_for_function("() => true")  # when it runs again
+        page.wait_for_timeout(700)
+    expect(page.get_by_test_id("motion-band"), "what ended would not be on again").to_be_visible()
+    assert raw(demo, winch, "torque_mode") == "on"
+
+
+def test_a_page_that_hangs_longer_than_its_lease_loses_it_and_torque_and_says_so(
+    page: Page, demo: Demo, winch: str
+) -> None:
+    begin(page, demo, winch)
+    hang(page, 6)
+    hung = time.monotonic()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 4.5, "a page that hangs keeps motion control")
+    assert raw(demo, winch, "torque_mode") == "off"
+    assert time.monotonic() - hung < 6, "the page hangs no more: nothing is proved"
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text("motion control was lost", timeout=15_000)
+    expect(page.get_by_test_id("torque-is-off")).to_contain_text("Winch", timeout=10_000)
+    expect(page.get_by_test_id("enable-motion")).to_be_enabled()

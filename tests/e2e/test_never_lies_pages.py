@@ -1,0 +1,267 @@
+"""The page never lies, page by page: old is grey, what cannot be is off, it comes back, what breaks breaks alone."""
+
+import os
+import re
+import signal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from playwright.sync_api import BrowserContext, Locator, Page, Route, expect
+
+from e2e.conftest import Demo
+from e2e.servers import Server, running, until
+from e2e.test_never_lies import STATUS_PERIOD_S, alive, allowed, begin, seconds
+
+pytestmark = pytest.mark.alone
+
+HEARTBEAT_S = 1.0
+OFFLINE_AFTER_S = 3.0
+"""What has no rhythm of its own is as old as its servo is silent: three times the period of its NodeStatus."""
+COMING_BACK_MS = 20_000
+FAULT = "sensor_weak"
+
+
+@pytest.fixture(scope="module")
+def own() -> Iterator[Server]:
+    """A demo that may be stopped for a while: two servos, and one as it comes out of the bag."""
+    with running("demo", "--servos", "2", "--seed", "3") as server:
+        server.api.post("/sim/servos", json={"model": "BLA21-06U-A0", "firmware": "1.300"}).raise_for_status()
+        server.ready(3, within_s=60)
+        yield server
+
+
+@pytest.fixture
+def tab(context: BrowserContext) -> Page:
+    """Not watched: the console tells of what is cut here, as it should."""
+    page = context.new_page()
+    page.set_default_timeout(30_000)
+    return page
+
+
+def named(server: Server) -> str:
+    """A servo of the demo that has a servo id."""
+    return next(str(one["uid"]) for one in server.servos() if one["servo_id"])
+
+
+def with_scene(cases: dict[str, Any]) -> list[Any]:
+    """The names; that of the wall of horns with its mark."""
+    return [pytest.param(one, marks=pytest.mark.scene) if one == "wall" else one for one in cases]
+
+
+def as_is(page: Page, server: Server, uid: str) -> None:
+    """There is something to press without doing anything first."""
+
+
+def ticked(page: Page, server: Server, uid: str) -> None:
+    page.get_by_test_id(f"select-{uid}").check()
+
+
+def staged(page: Page, server: Server, uid: str) -> None:
+    box = page.get_by_test_id("input-angle_limit_cw")
+    box.fill("33")
+    box.press("Enter")
+
+
+def identifying(page: Page, server: Server, uid: str) -> None:
+    page.get_by_test_id("find-go").click()
+
+
+def as_wall(page: Page, server: Server, uid: str) -> None:
+    page.get_by_role("button", name="3D", exact=True).click()
+
+
+@dataclass(frozen=True)
+class Case:
+    """Where, what is done there first, and what says that nothing can be done or is true any more."""
+
+    where: str
+    selector: str
+    first: Callable[[Page, Server, str], None] = as_is
+    attribute: str = "disabled"
+
+
+CASES = {
+    "servos": Case("servos", "[data-testid=torque-off-selected]", ticked),
+    "wall": Case("servos", "[data-testid=wall]", as_wall, "data-frozen"),
+    "matrix": Case("servos/matrix?uids={uid}", ".below button.link"),
+    "parameters": Case("servos/{uid}/parameters#angle_limit_cw", "[data-testid=apply]", staged),
+    "tune": Case("servos/{uid}/tune", "[data-testid=enable-motion]"),
+    "commission": Case("commission", "[data-testid=wiggle]", identifying),
+    "bus": Case("bus#doctor", "[data-testid=doctor-again]"),
+    "records": Case("records#snapshots/{uid}", "[data-testid=take-snapshot]"),
+    "profiles": Case("records#profiles", "[data-testid=profile-import]"),
+    "faults": Case("faults", "[data-testid=acknowledge-all]"),
+}
+
+
+@pytest.mark.parametrize("name", with_scene(CASES))
+def test_on_each_page_what_acts_waits_within_two_seconds_of_silence_and_goes_on_by_itself(
+    name: str, tab: Page, own: Server
+) -> None:
+    case, uid = CASES[name], named(own)
+    faulty = name == "faults"
+    if faulty:
+        own.api.patch(f"/sim/servos/{uid}", json={"faults": {FAULT: True}}).raise_for_status()
+    try:
+        tab.goto(own.url + case.where.format(uid=uid))
+        expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "up")
+        case.first(tab, own, uid)
+        one = tab.locator(case.selector)
+        acts(one, case)
+        begin(tab, case.selector, case.attribute, "true")
+        os.kill(own.process.pid, signal.SIGSTOP)
+        try:
+            took = seconds(tab, 10)
+            expect(tab.get_by_text("No link to hornbill for")).to_be_visible()
+            expect(tab.locator("main [data-stale=false]"), "nothing is shown as fresh").to_have_count(0)
+        finally:
+            os.kill(own.process.pid, signal.SIGCONT)
+        assert took <= 2.0, f"{took:.2f} s"
+        expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=COMING_BACK_MS)
+        acts(one, case)
+    finally:
+        if faulty:
+            own.api.patch(f"/sim/servos/{uid}", json={"faults": {FAULT: False}})
+
+
+def acts(one: Locator, case: Case) -> None:
+    """It can be done, or is true, now; perhaps not before everything was asked anew."""
+    if case.attribute == "disabled":
+        expect(one).to_be_enabled(timeout=COMING_BACK_MS)
+    else:
+        expect(one).to_have_attribute(case.attribute, "false", timeout=COMING_BACK_MS)
+
+
+def by_node(server: Server, uid: str) -> str:
+    return str(next(one["node_id"] for one in server.servos() if one["uid"] == uid))
+
+
+@dataclass(frozen=True)
+class Old:
+    """Where a servo is shown, what says that this is old, and how soon after its last word."""
+
+    where: str
+    selector: str
+    attribute: str
+    fresh: str
+    old: str
+    within_s: float
+    first: Callable[[Page, Server, str], None] = as_is
+
+
+SILENT = {
+    "servos": Old(
+        "servos", "[data-testid=servo-row-{uid}] .c-angle", "data-stale", "false", "true", 2 * STATUS_PERIOD_S
+    ),
+    "wall": Old("servos", "[data-testid=wall-{uid}]", "data-stale", "false", "true", 2 * STATUS_PERIOD_S, as_wall),
+    "matrix": Old(
+        "servos/matrix?uids={uid}#smoothing", "[data-testid=cell-{uid}-smoothing]", "data-state", "idle", "stale",
+        OFFLINE_AFTER_S,
+    ),
+    "faults": Old(
+        "faults", "[data-testid=fault-{fault}]", "data-stale", "false", "true", OFFLINE_AFTER_S + HEARTBEAT_S
+    ),
+    "bus": Old(
+        "bus#nodes", "[data-testid=node-{node}]", "class", "n-grid n-row", "n-grid n-row away",
+        OFFLINE_AFTER_S + 2 * HEARTBEAT_S,  # the list is asked for every two seconds
+    ),
+    "records": Old(
+        "records#snapshots/{uid}", "[data-testid=take-snapshot]", "disabled", "false", "true", OFFLINE_AFTER_S
+    ),
+    "tune": Old("servos/{uid}/tune", "[data-testid=enable-motion]", "disabled", "false", "true", OFFLINE_AFTER_S),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", with_scene(SILENT))
+def test_on_each_page_a_servo_that_falls_silent_is_old_in_time_and_comes_back_by_itself(
+    name: str, tab: Page, own: Server
+) -> None:
+    case, uid = SILENT[name], named(own)
+    names = {"uid": uid, "node": by_node(own, uid), "fault": FAULT}
+    own.api.patch(f"/sim/servos/{uid}", json={"faults": {FAULT: name == "faults"}}).raise_for_status()
+    tab.goto(own.url + case.where.format(**names))
+    case.first(tab, own, uid)
+    selector = case.selector.format(**names)
+    begin(tab, selector, case.attribute, case.fresh)
+    seconds(tab, 30)
+    try:
+        begin(tab, selector, case.attribute, case.old)
+        own.api.patch(f"/sim/servos/{uid}", json={"mute": True}).raise_for_status()
+        took, most = seconds(tab, 15), allowed(tab, case.within_s)
+        begin(tab, selector, case.attribute, case.fresh)
+    finally:
+        own.api.patch(f"/sim/servos/{uid}", json={"mute": False, "faults": {FAULT: False}})
+    assert took < most, f"{took:.2f} s of {most:.2f} s"
+    if name != "faults":  # that fault is over by now
+        seconds(tab, 30)
+    until(lambda: any(one["uid"] == uid and one["state"] == "ready" for one in own.servos()), 30, "it is not back")
+
+
+BREAKS = {
+    "bus": ("bus", "BusPage"),
+    "commission": ("commission", "CommissionPage"),
+    "records": ("records", "RecordsPage"),
+    "tune": ("servos/{uid}/tune", "TunePage"),
+    "parameters": ("servos/{uid}/parameters", "ParametersPage"),
+    "matrix": ("servos/matrix?uids={uid}", "MatrixPage"),
+    "api": ("api-page", "ApiPage"),
+}
+
+
+@pytest.mark.parametrize("chunk", list(BREAKS))
+def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(chunk: str, tab: Page, demo: Demo) -> None:
+    where, component = BREAKS[chunk]
+    throws = "if (n++ === 0) throw new Error('broken here'); return 'mended';"
+    broken = f"let n = 0; export function {component}() {{ {throws} }}"
+
+    def answer(route: Route) -> None:
+        route.fulfill(body=broken, content_type="text/javascript")
+
+    tab.route(re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$"), answer)
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    tab.goto(demo.url + where.format(uid=uid))
+    failed = tab.get_by_test_id("panel-failed")
+    expect(failed).to_contain_text("broken here")
+    alive(tab)
+    failed.get_by_role("button").click()
+    expect(tab.get_by_role("main")).to_contain_text("mended")
+
+
+@pytest.mark.parametrize(
+    ("chunk", "component", "where", "works"),
+    [
+        ("angle-plot", "AnglePlot", "servos/{uid}/parameters#angle_limit_cw", "[data-testid=input-angle_limit_cw]"),
+        ("angle-plot", "AnglePlot", "servos/{uid}/motion", "[data-testid=enable-motion]"),
+        pytest.param(
+            "view-live",
+            "ViewLive",
+            "servos/{uid}/parameters#angle_limit_cw",
+            "[data-testid=input-angle_limit_cw]",
+            marks=pytest.mark.scene,
+        ),
+    ],
+)
+def test_a_plot_or_a_scene_that_breaks_leaves_what_stands_beside_it(
+    chunk: str, component: str, where: str, works: str, tab: Page, demo: Demo
+) -> None:
+    broken = f"export function {component}() {{ throw new Error('broken here'); }}"
+    pattern = re.compile(rf"/assets/{chunk}-[\w-]{{8}}\.js$")
+    tab.route(pattern, lambda route: route.fulfill(body=broken, content_type="text/javascript"))
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    tab.goto(demo.url + where.format(uid=uid))
+    expect(tab.get_by_test_id("panel-failed")).to_have_count(1)
+    expect(tab.get_by_test_id("panel-failed")).to_contain_text("broken here")
+    expect(tab.locator(works)).to_be_enabled()
+    expect(tab.get_by_test_id("angle-readout")).to_contain_text("°")
+    alive(tab)
+
+
+def test_runs_that_cannot_be_drawn_leave_the_step_test_and_the_gains(tab: Page, demo: Demo) -> None:
+    tab.route(re.compile(r"/api/v1/runs\?"), lambda route: route.fulfill(json=[{"id": 1}]))
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    tab.goto(f"{demo.url}servos/{uid}/tune")
+    expect(tab.get_by_test_id("panel-failed")).to_have_count(1)
+    expect(tab.get_by_test_id("enable-motion")).to_be_enabled()
+    alive(tab)

@@ -1,0 +1,329 @@
+"""A recording looked at: brought as a .zip or opened in a plot, its time, its horns; never taken for the servo."""
+
+import csv
+import re
+import time
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from itertools import pairwise
+from math import atan2, degrees
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from e2e.conftest import Demo, Watched
+from e2e.servers import running
+from e2e.test_technician import wait_for
+
+pytestmark = [pytest.mark.scene, pytest.mark.alone]
+
+MOVES = (30, -45, 10)
+HORN = """() => {
+    const horn = window.__viserMutable?.nodeRefFromName['/hero/pivot'];
+    return horn && horn.visible ? [horn.quaternion.z, horn.quaternion.w] : null;
+}"""
+"""Where the horn in front stands in the picture; null while none is drawn."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A bundle as somebody sends it, of servos of another bus, and what it says."""
+
+    name: str
+    data: bytes
+    content: dict[str, Any]
+    csv: bytes
+    uid: str
+
+    def samples(self, channel: str) -> list[tuple[float, float | None]]:
+        """Of the servo that moved: times from the first mark, values."""
+        zero = self.content["about"]["marks"][0]["at"]
+        (found,) = [one for one in self.content["telemetry"] if one["uid"] == self.uid and one["channel"] == channel]
+        return [(at - zero, value) for at, value in zip(found["t"], found["v"], strict=True)]
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Recorded:
+    """Three servos, the first of which went to three angles. Their server is gone."""
+    with running("demo", "--servos", "3", "--seed", "11") as server:
+        uid = server.ready(3)[0]
+        api = server.api
+        lease = {"Lease": api.post("/leases", json={"holder": "Bench", "ttl_s": 30}).json()["id"]}
+        time.sleep(2)
+        api.post(f"/servos/{uid}/torque", json={"mode": "on"}, headers=lease).raise_for_status()
+        for angle in MOVES:
+            body = {"type": "angle", "value": angle}
+            api.post(f"/servos/{uid}/command", json=body, headers=lease).raise_for_status()
+            time.sleep(1.2)
+        api.post(f"/servos/{uid}/torque", json={"mode": "off"}, headers=lease).raise_for_status()
+        made = api.post("/recorder/bundles", params={"wait": True}, json={"reason": "rattled", "before_s": 30})
+        name = made.raise_for_status().json()["name"]
+        return Recorded(
+            name,
+            api.get(f"/recorder/bundles/{name}").content,
+            api.get(f"/recorder/bundles/{name}/content").json(),
+            api.get(f"/servos/{uid}/telemetry.csv", params={"seconds": 60}).content,
+            uid,
+        )
+
+
+@pytest.fixture
+def brought(demo: Demo, recorded: Recorded) -> Iterator[Recorded]:
+    """As `recorded`; what a test brings to the server is removed again."""
+    yield recorded
+    for one in demo.api.get("/recorder/bundles").json():
+        if one["name"].startswith(recorded.name.removesuffix(".zip")):
+            demo.api.delete(f"/recorder/bundles/{one['name']}")
+
+
+def horn(page: Page) -> float | None:
+    """Degrees the horn in front stands at in the 3D view of this page, as the servo counts them."""
+    (frame,) = [one for one in page.frames if "/viser/" in one.url]
+    found = frame.evaluate(HORN)
+    return None if found is None else -2 * degrees(atan2(*found))
+
+
+def shows(page: Page, angle: float | None, within_s: float = 10) -> None:
+    """Waits until the horn stands there; without an angle, until there is none."""
+
+    def there() -> bool:
+        found = horn(page)
+        return found is None if angle is None else found is not None and abs(found - angle) < 0.2
+
+    wait_for(there, within_s, f"the horn does not stand at {angle}")
+
+
+def move(page: Page, *keys: str) -> float:
+    """Presses keys on the time line; where it is then."""
+    slider = page.get_by_test_id("scrub-slider")
+    for key in keys:
+        slider.press(key)
+    return moment(page)
+
+
+def moment(page: Page) -> float:
+    return float(page.get_by_test_id("scrub").get_attribute("data-at") or "nan")
+
+
+def bring(page: Page, demo: Demo, recorded: Recorded) -> None:
+    """Brings the .zip on the Recorder's part, opens it from the list and chooses the servo that moved."""
+    page.goto(f"{demo.url}records#recorder")
+    file = {"name": recorded.name, "mimeType": "application/zip", "buffer": recorded.data}
+    page.get_by_test_id("bundle-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
+    page.get_by_role("button", name=f"Open {recorded.name}").click()
+    page.get_by_test_id("bundle-servo").select_option(recorded.uid)
+    page.locator("[data-testid=view-replay][data-state=shown]").wait_for(timeout=40_000)
+
+
+def heads(page: Page) -> list[tuple[float, float]]:
+    """Of each plot, how far across its face the moment's line is, and the width of that face."""
+    faces: list[Locator] = page.locator(".record-plot .u-over").all()
+    boxes = [(face.bounding_box(), face.locator(".playhead").bounding_box()) for face in faces]
+    return [(line["x"] + line["width"] / 2 - face["x"], face["width"]) for face, line in boxes if face and line]
+
+
+def test_a_zip_is_brought_and_opened_and_says_what_it_is_of(page: Page, demo: Demo, brought: Recorded) -> None:
+    bring(page, demo, brought)
+    assert brought.uid not in {one["uid"] for one in demo.api.get("/servos").json()}, "it is of another bus"
+    about = brought.content["about"]
+    expect(page.get_by_test_id("bundle-why")).to_contain_text("By hand: rattled")
+    expect(page.get_by_test_id("bundle-marks").get_by_role("listitem")).to_have_count(len(about["marks"]))
+    expect(page.get_by_test_id("bundle-events")).to_contain_text(f"Events ({len(brought.content['events'])})")
+    expect(page.get_by_test_id("bundle-writes")).to_contain_text(f"Writes ({len(brought.content['writes'])})")
+    expect(page.get_by_test_id("bundle-servo").locator("option")).to_have_count(3)
+    expect(page.get_by_test_id("plot-current_angle").locator("canvas")).to_be_visible()
+
+
+def test_a_zip_that_is_no_bundle_is_refused_and_nothing_is_kept(
+    page: Page, watched: Watched, demo: Demo, tmp_path: Path
+) -> None:
+    before = demo.api.get("/recorder/bundles").json()
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w") as file:
+        file.writestr("bread.txt", "two")
+    page.goto(f"{demo.url}records#recorder")
+    wrong = {"name": "shopping.zip", "mimeType": "application/zip", "buffer": packed.getvalue()}
+    page.get_by_test_id("bundle-file").set_input_files(files=[wrong])  # pyright: ignore[reportArgumentType]
+    expect(page.get_by_test_id("recorder-problem")).to_contain_text("shopping.zip")
+    assert demo.api.get("/recorder/bundles").json() == before
+    text = tmp_path / "notes.txt"
+    text.write_text("x")
+    page.get_by_test_id("bundle-file").set_input_files(text)
+    expect(page.get_by_test_id("recorder-problem")).to_contain_text("notes.txt is no .zip")
+    (refused,) = watched.complaints
+    assert "422" in refused, "the browser itself says that"
+    watched.complaints.clear()
+
+
+def test_time_moves_the_lines_in_the_plots_and_the_horn_to_what_was_read_then(
+    page: Page, demo: Demo, brought: Recorded
+) -> None:
+    angles, commands = brought.samples("current_angle"), brought.samples("command_angle")
+    bring(page, demo, brought)
+    expect(page.get_by_test_id("replay-band")).to_have_text("Recording, not live")
+    told = page.get_by_test_id("replay-angle")
+
+    assert move(page, "Home") == pytest.approx(brought.content["about"]["started_at"] - zero_of(brought))
+    expect(told).to_have_text("No angle yet at this time")
+    expect(told).to_have_attribute("data-stale", "true")
+    shows(page, None)
+
+    first = move(page, "ArrowRight")
+    assert first == pytest.approx(angles[0][0]), "to the first sample"
+    assert move(page, "ArrowRight", "ArrowRight") == pytest.approx(angles[2][0]), "a sample each"
+    assert move(page, "Shift+ArrowRight") == pytest.approx(angles[2][0] + 1), "a second"
+    assert move(page, "ArrowLeft") == pytest.approx(max(at for at, _ in angles if at < angles[2][0] + 1))
+
+    # Under way to the second angle: not yet there, its ghost is.
+    turned = next(at for at, value in commands if value == MOVES[1])
+    page.get_by_test_id("scrub-slider").fill(str(turned + 0.05))
+    under_way = [value for at, value in angles if at <= turned + 0.05][-1]
+    assert under_way is not None
+    expect(told).to_have_text(re.compile(rf"^{re.escape(degree(under_way))}, command −45\.0°$"))
+    shows(page, under_way)
+    across = heads(page)
+    assert len(across) >= 2
+    assert max(x for x, _ in across) - min(x for x, _ in across) < 1.5, "in every plot at the same time"
+
+    assert move(page, "End") == pytest.approx(brought.content["about"]["ended_at"] - zero_of(brought))
+    shows(page, [value for _, value in angles if value is not None][-1])
+    expect(page.get_by_test_id("scrub-slider")).to_have_attribute(
+        "aria-valuetext", re.compile(r"\+\d+\.\d\d.s, 20\d\d-")
+    )
+
+
+def zero_of(recorded: Recorded) -> float:
+    return recorded.content["about"]["marks"][0]["at"]
+
+
+def degree(value: float) -> str:
+    return ("" if value == 0 else "+" if value > 0 else "−") + f"{abs(value):.1f}°"
+
+
+def test_playing_takes_the_time_it_took_and_ends_at_the_end(page: Page, demo: Demo, brought: Recorded) -> None:
+    bring(page, demo, brought)
+    move(page, "Home")
+    page.get_by_test_id("scrub-play").click()
+    page.wait_for_timeout(400)
+    before, began = moment(page), time.monotonic()
+    page.wait_for_timeout(2000)
+    assert moment(page) - before == pytest.approx(time.monotonic() - began, abs=0.4)
+    page.get_by_test_id("scrub-speed").select_option("0.25")
+    before = moment(page)
+    page.wait_for_timeout(2000)
+    assert 0.3 < moment(page) - before < 0.8
+    page.get_by_test_id("scrub-play").click()
+    stood = moment(page)
+    page.wait_for_timeout(300)
+    assert moment(page) == stood, "it pauses"
+    move(page, "End", "Shift+ArrowLeft")
+    page.get_by_test_id("scrub-speed").select_option("4")
+    page.get_by_test_id("scrub-play").click()
+    expect(page.get_by_test_id("scrub-play")).to_have_text("Play")
+    assert moment(page) == pytest.approx(brought.content["about"]["ended_at"] - zero_of(brought))
+
+
+def test_with_less_motion_wished_for_it_plays_in_two_pictures_a_second(
+    scene_browser: Browser, demo: Demo, brought: Recorded
+) -> None:
+    context = scene_browser.new_context(viewport={"width": 1440, "height": 900}, reduced_motion="reduce")
+    page = context.new_page()
+    bring(page, demo, brought)
+    move(page, "Home")
+    page.evaluate("""() => {
+        window.moments = [];
+        new MutationObserver(() => window.moments.push(performance.now()))
+            .observe(document.querySelector('[data-testid=scrub]'), { attributes: true, attributeFilter: ['data-at'] });
+    }""")
+    page.get_by_test_id("scrub-play").click()
+    page.wait_for_function("() => window.moments.length >= 5")
+    moments = page.evaluate("() => window.moments")
+    assert min(after - before for before, after in pairwise(moments)) > 300, moments
+    context.close()
+
+
+def test_nothing_of_it_reaches_a_servo_and_pages_that_follow_are_live(
+    page: Page, demo: Demo, brought: Recorded
+) -> None:
+    asked: list[str] = []
+    page.on("request", lambda one: asked.append(one.url) if one.method not in ("GET", "HEAD") else None)
+    bring(page, demo, brought)
+    before = {one["uid"]: (one["command_deg"], one["state"]) for one in demo.api.get("/servos").json()}
+    writes = len(demo.api.get("/audit").json())
+    asked.clear()
+    move(page, "Home", "ArrowRight", "Shift+ArrowRight", "End", "ArrowLeft")
+    page.get_by_test_id("scrub-play").click()
+    page.wait_for_timeout(1000)
+    assert asked == []
+    assert len(demo.api.get("/audit").json()) == writes
+    assert {one["uid"]: (one["command_deg"], one["state"]) for one in demo.api.get("/servos").json()} == before
+    uid = next(iter(before))
+    page.goto(f"{demo.url}servos/{uid}/parameters")
+    page.locator("[data-testid=view-frame][data-state=shown][data-replay=false]").wait_for(timeout=40_000)
+    expect(page.get_by_test_id("replay-band")).to_have_count(0)
+
+
+def test_a_file_in_the_plot_turns_the_view_beside_it_and_closing_it_turns_it_back(
+    page: Page, demo: Demo, recorded: Recorded, tmp_path: Path
+) -> None:
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    page.goto(f"{demo.url}servos/{uid}/parameters")
+    view = page.get_by_test_id("view-frame")
+    expect(view).to_have_attribute("data-state", "shown", timeout=40_000)
+    expect(view).to_have_attribute("data-replay", "false")
+    file = tmp_path / "arm.csv"
+    file.write_bytes(recorded.csv)
+    page.get_by_test_id("plot-channels").click()
+    page.get_by_test_id("plot-file").set_input_files(file)
+    expect(view).to_have_attribute("data-replay", "true")
+    expect(page.get_by_test_id("replay-band")).to_be_in_viewport()
+    move(page, "End")
+    last = [value for _, value in recorded.samples("current_angle") if value is not None][-1]
+    shows(page, last)
+    expect(page.get_by_test_id("scrub-wall")).to_have_text(re.compile(r"^20\d\d-\d\d-\d\d \d\d:\d\d:\d\d\.\d\d$"))
+
+    page.get_by_test_id("scrub-view").click()
+    expect(view).to_have_attribute("data-replay", "false")
+    shows(page, demo.api.get(f"/servos/{uid}").json()["angle_deg"])
+    page.get_by_test_id("scrub-view").click()
+    shows(page, last)
+    page.get_by_test_id("plot-close-file").click()
+    expect(view).to_have_attribute("data-replay", "false")
+    expect(page.get_by_test_id("scrub")).to_have_count(0)
+    shows(page, demo.api.get(f"/servos/{uid}").json()["angle_deg"], 2)
+
+
+def test_while_motion_is_on_the_view_is_of_the_servo(
+    page: Page, demo: Demo, recorded: Recorded, tmp_path: Path
+) -> None:
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    file = tmp_path / "arm.csv"
+    rows = list(csv.DictReader(recorded.csv.decode().splitlines()))
+    kept = ("t_utc", "t_s", "current_angle")
+    file.write_text("\n".join([",".join(kept), *(",".join(row[key] for key in kept) for row in rows)]))
+    page.get_by_test_id("plot-channels").click()
+    page.get_by_test_id("plot-file").set_input_files(file)
+    view = page.get_by_test_id("view-frame")
+    expect(view).to_have_attribute("data-replay", "true")
+    expect(page.get_by_test_id("replay-model")).to_have_text("Model not recorded: drawn as a BLA21")
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("motion-band")).to_be_visible()
+    expect(view).to_have_attribute("data-replay", "false")
+    expect(page.get_by_test_id("scrub-note")).to_contain_text("shows the servo, not the recording")
+    page.get_by_role("link", name="Records").click()
+    wait_for(lambda: demo.api.get("/leases").json() == [], 15, "motion control is not let go")
+
+
+def test_a_zip_opened_in_a_plot_goes_to_records(page: Page, demo: Demo, brought: Recorded) -> None:
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    page.goto(f"{demo.url}servos/{uid}/parameters")
+    page.get_by_test_id("plot-channels").click()
+    file = {"name": brought.name, "mimeType": "application/zip", "buffer": brought.data}
+    page.get_by_test_id("plot-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
+    expect(page).to_have_url(re.compile(r"/records#recorder/" + re.escape(brought.name.removesuffix(".zip"))))
+    expect(page.get_by_test_id("bundle-why")).to_contain_text("rattled")

@@ -1,0 +1,118 @@
+"""The event stream over real connections, alone and through nginx: who comes back goes on where they were."""
+
+import json
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from e2e.conftest import running_demo
+from e2e.test_reverse_proxy import TOKEN, nginx
+
+pytestmark = pytest.mark.alone
+
+BEARER = {"Authorization": f"Bearer {TOKEN}"}
+STREAM = "api/v1/events/stream?topics=events"
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    flags = ("--servos", "1", "--token", TOKEN, "--behind-proxy", "--root-path", "/hornbill")
+    with running_demo(*flags) as (_, url):
+        yield url
+
+
+@pytest.fixture(params=["uvicorn", "nginx"])
+def url(server: str, request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """The server itself, and as the proxy shows it."""
+    if request.param == "uvicorn":
+        yield server
+        return
+    with nginx(tmp_path, server, strips=False) as (address, _):
+        yield address
+
+
+class Reader:
+    """Events as they come over one connection."""
+
+    def __init__(self, response: httpx.Response) -> None:
+        self.response = response
+        self._lines = response.iter_lines()
+        self.last = ""
+
+    def next(self) -> dict[str, Any]:
+        """The next event; comments are passed over."""
+        fields: dict[str, str] = {}
+        for line in self._lines:
+            if line:
+                name, _, value = line.partition(": ")
+                fields[name] = value
+            elif "event" in fields:
+                self.last = fields.get("id", self.last)
+                return json.loads(fields["data"])
+            else:
+                fields = {}
+        raise AssertionError("the stream ended")
+
+    def hear(self, kind: str) -> dict[str, Any]:
+        while (found := self.next())["type"] != kind:
+            pass
+        return found
+
+
+@contextmanager
+def reading(client: httpx.Client, last: str | None = None) -> Generator[Reader]:
+    headers = {} if last is None else {"Last-Event-ID": last}
+    with client.stream("GET", STREAM, headers=headers) as response:
+        assert response.status_code == 200
+        assert response.headers["content-type"].startswith("text/event-stream")
+        yield Reader(response)
+
+
+def test_who_comes_back_with_the_last_id_gets_what_happened_meanwhile_and_nothing_twice(url: str) -> None:
+    with httpx.Client(base_url=url, headers=BEARER, timeout=10) as client:
+
+        def stop(reason: str) -> None:
+            client.post("api/v1/stop", json={"mode": "off", "reason": reason}).raise_for_status()
+
+        def until(reader: Reader, reason: str) -> list[dict[str, Any]]:
+            heard = [reader.next()]
+            while not (heard[-1]["type"] == "stop" and heard[-1]["stop"]["reason"] == reason):
+                heard.append(reader.next())
+            while heard[-1].get("code") != "stopped":
+                heard.append(reader.next())
+            return heard
+
+        with reading(client) as before:
+            assert before.next()["type"] == "hello"
+            stop(f"at {url}")  # told while it is read: nobody on the way holds it back
+            seen = until(before, f"at {url}")[-1]["at"]
+            last = before.last
+        assert last
+        client.delete("api/v1/stop").raise_for_status()
+        stop(f"away from {url}")
+        with reading(client, last) as after:
+            heard = until(after, f"away from {url}")
+        client.delete("api/v1/stop").raise_for_status()
+        assert heard[0]["type"] == "hello", "who serves; every connection begins with it"
+        assert not {"hello", "dropped"} & {one["type"] for one in heard[1:]}
+        news = [one for one in heard if one["type"] == "event"]
+        assert {"stop_cleared", "stopped"} <= {one["code"] for one in news}
+        assert all(one["at"] > seen for one in news), "something was told twice"
+
+
+def test_an_id_nobody_knows_is_told_as_a_gap_and_begins_with_how_everything_is(url: str) -> None:
+    with (
+        httpx.Client(base_url=url, headers=BEARER, timeout=10) as client,
+        reading(client, "of-another-life-7") as after,
+    ):
+        kinds = [after.next()["type"] for _ in range(2)]
+        assert sorted(kinds) == ["dropped", "hello"]
+        assert after.hear("stop")["stop"] is not None
+
+
+def test_without_a_token_nothing_is_told(url: str) -> None:
+    assert httpx.get(url + STREAM, timeout=10).status_code == 401

@@ -1,0 +1,47 @@
+/** Owns the links into the documentation that the server serves below /docs/, each to the page that fits. */
+import { ROOT } from "../api/root";
+import { text } from "../text";
+
+/** Where each is, below /docs/ without its ending; "" is the table of contents. */
+const PLACES = {
+  contents: "",
+  tutorial: "tutorial",
+  adapters: "how-to/adapters",
+  commission: "how-to/commission",
+  bus: "how-to/bus",
+  recover: "how-to/recover",
+  faults: "explanation/measuring",
+  profiles: "how-to/profiles",
+  record: "how-to/record",
+  rigs: "rigs",
+  move: "how-to/move",
+  socket: "reference/websocket",
+} as const;
+
+export type Place = keyof typeof PLACES;
+
+/** The address of a page of the documentation, below the path of a proxy, too. */
+export function guideAt(place: Place): string {
+  const found = PLACES[place];
+  return `${ROOT}/docs/${found === "" ? "" : `${found}.html`}`;
+}
+
+/** Links in a row. They open in a tab of their own: what is staged or moving here goes on. */
+export function Guides({ places }: { places: readonly Place[] }) {
+  return (
+    <p class="guides">
+      {places.map(place => (
+        <a
+          key={place}
+          class="link"
+          href={guideAt(place)}
+          target="_blank"
+          rel="noreferrer"
+          data-testid={`guide-${place}`}
+        >
+          {text.guides[place]}
+        </a>
+      ))}
+    </p>
+  );
+}
