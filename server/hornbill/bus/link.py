@@ -8,6 +8,7 @@ from typing import Protocol
 
 import can
 
+from hornbill import clocks
 from hornbill.bus.errorframe import ErrorFrame
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame
@@ -76,9 +77,8 @@ class Stamps:
 
     def instant(self, stamp: float) -> Instant:
         """`stamp` (seconds since 1970) as an instant; now, for an adapter with a clock of its own or none."""
-        age = time.time() - stamp
-        now = time.monotonic()
-        self._latest = max(self._latest, now - age if 0 <= age < _OLDEST_S else now)
+        at, now = stamp - clocks.ahead(), time.monotonic()
+        self._latest = max(self._latest, at if 0 <= now - at < _OLDEST_S else now)
         return self._latest
 
 

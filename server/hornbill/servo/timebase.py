@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 
+from hornbill import clocks
 from hornbill.units import Instant
 
 
@@ -13,7 +14,7 @@ class TimeBase:
 
     def __init__(self, now: Callable[[], Instant], wall: Callable[[], float] = time.time) -> None:
         self.now = now
-        self.utc_offset = wall() - now()
+        self.utc_offset = clocks.ahead(now, wall)
 
     def utc(self, at: Instant) -> float:
         """An instant as seconds since 1970 UTC."""
