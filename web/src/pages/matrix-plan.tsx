@@ -5,8 +5,9 @@ import { problemOf } from "../api/client";
 import type { BatchOutcome, SafetyWord } from "../api/config-types";
 import { loosesTorque, willBe } from "../form/change-list";
 import { mayMove, predict, sideEffect } from "../form/prediction";
+import { startSave } from "../state/apply";
 import { nameOf, peekServo, servo } from "../state/fleet";
-import { asProblem, changed, endOfSave, stagedOn, startSave, writeMatrix } from "../state/matrix";
+import { asProblem, changed, endOfSave, stagedOn, writeMatrix } from "../state/matrix";
 import { sheetOf } from "../state/parameters";
 import { toConfirm } from "../state/records";
 import { text } from "../text";
@@ -115,7 +116,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
     Promise.all(
       able.map(async uid => {
         try {
-          await follow(uid, await startSave(uid, agreed.peek()), 0);
+          await follow(uid, (await startSave(uid, { confirm: agreed.peek() })).id, 0);
         } catch (error) {
           const why = text.problem(problemOf(error));
           put(uid, { state: "failure", text: said.notSavedOnly(why) });

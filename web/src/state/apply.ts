@@ -175,25 +175,29 @@ export function refuse(sheet: Sheet, keys: string[], problem: Problem, declined 
   sheet.setOutcomes(keys.map(key => [key, hit.includes(key) ? { kind: "failed", what, rest: "" } : null]));
 }
 
-/** Starts the save of a servo, once more with what somebody agrees to. Null when they do not. */
-async function startSave(
-  uid: string,
-  options: ApplyOptions,
-  body: { confirm: readonly SafetyWord[]; torque_on: boolean },
-): Promise<Job | null> {
+interface SaveBody {
+  confirm: readonly SafetyWord[];
+  torque_on?: boolean;
+}
+
+/** Starts the save of a servo, and once only, however often the request is sent. Throws what the server answers. */
+export function startSave(uid: string, body: SaveBody): Promise<Job> {
+  const headers = { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` };
+  return ask<Job>("POST", `/servos/${uid}/save`, { body, headers });
+}
+
+/** Starts it, once more with what somebody agrees to. Null when they do not. */
+async function agreedSave(uid: string, options: ApplyOptions, body: SaveBody): Promise<Job | null> {
   try {
-    return await ask<Job>("POST", `/servos/${uid}/save`, {
-      body,
-      headers: { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` },
-    });
+    return await startSave(uid, body);
   } catch (error) {
     const problem = problemOf(error);
     if (problem.code !== "needs_confirmation" || !options.askBack) throw error;
     const agreed = await options.askBack(problem);
     if (agreed === null) return null;
-    if (agreed === "torque_on") return startSave(uid, options, { ...body, torque_on: true });
+    if (agreed === "torque_on") return agreedSave(uid, options, { ...body, torque_on: true });
     if (body.confirm.includes(agreed)) throw error;
-    return startSave(uid, options, { ...body, confirm: [...body.confirm, agreed] });
+    return agreedSave(uid, options, { ...body, confirm: [...body.confirm, agreed] });
   }
 }
 
@@ -202,7 +206,7 @@ export async function applyAndSave(sheet: Sheet, keys: string[], options: ApplyO
   if (!(await apply(sheet, options))) return;
   sheet.busy.value = "saving";
   try {
-    const job = await startSave(sheet.uid, options, { confirm: [], torque_on: false });
+    const job = await agreedSave(sheet.uid, options, { confirm: [] });
     if (job === null) return;
     // What the socket told of it meanwhile is newer than this answer.
     if (!jobs.peek().has(job.id)) setJob(job);

@@ -177,12 +177,6 @@ export function changed(changes: readonly Change[]): Change[] {
   return changes.filter(one => one.verdict !== "unchanged");
 }
 
-/** Starts the save of a servo; answers the id of its job. */
-export async function startSave(uid: string, confirm: readonly SafetyWord[]): Promise<string> {
-  const headers = { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` };
-  return (await ask<Job>("POST", `/servos/${uid}/save`, { body: { confirm }, headers })).id;
-}
-
 /** Waits for a servo's save, and marks the rows it put into ROM. Answers the job as it ended. */
 export async function endOfSave(uid: string, job: string, keys: readonly string[]): Promise<Job> {
   const end = await settled(job);
