@@ -3,6 +3,7 @@
 import asyncio
 
 import pytest
+from httpx import Response
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
 from hornbill.servo.hub import Happened
@@ -279,6 +280,31 @@ def test_a_servo_that_restarts_under_command_is_not_commanded_again() -> None:
             fastest = max(fastest, abs(rig.sim(servo).speed_rpm))
         assert fastest < 40, "soft start is slow"
         assert servo.state is not State.OFFLINE
+
+    play(scene)
+
+
+def test_who_waits_for_a_servo_that_is_let_go_is_told_why() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        never = command(20, wait="settled", dwell_s=9, timeout_s=30)
+
+        async def waiting() -> asyncio.Task[Response]:
+            task = asyncio.create_task(rig.call("POST", f"/servos/{servo.uid}/command", never, lease=lease))
+            await asyncio.sleep(2)
+            return task
+
+        waiter = await waiting()
+        rig.bus.loss(100)
+        await asyncio.sleep(2)
+        rig.bus.loss(0)
+        assert "before it settled: " in problem(await waiter, "no_answer", 504)["detail"]
+        await asyncio.sleep(1)
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+        waiter = await waiting()
+        await rig.host.asker.write(servo, servo.registers["command_angle"].parameter, 0)
+        assert "holds another command" in problem(await waiter, "busy", 409)["detail"]
 
     play(scene)
 

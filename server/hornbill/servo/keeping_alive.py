@@ -22,7 +22,7 @@ class Driven:
     """A servo under command: whose lease, what it was told last, and the task that keeps telling it.
 
     `holds` is what its register answered, None after a message that nobody answers; `boots` counts the starts it had
-    made when it was told, at `fed`.
+    made when it was told, at `fed`. `let_go` is why it is not told any more, when that ended by itself.
     """
 
     servo: Servo
@@ -33,6 +33,7 @@ class Driven:
     fed: Instant = 0.0
     asking: bool = False
     alive: asyncio.Task[None] | None = None
+    let_go: HornbillError | None = None
 
 
 class KeepingAlive:
@@ -85,7 +86,7 @@ class KeepingAlive:
 
     def _told(self, driven: Driven, target: Target, holds: Raw | None) -> None:
         driven.target, driven.holds = target, holds
-        driven.fed, driven.boots = self._base.now(), driven.servo.boots
+        driven.fed, driven.boots, driven.let_go = self._base.now(), driven.servo.boots, None
 
     def _start(self, driven: Driven) -> None:
         driven.alive = asyncio.get_running_loop().create_task(self._repeat(driven))
@@ -114,7 +115,8 @@ class KeepingAlive:
                 if servo.boots != driven.boots:
                     raise Busy(f"{servo.title} restarted.")
                 if self._base.now() - driven.fed > max(time_out, 3 * interval):
-                    raise Busy(f"{servo.title} did not answer for longer than its time-out (0x27).")
+                    self._let_go(driven, NoAnswer(f"{servo.title} did not answer for longer than its time-out (0x27)."))
+                    return
                 if not unanswered:
                     await self._see(driven, patience)
                 assert driven.target is not None
@@ -124,11 +126,11 @@ class KeepingAlive:
                 if not needs_feeding(servo):
                     continue
                 if not await self._runs_on(servo, driven.boots):
-                    self._say_let_go(driven, error)
+                    self._let_go(driven, error)
                     return
                 unanswered = True
             except HornbillError as error:
-                self._say_let_go(driven, error)
+                self._let_go(driven, error)
                 return
             finally:
                 if driven.alive is asyncio.current_task():
@@ -165,7 +167,8 @@ class KeepingAlive:
         expected = before.uptime_sec + self._base.now() - at
         return servo.boots == boots and 0 < before.uptime_sec <= uptime and uptime > expected - 1.5
 
-    def _say_let_go(self, driven: Driven, error: HornbillError) -> None:
+    def _let_go(self, driven: Driven, error: HornbillError) -> None:
+        driven.let_go = error
         if self._is_driven(driven) and not isinstance(error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected):
             text = f"{error.detail} {driven.servo.title} is not kept under its last command any more. Command it again."
             self._hub.tell(Happened("warning", "let_go", text, driven.servo.uid))

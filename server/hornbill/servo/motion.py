@@ -145,7 +145,8 @@ class Motion:
     def still_holds(self, servo: Servo, lease_id: str | None, target: Target) -> None:
         """Whether it is still under this command, for whoever waits for its end.
 
-        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, TorqueOff, BusDisconnected.
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, TorqueOff, BusDisconnected; and what ended the
+        feeding of its time-out, if that ended by itself.
         """
         self.may_move(servo, lease_id)
         driven = self._driven.get(servo.uid)
@@ -153,8 +154,10 @@ class Motion:
             raise TorqueOff(f"Torque was taken from {servo.title} before it settled.")
         if driven.target is None or (driven.target.parameter, driven.target.raw) != (target.parameter, target.raw):
             raise Busy(f"{servo.title} was given another command before it settled.")
+        if (why := driven.let_go) is not None:
+            raise type(why)(f"{servo.title} was let go before it settled: {why.detail}", **why.facts)
         if driven.alive is None or driven.alive.done():
-            raise Busy(f"{servo.title} was let go before it settled: it restarted, or lost its command.")
+            raise Busy(f"{servo.title} was let go before it settled.")
 
     async def torque_on(self, servo: Servo, lease_id: str | None) -> Raw:
         """Energise the motor where it stands, under a lease. Raises as `command` does.
