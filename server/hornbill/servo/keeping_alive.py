@@ -156,7 +156,7 @@ class KeepingAlive:
             raise Busy(f"{servo.title} did not take the command of the last burst.", held=held)
 
     async def _runs_on(self, servo: Servo, boots: int) -> bool:
-        """Whether a servo that missed a command has not restarted, by its uptime."""
+        """Whether a servo that missed a command has surely not restarted, by its uptime (whole seconds, table 2-17)."""
         before, at, node = servo.status, servo.status_at, servo.node_id
         if before is None or at is None or node is None:
             return False
@@ -164,8 +164,9 @@ class KeepingAlive:
             uptime = (await self._asker.node_info(node)).status.uptime_sec
         except HornbillError:
             return False
-        expected = before.uptime_sec + self._base.now() - at
-        return servo.boots == boots and 0 < before.uptime_sec <= uptime and uptime > expected - 1.5
+        # It ran before the status we know: that holds however long its answer took to reach us.
+        since = self._base.now() - at
+        return servo.boots == boots and before.uptime_sec <= uptime and uptime > since
 
     def _let_go(self, driven: Driven, error: HornbillError) -> None:
         driven.let_go = error
