@@ -110,7 +110,7 @@ def test_one_that_refuses_is_named_with_the_row_and_done_again_alone(
 
     # it refuses still: the same is said anew, and nothing else changes
     page.get_by_test_id(f"retry-{bad}").click()
-    expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "run")
+    expect(page.get_by_role("group", name="Report 2")).to_be_visible(timeout=JOB_MS)
     at_report(page)
     verdict(page, bad, "failed")
 

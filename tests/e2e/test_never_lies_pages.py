@@ -54,6 +54,11 @@ def as_is(page: Page, server: Server, uid: str) -> None:
     """There is something to press without doing anything first."""
 
 
+def as_faulty(page: Page, server: Server, uid: str) -> None:
+    """The fault is there now: one of an earlier test, which is over, never grows old."""
+    expect(page.locator(f"[data-testid=fault-{FAULT}][data-active=true]")).to_be_visible(timeout=COMING_BACK_MS)
+
+
 def ticked(page: Page, server: Server, uid: str) -> None:
     page.get_by_test_id(f"select-{uid}").check()
 
@@ -161,7 +166,7 @@ SILENT = {
         OFFLINE_AFTER_S,
     ),
     "faults": Old(
-        "faults", "[data-testid=fault-{fault}]", "data-stale", "false", "true", OFFLINE_AFTER_S + HEARTBEAT_S
+        "faults", "[data-testid=fault-{fault}]", "data-stale", "false", "true", OFFLINE_AFTER_S + HEARTBEAT_S, as_faulty
     ),
     "bus": Old(
         "bus#nodes", "[data-testid=node-{node}]", "class", "n-grid n-row", "n-grid n-row away",
