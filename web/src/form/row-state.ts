@@ -84,8 +84,15 @@ export function viewOf(facts: RowFacts): RowView {
     return say("stale", words);
   }
   if (reading.in_effect === false)
-    return say("no_effect", shorten(reading.why_not ?? ""), target(reading.why_not, row.name));
+    return say("no_effect", whySaid(reading.why_not ?? ""), target(reading.why_not, row.name));
   return say("idle");
+}
+
+/** "No effect now: …." in the page's language; in the server's words where it has none for the reason. */
+function whySaid(sentence: string): string {
+  const reason = /^No effect now: (.+)\.$/.exec(sentence)?.[1];
+  if (reason === undefined) return shorten(sentence);
+  return text.rows.state.noEffect(text.table.why[reason] ?? shorten(reason).trim());
 }
 
 /** Two lines are for names: "speed and torque control (0x25)" becomes "0x25", which the link beside it leads to. */

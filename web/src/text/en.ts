@@ -36,8 +36,8 @@ export const text = {
   ...live,
 
   /** By key, names for what the server's tables name in English already. */
-  table: { rows: {}, groups: {}, choices: {}, faults: {}, advice: {} } as Readonly<
-    Record<"rows" | "groups" | "choices" | "faults" | "advice", Readonly<Record<string, string>>>
+  table: { rows: {}, groups: {}, choices: {}, faults: {}, advice: {}, why: {} } as Readonly<
+    Record<"rows" | "groups" | "choices" | "faults" | "advice" | "why", Readonly<Record<string, string>>>
   >,
 
   /** What a refusal of the server means for whoever sits here. */

@@ -47,6 +47,7 @@ export const rows = {
     unread: "Not read yet",
     lastRead: (age: string) => `Last read ${age} ago`,
     lastReadUnknown: "Last read before the link was lost",
+    noEffect: (why: string) => `No effect now: ${why}.`,
   },
   goTo: (name: string) => `Go to ${name}`,
   use: (value: string) => `Use ${value}`,

@@ -9,7 +9,7 @@ export const words = {
   servos,
   label: "複数サーボのパラメーター",
   choose: "サーボを選択",
-  search: "名前または0x…",
+  search: "名前、0x…",
   filter: "表示",
   all: "すべて",
   differ: n => `相違 ${n}`,

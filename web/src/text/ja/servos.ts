@@ -5,7 +5,7 @@ export const servos = {
   servos: {
     title: "サーボ",
     known: (known, online) => `${known}台${online === null ? "" : `、オンライン${online}台`}`,
-    search: "名前、シリアル、uid、ID",
+    search: "名前、シリアル、ID",
     filter: "表示",
     all: n => `すべて ${n}`,
     attention: n => `要確認 ${n}`,

@@ -1,5 +1,6 @@
 /** Owns the Japanese names of what the server's tables name in English: parameters, groups, choices, faults. */
 import type { Text } from "../language";
+import { why } from "./why";
 
 const REPAIR = "使用を中止し、修理してください。";
 const AGAIN = `繰り返す場合は${REPAIR}`;
@@ -107,6 +108,7 @@ export const table = {
     watchdog_restart: "再起動: ウォッチドッグ",
     ram_restart: "再起動: メモリー",
   },
+  why,
   advice: {
     angle_limit_cw_reached:
       "ホーンが時計回りの制限に達しています。内側の角度を指令するか、制限（0x38）を広げてください。",
