@@ -1,10 +1,9 @@
 """The public Python stack asks, configures, saves, restarts and moves our simulated servos over a kernel's CAN."""
 
+import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
-from statistics import median
 
 import pytest
 
@@ -291,14 +290,15 @@ def test_a_burst_of_commands_moves_whom_it_names_and_nobody_else(bench: Bench) -
 def test_the_periodic_messages_come_at_their_rates_with_rising_transfer_ids(bench: Bench) -> None:
     bench.node_status.clear()
     bench.status.clear()
+    began = time.monotonic()
     with bench.peer.hearing_status():
         bench.peer.live(3.2)
+    took = time.monotonic() - began
     for heard, period in ((bench.node_status, 1.0), (bench.status, 0.1)):
         for node_id in ALL:
             own = [each for each in heard if each.source == node_id]
-            assert len(own) >= 0.8 * 3.2 / period - 1
-            gaps = [after.at - before.at for before, after in pairwise(own)]
-            assert median(gaps) == pytest.approx(period, rel=0.2)
+            # Counted: a machine that is busy delays one and lets the next come sooner.
+            assert 0.8 * took / period - 1 <= len(own) <= 1.2 * took / period + 1
             ids = [each.transfer_id for each in own]
             assert ids == [(ids[0] + step) % 32 for step in range(len(ids))]
             assert {each.priority for each in own} == {16}, "table 2-2"
