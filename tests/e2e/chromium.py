@@ -27,7 +27,7 @@ def install() -> str | None:
         print("Chromium is missing: installing Debian's package with apt-get ...", flush=True)
         environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
         subprocess.run(["apt-get", "update", "-qq"], check=False, env=environment)
-        packages = ["chromium", "fonts-dejavu-core"]
+        packages = ["chromium", "fonts-dejavu-core", "fonts-ipafont-gothic"]  # the last for Japanese
         subprocess.run(
             ["apt-get", "install", "-y", "-qq", "--no-install-recommends", *packages],
             check=False, env=environment, stdout=subprocess.DEVNULL,

@@ -92,7 +92,7 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
           {row.name}, §{row.section}
           {(quiet ? "" : view.words) !== "" && (
             <>
-              . <span class="words">{view.words.replace(/\.$/, "")}</span>
+              . <span class="words">{view.words.replace(/[.。]$/, "")}</span>
             </>
           )}
           {view.goTo && (

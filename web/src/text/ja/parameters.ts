@@ -45,7 +45,7 @@ export const parameters = {
       unread: "未読み出し",
       lastRead: age => `${age}前に読み出し`,
       lastReadUnknown: "接続が切れる前に読み出し",
-      noEffect: why => `現在は効果なし: ${why}`,
+      noEffect: why => `効果なし: ${why}`,
     },
     goTo: name => `${name}へ`,
     use: value => `${value}を使う`,

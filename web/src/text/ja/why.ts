@@ -8,7 +8,7 @@ export const why: Readonly<Record<string, string>> = {
     "トルク（0x20）がオフです。オンにするとこの指令は失われます。",
   "the servo brakes (0x20), and turning torque on drops this command":
     "ブレーキ中です（0x20）。トルクをオンにするとこの指令は失われます。",
-  "speed and torque control (0x25) is off": "0x25がオフです。",
+  "speed and torque control (0x25) is off": "0x25がオフ。",
   "this firmware has no speed and torque control (0x25)": "このファームウェアに0x25はありません。",
   "speed and torque control (0x25) is off, and angle commands always count turns":
     "0x25がオフで、角度指令は常に多回転です。",
@@ -30,10 +30,10 @@ export const why: Readonly<Record<string, string>> = {
     "直前の指令はトルクです。角度制限は角度指令だけに働きます。",
   "the last command was a torque; speed limits hold for angle and speed commands":
     "直前の指令はトルクです。速度制限は角度と速度の指令で働きます。",
-  "the time-out action (0x26) is hold": "0x26が「保持」です。",
+  "the time-out action (0x26) is hold": "0x26が「保持」。",
   "the speed I gain (0x31) is 0, so there is nothing to limit": "0x31が0で、制限するものがありません。",
   "PWM asks for a speed (0x37), and speed and torque control (0x25) is off":
-    "PWMが速度を指令し（0x37）、0x25がオフです。",
+    "PWMが速度を指令し（0x37）、0x25がオフ。",
   "torque (0x20) is not on, so no angle is held": "0x20がオンでなく、角度を保持していません。",
   "torque (0x20) is not on, so there is no motion to shape": "0x20がオンでなく、動作していません。",
   "the servo's software is being replaced": "ソフトウェアを更新中です。",
