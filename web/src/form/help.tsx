@@ -4,6 +4,7 @@ import { catalog } from "../state/catalog";
 import { now } from "../state/clock";
 import type { KnownReading } from "../state/parameters";
 import { editing } from "../text/topics";
+import { aboutRow, adviceOn } from "./about";
 import { age, full, unbroken } from "./format";
 import type { spanOf } from "./row-state";
 
@@ -19,13 +20,13 @@ export function Help({ row, span, reading }: Props) {
   const ranged = span.minimum !== null && span.maximum !== null && row.kind === "number";
   const follows = row.unit_when ? catalog.value?.rows.get(row.unit_when.parameter) : undefined;
   const extra = [
-    row.advice,
+    adviceOn(row),
     row.after_restart ? said.afterRestart : "",
     follows ? said.unitFollows(`${follows.label} (${follows.name})`) : "",
   ].filter(Boolean);
   return (
     <div role="cell" class="p-help" id={`help-${row.key}`}>
-      <p>{unbroken(row.description)}</p>
+      <p>{unbroken(aboutRow(row))}</p>
       {extra.map(line => (
         <p key={line} class="second">
           {unbroken(line)}

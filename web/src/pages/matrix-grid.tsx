@@ -2,6 +2,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
+import { aboutRow } from "../form/about";
 import { nameOf, servo } from "../state/fleet";
 import { conditionHere } from "../state/here";
 import { isOwn, oddRow } from "../state/matrix";
@@ -175,7 +176,7 @@ function Line({ row, uids, onSet }: { row: Row; uids: readonly string[]; onSet: 
   const able = !row.expert && !isOwn(row) && uids.some(uid => sheetOf(uid).keys.value?.includes(row.key));
   return (
     <tr data-key={row.key} data-testid={`line-${row.key}`} data-odd={odd.size > 0}>
-      <th scope="row" title={row.description}>
+      <th scope="row" title={aboutRow(row)}>
         <span class="m-name">
           <span>
             {row.label}

@@ -2,6 +2,7 @@
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
+import { adviceOn } from "../form/about";
 import { NONE } from "../form/format";
 import { ParameterRow } from "../form/row";
 import { type Catalog, catalog } from "../state/catalog";
@@ -167,7 +168,7 @@ function Experts({ rows, folded, fixed, unfolded, unlocked }: ExpertsProps) {
     <div role="row" class="locked small second" data-testid="experts">
       <Icon name="lock" size={16} />
       <span role="cell">
-        {said.what(rows.map(row => row.label).join(", "))} {rows[0]?.advice}
+        {said.what(rows.map(row => row.label).join(", "))} {rows[0] && adviceOn(rows[0])}
       </span>
       <span role="cell" class="plain-cell">
         {!fixed && (

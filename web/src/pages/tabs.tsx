@@ -1,6 +1,7 @@
 /** Owns the tabs of the Parameters page: a group each, with what is changed in it. */
 import { type Signal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
+import { aboutTab } from "../form/about";
 import type { Tab } from "../state/catalog";
 import { staged, wrong } from "../state/draft";
 import { servo } from "../state/fleet";
@@ -85,7 +86,7 @@ function TabButton({ tab, sheet, chosen }: { tab: Tab; sheet: Sheet; chosen: Sig
       aria-selected={selected}
       tabIndex={selected ? 0 : -1}
       data-testid={`tab-${tab.key}`}
-      title={tab.description}
+      title={aboutTab(tab)}
       onClick={() => {
         chosen.value = tab.key;
       }}

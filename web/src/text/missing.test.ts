@@ -34,8 +34,8 @@ describe.each([
   });
 
   test("has nothing that English does not have", () => {
-    // In English the server's own tables have these names.
-    const left = missing(japanese, english).filter(path => !path.startsWith("table."));
+    // In English the server says these itself.
+    const left = missing(japanese, english).filter(path => !/^(table|help)\./.test(path));
     expect(left).toEqual([]);
   });
 
@@ -62,12 +62,21 @@ describe.each([
 const SAME =
   /hornbill|: (candump|socketcan:can0|curl|Python|node:11 type:GetSet problems|JUnit|Space|kbit\/s|HORNBILL_.*)$/;
 
-/** The keys of the server's tables, as the tables have them. */
-function keysOf(table: string, part: string): string[] {
+/** A field of each row of the server's tables that has it, by the row's key. */
+function fieldOf(table: string, part: string, field: string): Map<string, string> {
   const blocks = readFileSync(`../schemas/${table}.toml`, "utf8").split(/^\[\[/m);
-  const wanted = blocks.filter(block => block.startsWith(`${part}]]`));
-  return wanted.map(block => /^key = "([a-z_0-9]+)"/m.exec(block)?.[1] ?? "");
+  const find = (block: string, name: string) => new RegExp(`^${name} = "(.+)"$`, "m").exec(block)?.[1];
+  const rows = blocks.filter(block => block.startsWith(`${part}]]`));
+  return new Map(
+    rows.flatMap(row => {
+      const value = find(row, field);
+      return value === undefined ? [] : [[find(row, "key") ?? "", value] as const];
+    }),
+  );
 }
+
+/** The keys of the server's tables, as the tables have them. */
+const keysOf = (table: string, part: string) => [...fieldOf(table, part, "key").keys()];
 
 test("every parameter and every fault has a Japanese name, and every fault advice", () => {
   const faults = keysOf("faults", "fault");
@@ -77,6 +86,25 @@ test("every parameter and every fault has a Japanese name, and every fault advic
   expect(faults.filter(key => !(key in saidText.table.faults) || !(key in saidText.table.advice))).toEqual(
     [],
   );
+});
+
+test("every parameter, every tab and what the maker advises is explained in Japanese", () => {
+  const explained = fieldOf("parameters", "parameter", "description");
+  const advised = fieldOf("parameters", "parameter", "advice");
+  expect(explained.size).toBeGreaterThan(50);
+  expect(advised.size).toBeGreaterThan(0);
+  const rows = new Map<string, string>(Object.entries(saidTopics.help.rows));
+  const { groups, advice } = saidTopics.help;
+  expect([...explained.keys()].filter(key => !rows.has(key))).toEqual([]);
+  expect(Object.keys(saidText.table.groups).filter(key => !(key in groups))).toEqual([]);
+  expect([...advised.keys()].filter(key => !(key in advice))).toEqual([]);
+  for (const [key, sentence] of explained) {
+    const numbers = sentence.match(/0x[\dA-F]{2}|±?\d+(\.\d+)?/g) ?? [];
+    expect(
+      numbers.filter(number => !rows.get(key)?.includes(number)),
+      key,
+    ).toEqual([]);
+  }
 });
 
 test("every refusal that has a sentence of its own has one in Japanese", () => {

@@ -1,0 +1,11 @@
+/** Owns what rows and tabs are about, in the page's language; the server's words where it has none. */
+import type { Row } from "../api/types";
+import type { Tab } from "../state/catalog";
+import { help } from "../text/topics";
+
+export const aboutRow = (row: Row) => help.rows[row.key] ?? row.description;
+
+export const aboutTab = (tab: Tab) => help.groups[tab.key] ?? tab.description;
+
+/** What the maker advises on a row, if anything. */
+export const adviceOn = (row: Row) => help.advice[row.key] ?? row.advice;
