@@ -14,6 +14,7 @@ import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Scroll } from "../ui/scroll";
+import { told } from "./bus-finding";
 import { Remedy } from "./bus-remedy";
 
 const said = words.doctor;
@@ -75,25 +76,21 @@ export function Findings({ list }: { list: readonly Finding[] }) {
 }
 
 function FindingRow({ one }: { one: Finding }) {
+  const { title, remedy } = told(one);
   return (
     <li class="finding" data-severity={one.severity} data-code={one.code}>
       <Glyph kind={one.severity} />
       <div>
         <p class={one.severity === "ok" ? "f-name" : "f-name strong"}>
           <span class="hidden-text">{said.severity[one.severity]}: </span>
-          {one.text}
+          {title}
         </p>
         <p class="f-evidence">{one.evidence}</p>
-        {one.remedy !== null && <Remedy text={remedyHere(one.code, one.remedy)} />}
+        {remedy !== null && <Remedy text={remedy} />}
         {one.severity !== "ok" && <Ways one={one} />}
       </div>
     </li>
   );
-}
-
-/** The doctor speaks to programs as well: a remedy that is a request is a button or a tab here. */
-function remedyHere(code: string, remedy: string): string {
-  return remedy.includes("/api/v1/") ? (said.here[code] ?? remedy) : remedy;
 }
 
 const AT_IDS = new Set(["second_allocator", "allocator_off", "allocation_refused", "allocation_stuck"]);

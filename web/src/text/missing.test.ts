@@ -1,5 +1,5 @@
 /** The languages say the same things: nothing is missing in Japanese, nothing is left over, and the slots are filled. */
-import { readFileSync } from "node:fs";
+import { readdirSync, readFileSync } from "node:fs";
 import { describe, expect, test } from "vitest";
 import { Problem } from "../api/client";
 import { text } from "./en";
@@ -35,7 +35,7 @@ describe.each([
 
   test("has nothing that English does not have", () => {
     // In English the server says these itself.
-    const left = missing(japanese, english).filter(path => !/^(table|help)\./.test(path));
+    const left = missing(japanese, english).filter(path => !/^(table|help|findings)\./.test(path));
     expect(left).toEqual([]);
   });
 
@@ -105,6 +105,27 @@ test("every parameter, every tab and what the maker advises is explained in Japa
       key,
     ).toEqual([]);
   }
+});
+
+/** The source of the doctor; what it remembers of a node has names of its own, and no findings. */
+const DOCTOR = readdirSync("../server/hornbill/servo/doctor")
+  .filter(name => name.endsWith(".py") && name !== "watch.py")
+  .map(name => readFileSync(`../server/hornbill/servo/doctor/${name}`, "utf8"))
+  .join("\n");
+
+test("everything the doctor finds, wrong or well, has a title in Japanese, with slots there are facts for", () => {
+  const { well, wrong, remedy } = saidTopics.findings;
+  // Nothing else in quotes there is of words with underscores.
+  const codes = new Set([...DOCTOR.matchAll(/"([a-z]+(?:_[a-z]+)+)"/g)].map(found => found[1] ?? ""));
+  const passed = new Set([...DOCTOR.matchAll(/\bok\(\s*"([a-z_]+)"/g)].map(found => found[1] ?? ""));
+  expect(codes.size).toBeGreaterThan(20);
+  expect(passed.size).toBeGreaterThan(10);
+  expect([...codes].filter(code => !(code in wrong))).toEqual([]);
+  expect([...passed].filter(code => !(code in well))).toEqual([]);
+  expect(Object.keys(well).filter(code => !passed.has(code))).toEqual([]);
+  expect(Object.keys(remedy).filter(code => !(code in wrong))).toEqual([]);
+  const slots = Object.values(wrong).flatMap(title => title.match(/\{.*?\}/g) ?? []);
+  expect(slots.filter(slot => !["{node}", "{servo}", "{count}"].includes(slot))).toEqual([]);
 });
 
 test("every refusal that has a sentence of its own has one in Japanese", () => {

@@ -7,6 +7,7 @@ export const {
   commission,
   editing,
   faults,
+  findings,
   help,
   keys,
   jogging,

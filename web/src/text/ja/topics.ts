@@ -5,6 +5,7 @@ import { words as bus } from "./bus";
 import { words as commission } from "./commission";
 import { words as editing } from "./editing";
 import { words as faults } from "./faults";
+import { words as findings } from "./findings";
 import { words as help } from "./help";
 import { words as jogging } from "./jogging";
 import { words as keys } from "./keys";
@@ -23,6 +24,7 @@ export const topics = {
   commission,
   editing,
   faults,
+  findings,
   help,
   jogging,
   keys,
