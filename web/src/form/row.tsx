@@ -8,6 +8,7 @@ import { up } from "../state/link";
 import type { Sheet } from "../state/parameters";
 import { text } from "../text";
 import { editing as words } from "../text/topics";
+import { aboutRow } from "./about";
 import { ChoiceBox, SwitchBox } from "./choice-box";
 import { bare, decimalsOf, full, number } from "./format";
 import { Help } from "./help";
@@ -31,7 +32,7 @@ interface Props {
 
 /** Register and raw value, for whoever has a pointer; "?" shows them to everybody. */
 function tooltip(row: Row, reading: { raw: number | null } | undefined): string {
-  return `${row.name}, ${words.help.raw} ${reading?.raw ?? words.help.unread}. ${row.description}`;
+  return `${row.name}, ${words.help.raw} ${reading?.raw ?? words.help.unread}. ${aboutRow(row)}`;
 }
 
 const asNumber = (value: unknown) => (typeof value === "number" ? value : null);
