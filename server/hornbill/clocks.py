@@ -6,7 +6,7 @@ from collections.abc import Callable
 from hornbill.units import Instant
 
 _AT_ONCE_S = 20e-6  # two looks this close together are one
-_LOOKS = 8  # the closest of so many is taken where none is that close
+_LOOKS = 5  # the closest of so many is taken where none is that close
 
 
 def ahead(now: Callable[[], Instant] = time.monotonic, wall: Callable[[], float] = time.time) -> float:

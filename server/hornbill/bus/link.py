@@ -19,6 +19,8 @@ FULL_S = 0.001
 _SEND_S = 0.25  # how long an adapter may take one frame
 _GARBLED_IN_A_ROW = 100
 _OLDEST_S = 1.0  # beyond this age a stamp is not of the wall clock
+_UNSURE_S = 0.001  # how far two clocks may drift apart until they are compared again
+_COMPARED_EVERY_S = 1.0
 _LINUX_ERRORS = ("socketcan", "gs_usb")  # the interfaces that code error frames as ErrorFrame does
 
 
@@ -74,11 +76,17 @@ class Stamps:
 
     def __init__(self) -> None:
         self._latest: Instant = 0.0
+        self._ahead = 0.0
+        self._compared: Instant | None = None
 
     def instant(self, stamp: float) -> Instant:
         """`stamp` (seconds since 1970) as an instant; now, for an adapter with a clock of its own or none."""
-        at, now = stamp - clocks.ahead(), time.monotonic()
-        self._latest = max(self._latest, at if 0 <= now - at < _OLDEST_S else now)
+        now = time.monotonic()
+        if self._compared is None or now - self._compared > _COMPARED_EVERY_S:
+            # Not for every frame: a look at a clock is a system call on some machines.
+            self._ahead, self._compared = clocks.ahead(), now
+        age = now - (stamp - self._ahead)
+        self._latest = max(self._latest, now - max(age, 0.0) if -_UNSURE_S < age < _OLDEST_S else now)
         return self._latest
 
 

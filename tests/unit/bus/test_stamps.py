@@ -1,0 +1,57 @@
+"""The times of frames: those of the wall clock become instants, at the price of a look at one clock each."""
+
+import pytest
+
+from hornbill import clocks
+from hornbill.bus import link
+from hornbill.bus.link import Stamps
+
+AHEAD_S = 1_700_000_000.0
+
+
+class Clock:
+    """The monotonic clock, and how often both were compared; `ahead_s` is what that finds."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now, self.ahead_s, self.compared = 500.0, AHEAD_S, 0
+        monkeypatch.setattr(link.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr(clocks, "ahead", self._ahead)
+
+    def _ahead(self) -> float:
+        self.compared += 1
+        return self.ahead_s
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    return Clock(monkeypatch)
+
+
+@pytest.mark.parametrize(
+    ("age_s", "told_s"),
+    [(0.0, 0.0), (0.25, 0.25), (-0.0005, 0.0), (-3600.0, 0.0), (1.5, 0.0), (AHEAD_S, 0.0)],
+    ids=["at once", "waited", "clocks drifted", "of another clock", "too old to be true", "none"],
+)
+def test_a_stamp_tells_how_long_a_frame_waited(clock: Clock, age_s: float, told_s: float) -> None:
+    at = Stamps().instant(clock.now + AHEAD_S - age_s)
+    assert at == pytest.approx(clock.now - told_s, abs=1e-6)
+    assert at <= clock.now
+
+
+def test_the_clocks_are_compared_now_and_then_and_not_for_every_frame(clock: Clock) -> None:
+    stamps = Stamps()
+    for _ in range(3500):
+        stamps.instant(clock.now + AHEAD_S)
+        clock.now += 0.001
+    assert 3 <= clock.compared <= 4
+
+
+def test_a_wall_clock_that_is_set_is_noticed_and_time_never_runs_backwards(clock: Clock) -> None:
+    stamps = Stamps()
+    told = [stamps.instant(clock.now + AHEAD_S)]
+    clock.ahead_s += 0.5
+    for _ in range(300):
+        clock.now += 0.01
+        told.append(stamps.instant(clock.now + clock.ahead_s - 0.002))
+    assert told == sorted(told)
+    assert clock.now - told[-1] == pytest.approx(0.002, abs=1e-6)
