@@ -10,7 +10,7 @@ from hornbill.errors import BusDisconnected
 from hornbill.node.backlog import Backlog
 from hornbill.node.hooks import Hooks
 from hornbill.node.presence import Presence
-from hornbill.node.requests import RequestCounters, Requests
+from hornbill.node.requests import RequestCounters, Requests, anything
 from hornbill.node.subscriptions import Subscriptions
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
@@ -197,6 +197,7 @@ class Participant:
             patience_s=timeout,
             tries=tries,
             urgent=urgent,
+            fits=request.is_answered_by if isinstance(request, GetSetRequest) else anything,
         )
 
     def broadcast(self, message: Structure, *, priority: int) -> None:

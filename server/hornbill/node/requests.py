@@ -32,6 +32,11 @@ _Key = tuple[int, int, int]
 """Node asked, service type id, transfer id: what an answer is recognised by."""
 
 
+def anything(_answer: object) -> bool:
+    """For services whose answers do not say to what they are one."""
+    return True
+
+
 @dataclass(slots=True)
 class RequestCounters:
     """Since the participant was made. `late` answers are those nobody waits for any more."""
@@ -59,6 +64,7 @@ class _Exchange:
     patience_s: float
     tries: int
     done: "asyncio.Future[Any]"
+    fits: Callable[[Any], bool]
     holds_lane: bool = False
     sent: dict[int, Instant] = field(default_factory=dict[int, Instant])
     due: Instant = _WAITS
@@ -117,10 +123,12 @@ class Requests:
         patience_s: float,
         tries: int,
         urgent: bool,
+        fits: Callable[[Any], bool] = anything,
     ) -> Any:
-        """The decoded answer. Raises NoAnswer `patience_s` after the last try, and what `transmit` raises.
+        """The decoded answer, of which `fits` says whether it can be one to this request.
 
-        Cancelling it frees the node for the next request at once.
+        Raises NoAnswer `patience_s` after the last try, and what `transmit` raises. Cancelling it frees the node for
+        the next request at once.
         """
         done: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
         exchange = _Exchange(
@@ -132,6 +140,7 @@ class Requests:
             patience_s,
             tries,
             done,
+            fits,
         )
         self.counters.requests += 1
         self._alive.add(exchange)
@@ -156,6 +165,10 @@ class Requests:
         answer = exchange.answer_type.decode(transfer.payload)
         if answer is None:
             self.counters.malformed += 1
+            return
+        if not exchange.fits(answer):
+            # So late that its transfer id has come round: the answer to this request may still come.
+            self.counters.late += 1
             return
         self.counters.answers += 1
         sent = exchange.sent.pop(transfer.transfer_id)

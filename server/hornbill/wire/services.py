@@ -247,6 +247,10 @@ class GetSetRequest:
         value = encode_value(self.value, high=index >> 8 << 3)
         return bytes((index & 0xFF,)) + value + text_bytes("name", self.name, _PARAMETER_NAME_BYTES)
 
+    def is_answered_by(self, answer: "GetSetResponse") -> bool:
+        """Whether it names what was asked for, or nothing, as a refusal does (table 2-16)."""
+        return not (self.name and answer.name) or answer.name.upper() == self.name.upper()
+
     @classmethod
     def decode(cls, payload: bytes) -> Self | None:
         """None when the value is cut short or of no known kind, or the name is longer than 92."""

@@ -129,6 +129,24 @@ def test_a_late_answer_is_never_taken_for_one_to_a_later_request() -> None:
     run(play())
 
 
+def test_an_answer_that_names_another_register_is_waited_past_however_late_it_comes() -> None:
+    """So late that its transfer id rests no more and has come round, as on a bus whose host had no time."""
+
+    async def play() -> None:
+        _, host, peer = pair(delay=lambda number: {0: 2.26, 32: 0.09}.get(number, 0.0))
+        with pytest.raises(NoAnswer):
+            await host.request(42, read("0x00"), timeout=0.1)
+        await asyncio.sleep(2.1)
+        for number in range(1, 33):
+            answer = await host.request(42, read(f"0x{number:02X}"), timeout=0.1)
+            assert (answer.name, answer.value) == (f"0x{number:02X}", integer(number))
+        assert peer.requests[0].transfer_id == peer.requests[32].transfer_id
+        assert host.request_counters.late == 1
+        await host.close()
+
+    run(play())
+
+
 def test_repeated_answers_are_ignored() -> None:
     async def play() -> None:
         _, host, _ = pair(copies=3)
