@@ -1,5 +1,5 @@
 /** Owns the monitor: filter box, counts, pause, the list, and the details of one row. */
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { age, grouped, number } from "../form/format";
 import { now } from "../state/clock";
 import { bus, connected } from "../state/desk";
@@ -36,7 +36,8 @@ export function Monitor() {
 
 function Tools() {
   const filter = useRef<HTMLInputElement>(null);
-  useEffect(() => onKey("/", () => filter.current?.focus()), []);
+  // Before it is painted: who sees the box can use its key.
+  useLayoutEffect(() => onKey("/", () => filter.current?.focus()), []);
   const problems = /(^|\s)problems(\s|$)/i.test(monitor.box.value);
   const held = monitor.heldSince.value !== null;
   return (

@@ -110,7 +110,9 @@ async function lookAt(id: string): Promise<void> {
   const found: Stream = { ...answer, ended: answer.ended ? plain(answer.ended) : null };
   const before = stream.peek();
   stream.value = found;
-  if (found.ended && before?.ended === null && motion.peek().phase === "on")
+  const present = motion.peek();
+  // Of a group whose torque we took ourselves it is no news, and who did not answer then is.
+  if (found.ended && before?.ended === null && present.phase === "on" && present.torque !== "off")
     refusal.value = words.ended(found.ended);
 }
 

@@ -240,9 +240,8 @@ async function allOff(members: readonly string[], lease: string): Promise<void> 
   });
   const failed = (await Promise.allSettled(asked)).filter(one => one.status === "rejected");
   const first = failed[0];
-  if (first === undefined) return;
-  if (failed.length === members.length) throw first.reason;
-  refusal.value = text.problem(problemOf(first.reason));
+  if (first !== undefined && failed.length === members.length) throw first.reason;
+  refusal.value = first === undefined ? null : text.problem(problemOf(first.reason));
 }
 
 export function profileOf(speed: number | null): Profile | null {

@@ -1,5 +1,5 @@
 /** Owns the search box; "/" puts the focus in it. */
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { onKey } from "../state/keys";
 import { Icon } from "./icon";
 
@@ -11,7 +11,8 @@ interface Props {
 
 export function Search({ label, value, onInput }: Props) {
   const box = useRef<HTMLInputElement>(null);
-  useEffect(() => onKey("/", () => box.current?.focus()), []);
+  // Before it is painted: who sees the box can use its key.
+  useLayoutEffect(() => onKey("/", () => box.current?.focus()), []);
   return (
     <label class="search">
       <Icon name="search" size={16} />
