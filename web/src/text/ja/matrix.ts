@@ -37,7 +37,7 @@ export const words = {
   cell: (row, servo, value, state) => `${row}、${servo}: ${value}${state === "" ? "" : `、${state}`}`,
   locked: "上級項目: サーボ自身のページでロックを解除してください",
   setAll: row => `${row}を全サーボに設定`,
-  setAllWord: "一括設定…",
+  setAllWord: "一括…",
   copy: name => `${name}を他へコピー`,
   copyWord: "コピー…",
   set: {
