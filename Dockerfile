@@ -10,6 +10,16 @@ RUN npm ci --no-audit --no-fund
 COPY web ./
 RUN npm run build
 
+# The documentation. What its pages name has to be there, so this is the whole context.
+FROM python:${PYTHON}-slim AS docs
+ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore
+WORKDIR /src
+COPY requirements.lock ./
+RUN awk '/^[a-z]/ { keep = /^(markdown-it-py|mdurl)==/ } keep' requirements.lock > docs.lock \
+    && python -m pip install --require-hashes --no-deps -r docs.lock
+COPY . .
+RUN python docs/site/build.py
+
 # The wheel, and an environment with it and exactly what the locks name. The environment has no pip of its own.
 FROM python:${PYTHON}-slim AS installed
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore
@@ -24,6 +34,7 @@ COPY pyproject.toml README.md LICENSE THIRD_PARTY.md ./
 COPY schemas schemas
 COPY server server
 COPY --from=page /src/web/dist web/dist
+COPY --from=docs /src/docs/dist docs/dist
 RUN python -m pip wheel --no-deps --no-build-isolation --wheel-dir /wheel . \
     && python -m pip --python /opt/hornbill/bin/python install --no-deps /wheel/hornbill-*.whl
 

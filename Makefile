@@ -37,9 +37,13 @@ web/dist/index.html: web/node_modules/.stamp web/index.html web/package.json web
 	@echo "building the page ..."
 	@$(NPM) run --silent build
 
+docs/dist/index.html: $(VENV)/.runtime web/src/style/tokens.css $(wildcard *.md) $(shell find docs -type f -not -path 'docs/dist/*')
+	@echo "building the documentation ..."
+	@$(BIN)/python docs/site/build.py
+
 setup: $(VENV)/.dev web/node_modules/.stamp   ## install everything a developer needs
 
-demo: $(VENV)/.runtime web/dist/index.html    ## simulated servos in the browser: hornbill demo
+demo: $(VENV)/.runtime web/dist/index.html docs/dist/index.html  ## simulated servos in the browser: hornbill demo
 	@$(BIN)/hornbill demo $(ARGS)
 
 dev: setup                                    ## demo with the page rebuilt on every change
@@ -56,12 +60,14 @@ test: setup web/dist/index.html chromium      ## every test there is
 	$(NPM) run --silent test
 	@if [ -n "$$HORNBILL_VCAN_WRAPPER" ]; then \
 	  echo "socketcan tests through $$HORNBILL_VCAN_WRAPPER"; \
-	  "$$HORNBILL_VCAN_WRAPPER" -- $(BIN)/python -m pytest -q -p no:cacheprovider tests/socketcan; \
+	  "$$HORNBILL_VCAN_WRAPPER" -- $(BIN)/python -m pytest -q -p no:cacheprovider tests/socketcan || { \
+	    code=$$?; [ $$code = 125 ] || exit $$code; \
+	    echo "SKIPPED: $$HORNBILL_VCAN_WRAPPER cannot provide a kernel with CAN on this machine (125)"; }; \
 	fi
 	$(BIN)/python -m pytest -n auto --ignore tests/socketcan --ignore $(E2E) $(PYTEST_ARGS)
 	$(BIN)/python -m pytest tests/socketcan $(PYTEST_ARGS)
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not alone" $(E2E) $(PYTEST_ARGS)
-	$(BIN)/python -m pytest -m alone $(E2E) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not alone" $(E2E) $(PYTEST_ARGS) $(E2E_ARGS)
+	$(BIN)/python -m pytest -m alone $(E2E) $(PYTEST_ARGS) $(E2E_ARGS)
 
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev
@@ -75,13 +81,12 @@ bench: setup                                  ## honest figures, as JSON lines
 	@$(BIN)/python tests/bench/__main__.py $(BENCH)
 
 generate: setup                               ## what is made from tables and API
-	@$(BIN)/python -m hornbill.generate
+	@$(BIN)/python -m tools.generate
 	@$(BIN)/python tests/fidelity.py
 	@$(BIN)/python tests/notices.py
 	@$(NPM) run --silent generate
 
-docs: $(VENV)/.runtime                        ## the documentation as a site in docs/dist
-	@$(BIN)/python docs/site/build.py
+docs: docs/dist/index.html                    ## the documentation as a site in docs/dist
 
 build: $(VENV)/.dev web/dist/index.html docs       ## sdist and wheel in dist/
 	@rm -rf dist

@@ -11,6 +11,7 @@ import re
 import shutil
 import sys
 from collections.abc import Iterable, Iterator
+from copy import copy
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -52,7 +53,7 @@ class Page:
     place: str
     tokens: list[Token]
     title: str = ""
-    headings: list[tuple[int, str, str]] = field(default_factory=list)
+    headings: list[tuple[int, str, str]] = field(default_factory=list[tuple[int, str, str]])
     """level, text, id"""
 
 
@@ -131,7 +132,7 @@ def _link(page: Page, pages: dict[Path, Page]) -> Iterator[str]:
     """Turn links between sources into links between pages; what leads nowhere is told."""
     for token in page.tokens:
         opened: list[bool] = []
-        for child in token.children or ():
+        for child in tuple(token.children or ()):
             if child.type == "image":
                 target = (page.source.parent / str(child.attrGet("src"))).resolve()
                 if not target.is_file() or DOCS not in target.parents:
@@ -139,6 +140,7 @@ def _link(page: Page, pages: dict[Path, Page]) -> Iterator[str]:
                     continue
                 child.attrSet("src", _relative(page.place, target.relative_to(DOCS).as_posix()))
                 child.attrSet("loading", "lazy")
+                _in_both_themes(token, child, target)
             elif child.type == "link_open":
                 keep, problem = _linked(page, pages, child)
                 opened.append(keep)
@@ -148,6 +150,17 @@ def _link(page: Page, pages: dict[Path, Page]) -> Iterator[str]:
                     child.tag, child.attrs = "span", {}
             elif child.type == "link_close" and not opened.pop():
                 child.tag = "span"
+
+
+def _in_both_themes(token: Token, image: Token, target: Path) -> None:
+    """A drawing NAME-light.svg is shown in the light theme, and NAME-dark.svg beside it in the dark one."""
+    dark = target.with_name(target.name.replace("-light.svg", "-dark.svg"))
+    if dark == target or not dark.is_file() or token.children is None:
+        return
+    other = copy(image)
+    other.attrs = {**image.attrs, "src": str(image.attrGet("src")).replace("-light.svg", "-dark.svg"), "class": "dark"}
+    image.attrSet("class", "light")
+    token.children.insert(token.children.index(image) + 1, other)
 
 
 def _linked(page: Page, pages: dict[Path, Page], link: Token) -> tuple[bool, str]:

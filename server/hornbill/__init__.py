@@ -1,4 +1,4 @@
-"""hornbill: a configurator for Futaba BLA15 and BLA21 servos on DroneCAN."""
+"""hornbill: a configurator for Futaba BLA15, BLA21 and BLA34 servos on DroneCAN."""
 
 from importlib.metadata import PackageNotFoundError, version
 

@@ -26,7 +26,7 @@ HornbillError
     ├── ModeOff           mode_off
     ├── TorqueOff         torque_off
     ├── TorqueOn          torque_on
-    ├── PositionUnitUnknown position_unit_unconfirmed: an angle by ArrayCommand before its unit is known
+    ├── PositionUnitUnknown position_unit_unconfirmed: an angle by ArrayCommand, and its unit is in conflict
     ├── LeaseRequired     lease_required
     ├── LeaseHeld         lease_held
     ├── Stopped           stopped
@@ -45,21 +45,38 @@ HornbillError
     └── StaleRevision     stale_revision
 """
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 class HornbillError(Exception):
-    """Anything hornbill raises on purpose; `detail` is a sentence for people, `facts` are for programs."""
+    """Anything hornbill raises on purpose; `detail` is a text for people, `facts` are for programs.
+
+    `summary` is the same without requests of the API, which a page has buttons for.
+    """
 
     code: str = "internal"
     title: ClassVar[str] = "Something went wrong"
     status: int | None = None
     """The HTTP status, where a server said it: set by hornbill.client."""
 
-    def __init__(self, detail: str, **facts: object) -> None:
+    def __init__(self, detail: str, *, request: str | None = None, summary: str | None = None, **facts: object) -> None:
+        """`request` ends the detail with what a program sends: a sentence, or the end of one (": GET /servos").
+
+        A request in the middle of the detail takes a `summary` of its own.
+        """
+        self.summary = detail if summary is None else summary
+        if request is not None:
+            detail = (
+                detail.removesuffix(".") + request if request.startswith((":", ",", " ")) else f"{detail} {request}"
+            )
         super().__init__(detail)
         self.detail = detail
-        self.facts = facts
+        self.facts: dict[str, Any] = facts
+
+    def extend(self, *, before: str = "", after: str = "") -> None:
+        """Say more: words before and after what is said already, with their space."""
+        self.detail = f"{before}{self.detail}{after}"
+        self.summary = f"{before}{self.summary}{after}"
 
 
 class TableError(HornbillError):
@@ -166,8 +183,10 @@ class Unknown(BadRequest):
 
     title = "Not found"
 
-    def __init__(self, code: str, detail: str, **facts: object) -> None:
-        super().__init__(detail, **facts)
+    def __init__(
+        self, code: str, detail: str, *, request: str | None = None, summary: str | None = None, **facts: object
+    ) -> None:
+        super().__init__(detail, request=request, summary=summary, **facts)
         self.code = code
 
 
@@ -221,10 +240,10 @@ class TorqueOn(BadRequest):
 
 
 class PositionUnitUnknown(BadRequest):
-    """An angle by ArrayCommand to a servo whose position unit is neither measured nor forced (errata B1)."""
+    """An angle by ArrayCommand to a servo whose Status and 0x08 disagree about the position unit (errata B1)."""
 
     code = "position_unit_unconfirmed"
-    title = "The position unit is not known"
+    title = "The position unit is in conflict"
 
 
 class LeaseRequired(BadRequest):

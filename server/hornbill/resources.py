@@ -31,3 +31,8 @@ def docs() -> Path | None:
         if (folder / "index.html").is_file():
             return folder
     return None
+
+
+def checkout() -> Path | None:
+    """The folder of the sources with everything that builds them, or None in an installed package."""
+    return _CHECKOUT if (_CHECKOUT / "docs" / "site" / "build.py").is_file() else None

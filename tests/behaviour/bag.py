@@ -3,8 +3,8 @@
 from typing import Any
 
 from behaviour.rig import Answer, Rig, json
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo
+from hornbill.sim.bench.recipe import Recipe
 
 GAINS: dict[str, Any] = {"angle_p_gain": 55, "timeout_time": 500, "angle_limit_cw": 60.5, "timeout_action": "brake"}
 ADDRESSES = {"angle_p_gain": 0x2C, "timeout_time": 0x27, "angle_limit_cw": 0x38, "timeout_action": 0x26}
@@ -13,7 +13,7 @@ RAW = {"angle_p_gain": 55, "timeout_time": 500, "angle_limit_cw": 605, "timeout_
 MIXED = (
     Recipe("BLA21-06U-AB", "1.300", servo_id=1, node_id=11),
     Recipe("BLA21-12U-A0", "1.010", servo_id=2, node_id=12),
-    Recipe("BLA15-06U-A0", "1.200", servo_id=3, node_id=13),
+    Recipe("BLA15-06U-A0", "1.300", servo_id=3, node_id=13),
 )
 THREE = tuple(Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n in (1, 2, 3))
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from behaviour.rig import Rig, json
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo
+from hornbill.sim.bench.recipe import Recipe
 
 HOLDING = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom={"timeout_action": 0})
 """It holds its last command for ever, when nobody tells it otherwise."""

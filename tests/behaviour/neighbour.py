@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Mode, NodeHealth, NodeStatus
 from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import (
@@ -97,7 +97,9 @@ class Neighbour:
 
     def _tick(self) -> None:
         if self._number % 10 == 0:
-            self.say(Kind.MESSAGE, NodeStatus(self.uptime, Health.OK, Mode.OPERATIONAL), transfer_id=self.uptime & 31)
+            self.say(
+                Kind.MESSAGE, NodeStatus(self.uptime, NodeHealth.OK, Mode.OPERATIONAL), transfer_id=self.uptime & 31
+            )
             self.uptime += 1
         if self.actuator:
             self.say(Kind.MESSAGE, ActuatorStatus(7, 0.25, 0.0, 0.0, 0), transfer_id=self._number & 31)
@@ -113,7 +115,7 @@ class Neighbour:
             answer: Structure | None = None
             if isinstance(request, GetNodeInfoRequest) and self.name is not None:
                 answer = GetNodeInfoResponse(
-                    NodeStatus(self.uptime, Health.OK, Mode.OPERATIONAL), SoftwareVersion(1, 4, 1, 0xBEEF),
+                    NodeStatus(self.uptime, NodeHealth.OK, Mode.OPERATIONAL), SoftwareVersion(1, 4, 1, 0xBEEF),
                     HardwareVersion(3, 1, self.unique_id), self.name,
                 )  # fmt: skip
             elif isinstance(request, GetSetRequest) and self.register is not None:

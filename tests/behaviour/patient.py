@@ -8,7 +8,7 @@ from typing import Any
 from behaviour.rig import Rig, json
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
@@ -84,7 +84,9 @@ class Applicant:
 
     def _receive(self, frames: list[Frame]) -> None:
         for transfer in self._reassembler.feed(frames, asyncio.get_running_loop().time()):
-            message = Allocation.decode(transfer.payload) if transfer.type_id == Allocation.TYPE.id else None
+            message = (
+                AllocationMessage.decode(transfer.payload) if transfer.type_id == AllocationMessage.TYPE.id else None
+            )
             if message is None or not transfer.source or not self.unique_id.startswith(message.unique_id):
                 continue
             known = len(message.unique_id)
@@ -94,10 +96,10 @@ class Applicant:
                 self._say(12, 16)
 
     def _say(self, start: int, end: int) -> None:
-        asked = Allocation(0, start == 0, self.unique_id[start:end]).encode()
+        asked = AllocationMessage(0, start == 0, self.unique_id[start:end]).encode()
         self._sent += 1
-        transfer = Transfer(Kind.MESSAGE, Allocation.TYPE.id, 0, 0, 24, self._sent & 31, asked)
-        self.port.send(split(transfer, Allocation.TYPE, discriminator=self._sent & 0x3FFF))
+        transfer = Transfer(Kind.MESSAGE, AllocationMessage.TYPE.id, 0, 0, 24, self._sent & 31, asked)
+        self.port.send(split(transfer, AllocationMessage.TYPE, discriminator=self._sent & 0x3FFF))
 
 
 class Every:

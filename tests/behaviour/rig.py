@@ -1,6 +1,7 @@
 """Host and simulated servos on one embedded bus, on a clock that jumps: what every behaviour test stands on."""
 
 import asyncio
+import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -10,20 +11,20 @@ import httpx
 import orjson
 from fastapi import FastAPI
 
+import jumping_clock as clock
 from hornbill.api.http import create_api
-from hornbill.bus import clock
-from hornbill.bus.adapters import Adapters
-from hornbill.bus.memory import MemoryBus
-from hornbill.bus.memory_port import MemoryPort
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.bus.embedded.memory_port import MemoryPort
+from hornbill.bus.listing import Adapters
 from hornbill.bus.reopening import ReopeningPort
 from hornbill.errors import PortOpenFailed
 from hornbill.schema.catalog import Catalog
+from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host
-from hornbill.servo.hub import Change, Happened
-from hornbill.servo.servo import Servo, State
-from hornbill.sim.bench import Bench
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.servo.runtime.hub import Change, Happened
+from hornbill.sim.bench.bench import Bench
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.servo import SimulatedServo
 from hornbill.store.store import Store
 from hornbill.units import Uid
 from hornbill.wire.datatype import Kind
@@ -38,6 +39,17 @@ T = TypeVar("T")
 Answer = httpx.Response
 
 PLAIN = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
+
+
+class Walls:
+    """The computer's clock: it goes with the loop's, and can be set."""
+
+    def __init__(self, true: Callable[[], float]) -> None:
+        self._true = true
+        self.wrong_s = 0.0
+
+    def __call__(self) -> float:
+        return self._true() + self.wrong_s
 
 
 class Cable:
@@ -93,6 +105,7 @@ class Rig:
     app: FastAPI
     http: httpx.AsyncClient
     cable: Cable
+    walls: "Walls"
     changes: list[Change] = field(default_factory=list[Change])
 
     async def ready(self, count: int = 1, within_s: float = 30.0) -> list[Servo]:
@@ -104,7 +117,7 @@ class Rig:
                     return found
                 await asyncio.sleep(0.05)
 
-    def sim(self, servo: Servo) -> SimServo:
+    def sim(self, servo: Servo) -> SimulatedServo:
         """The simulated servo behind a servo of the host."""
         return self.bench.servo(Uid(servo.uid))
 
@@ -152,9 +165,9 @@ class Rig:
 
 
 @lru_cache
-def _api() -> FastAPI:
+def _api(catalog: Catalog) -> FastAPI:
     """One application for all tests: making its routes takes longer than most scenes."""
-    return create_api(CATALOG)
+    return create_api(catalog)
 
 
 class Socket:
@@ -217,12 +230,20 @@ def play(
     connect: bool = True,
     fast: bool = False,
     seed: int = 1,
+    behind: bool = False,
 ) -> T:
-    """Run `scene` with the servos of `recipes` (one plain servo unless given) on a clock that jumps."""
+    """Run `scene` with the servos of `recipes` (one plain servo unless given) on a clock that jumps.
+
+    With `behind` on the real clock, and the store is written by its own thread, as in a server.
+    """
 
     async def run() -> T:
         bus = MemoryBus(history=200_000, fast=fast)
-        kept = Store(store)
+        loop, began, epoch = asyncio.get_running_loop(), asyncio.get_running_loop().time(), time.time()
+        walls = Walls(lambda: epoch + loop.time() - began)
+        kept = Store(store, wall=walls)
+        if behind:
+            kept.begin()
 
         cable = Cable(bus)
 
@@ -233,15 +254,15 @@ def play(
             await port.open()
             return port
 
-        host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
-        app = _api()
+        host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1), wall=walls)
+        app = _api(CATALOG)
         app.state.host, app.state.adapters = host, Adapters(looks={})
         transport = httpx.ASGITransport(app, raise_app_exceptions=True)
         bench = app.state.bench = Bench(bus.port, CATALOG, seed)
         for recipe in recipes or (PLAIN,):
             bench.add(recipe)
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1/api/v1", timeout=None) as client:
-            rig = Rig(bus, bench, host, app, client, cable)
+            rig = Rig(bus, bench, host, app, client, cable, walls)
             host.hub.listen(rig.changes.append)
             try:
                 if connect:
@@ -253,7 +274,7 @@ def play(
                 await bench.close()
                 kept.close()
 
-    return clock.run(run())
+    return asyncio.run(run()) if behind else clock.run(run())
 
 
 def json(answer: Answer, status: int = 200) -> Any:

@@ -11,12 +11,12 @@ import pytest
 from fastapi import FastAPI
 
 from behaviour.rig import CATALOG, Rig, json, play, problem
-from hornbill.api.access import Access
 from hornbill.api.http import create_api
-from hornbill.api.origin import LOCAL_NAMES, local_policy
-from hornbill.api.sessions import IDLE_S, TRIES
-from hornbill.app import recorder_of
-from hornbill.bus.bundles import BundleFolder
+from hornbill.api.security.access import Access
+from hornbill.api.security.origin import LOCAL_NAMES, local_policy
+from hornbill.api.security.sessions import IDLE_S, TRIES
+from hornbill.app.composition import bus_log_of
+from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
 
 T = TypeVar("T")
 FAR = ("192.0.2.9", 5000)
@@ -30,7 +30,7 @@ class Door:
     def __init__(self, rig: Rig, given: str | None = None, root_path: str = "", behind_proxy: bool = False) -> None:
         self.now = 0.0
         self.access = Access(given=given, now=lambda: self.now, wall=lambda: 1000.0 + self.now)
-        self.access.open(rig.host.store.tokens)
+        self.access.open(rig.host.store)
         self.rig = rig
         self.app: FastAPI = create_api(
             CATALOG, policy=local_policy(LOCAL_NAMES), access=self.access, root_path=root_path,
@@ -38,10 +38,10 @@ class Door:
         )  # fmt: skip
         self.app.state.host, self.app.state.adapters, self.app.state.bench = rig.host, rig.app.state.adapters, rig.bench
 
-    def token(self, name: str, role: str) -> str:
+    async def token(self, name: str, role: str) -> str:
         """A token, known at once."""
         secret = self.rig.host.store.tokens.add(name, role)[1]
-        self.access.refresh()
+        await self.access.refresh()
         return secret
 
     @asynccontextmanager
@@ -142,7 +142,7 @@ def test_a_role_reaches_as_far_as_it_says_and_no_farther(reach: int) -> None:
 
     async def scene(door: Door) -> None:
         uid = door.rig.host.fleet.all()[0].uid
-        async with door.somebody(door.token("me", role)) as me:
+        async with door.somebody(await door.token("me", role)) as me:
             for at, (verb, path, body) in enumerate(STEPS):
                 before = len(door.rig.writes())
                 headers: dict[str, str] = {}
@@ -165,7 +165,7 @@ def test_a_role_reaches_as_far_as_it_says_and_no_farther(reach: int) -> None:
 @pytest.mark.parametrize("role", ["view", "operate", "configure", "admin"])
 def test_every_token_may_stop(role: str) -> None:
     async def scene(door: Door) -> None:
-        async with door.somebody(door.token("rig 3", role)) as me:
+        async with door.somebody(await door.token("rig 3", role)) as me:
             state = json(await me.post("/stop?by=button", json={}))
             assert state["latched"]
             assert state["by"] == "rig 3 · button"
@@ -203,14 +203,14 @@ def test_behind_a_proxy_nobody_is_on_the_machine_itself() -> None:
 def test_a_login_that_has_run_out_still_stops_and_does_nothing_else() -> None:
     async def scene(door: Door) -> None:
         async with door.somebody() as page:
-            json(await page.post("/session", json={"token": door.token("me", "operate")}))
+            json(await page.post("/session", json={"token": await door.token("me", "operate")}))
             json(await page.get("/servos"))
             door.now += IDLE_S + 1
             problem(await page.get("/servos"), "unauthorized", 401)
             problem(await page.post("/leases", json={"holder": "x", "ttl_s": 5}), "unauthorized", 401)
             assert json(await page.post("/stop"))["by"] == "me · REST"
             door.rig.host.store.tokens.drop("me")
-            door.access.refresh()
+            await door.access.refresh()
             problem(await page.post("/stop"), "unauthorized", 401)
 
     through(scene)
@@ -218,7 +218,7 @@ def test_a_login_that_has_run_out_still_stops_and_does_nothing_else() -> None:
 
 def test_the_cookie_is_out_of_reach_of_scripts_and_of_other_sites() -> None:
     async def scene(door: Door) -> None:
-        secret = door.token("me", "view")
+        secret = await door.token("me", "view")
         async with door.somebody() as page:
             answer = await page.post("/session", json={"token": f" {secret}\n"})
             said = answer.headers["set-cookie"]
@@ -277,7 +277,7 @@ def test_a_ticket_opens_one_socket_once() -> None:
 def test_a_socket_obeys_the_role_it_came_with() -> None:
     async def scene(door: Door) -> None:
         uid = door.rig.host.fleet.all()[0].uid
-        bearer = ("Authorization", f"Bearer {door.token('watcher', 'view')}")
+        bearer = ("Authorization", f"Bearer {await door.token('watcher', 'view')}")
         socket = Socket(door.app, bearer)
         assert await socket.first() == "websocket.accept"
         for said in (
@@ -296,7 +296,7 @@ def test_a_socket_obeys_the_role_it_came_with() -> None:
 
 def test_revoking_a_token_ends_its_sockets_and_logging_out_those_of_the_page() -> None:
     async def scene(door: Door) -> None:
-        secret = door.token("me", "view")
+        secret = await door.token("me", "view")
         by_header = Socket(door.app, ("Authorization", f"Bearer {secret}"))
         async with door.somebody() as page:
             json(await page.post("/session", json={"token": secret}))
@@ -306,7 +306,7 @@ def test_revoking_a_token_ends_its_sockets_and_logging_out_those_of_the_page() -
             assert (await by_cookie.until("websocket.close"))["code"] == 4401
             assert not by_header.task.done()
         door.rig.host.store.tokens.drop("me")
-        door.access.refresh()
+        await door.access.refresh()
         assert (await by_header.until("websocket.close"))["code"] == 4401
         await asyncio.wait_for(asyncio.gather(by_header.task, by_cookie.task), 5)
 
@@ -315,7 +315,7 @@ def test_revoking_a_token_ends_its_sockets_and_logging_out_those_of_the_page() -
 
 def test_a_page_that_is_thrown_out_gives_up_its_lease_as_a_closed_one_does() -> None:
     async def scene(door: Door) -> None:
-        secret = door.token("me", "operate")
+        secret = await door.token("me", "operate")
         socket = Socket(door.app, ("Authorization", f"Bearer {secret}"))
         assert await socket.first() == "websocket.accept"
         async with door.somebody(secret) as me:
@@ -323,7 +323,7 @@ def test_a_page_that_is_thrown_out_gives_up_its_lease_as_a_closed_one_does() -> 
             socket.say(f'{{"type":"heartbeat","lease":"{lease}"}}')
             await asyncio.sleep(0.2)
         door.rig.host.store.tokens.drop("me")
-        door.access.refresh()
+        await door.access.refresh()
         await socket.until("websocket.close")
         assert door.rig.host.leases.current(door.rig.host.base.now()) is None
 
@@ -342,7 +342,7 @@ def test_a_socket_of_a_foreign_page_is_refused_whatever_it_brings() -> None:
 def test_audit_and_lease_bear_the_name_that_was_proved_not_the_one_that_is_said() -> None:
     async def scene(door: Door) -> None:
         uid = door.rig.host.fleet.all()[0].uid
-        async with door.somebody(door.token("alice", "admin")) as alice:
+        async with door.somebody(await door.token("alice", "admin")) as alice:
             json(await alice.patch(f"/servos/{uid}", json={"label": "left"}))
             lease = json(await alice.post("/leases", json={"holder": "bob · page 1", "ttl_s": 60}), 201)
             assert lease["holder"] == "alice · bob · page 1"
@@ -359,12 +359,12 @@ def test_audit_and_lease_bear_the_name_that_was_proved_not_the_one_that_is_said(
 
 def test_when_a_token_was_used_last_is_shown_and_kept() -> None:
     async def scene(door: Door) -> None:
-        secret = door.token("me", "admin")
+        secret = await door.token("me", "admin")
         async with door.somebody(secret) as me:
             assert json(await me.get("/tokens"))[0]["last_used_at"] == 1000.0
             door.now = 61.0
             json(await me.get("/servos"))
-            door.access.refresh()
+            await door.access.refresh()
             assert door.rig.host.store.tokens.all()[0].last_used_at == 1061.0
 
     through(scene)
@@ -455,8 +455,8 @@ def test_no_name_in_an_address_leads_out_of_a_folder(name: str, tmp_path: Path) 
         (tmp_path / "hornbill.sqlite3").write_bytes(b"SQLite format")
         (tmp_path / "logs").mkdir()
         door = Door(rig)
-        door.app.state.recorder = recorder_of(rig.host, tmp_path / "logs")
-        door.app.state.bundles = BundleFolder(tmp_path / "logs")
+        door.app.state.bus_log = bus_log_of(rig.host, tmp_path / "logs")
+        door.app.state.bundles = RecordingFolder(tmp_path / "logs", BUNDLES)
         await scene(door)
 
     play(run, connect=False)

@@ -20,7 +20,7 @@ def test_a_socket_from_before_the_first_token_ends_with_it_and_lets_go() -> None
         lease = door.rig.host.leases.grant("early", 60.0, door.rig.host.base.now())
         early.say(f'{{"type": "heartbeat", "lease": "{lease.id}"}}')
         await early.until("expires_in_s")
-        door.token("me", "admin")
+        await door.token("me", "admin")
         ended = await early.until("websocket.close")
         assert ended["code"] == 4401
         assert door.rig.host.leases.current(door.rig.host.base.now()) is None
@@ -31,7 +31,7 @@ def test_a_socket_from_before_the_first_token_ends_with_it_and_lets_go() -> None
 @pytest.mark.parametrize("chunked", [True, False])
 def test_a_body_that_comes_after_the_token_was_revoked_does_nothing(chunked: bool) -> None:
     async def scene(door: Door) -> None:
-        boss, leaving = door.token("boss", "admin"), door.token("leaving", "admin")
+        boss, leaving = await door.token("boss", "admin"), await door.token("leaving", "admin")
         body = b'{"name": "backdoor", "role": "admin"}'
         asked = asyncio.Event()
 
@@ -107,7 +107,7 @@ ODD = (
 
 def test_no_way_of_writing_a_path_reads_or_does_anything_without_a_token() -> None:
     async def scene(door: Door) -> None:
-        kept = door.token("boss", "admin")
+        kept = await door.token("boss", "admin")
         transport = httpx.ASGITransport(door.app, client=FAR)
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as one:
             for path in ODD:

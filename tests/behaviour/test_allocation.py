@@ -9,18 +9,18 @@ from pathlib import Path
 import pytest
 
 import bench.allocation
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.node.allocation import serve_allocation
-from hornbill.node.allocator import Allocator, AllocatorState
+from hornbill.node.allocator import Allocator, AllocatorStatus
 from hornbill.node.directory import Directory
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
-from hornbill.sim.bench import Bench
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.bench import Bench
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
 from hornbill.wire.port import CanPort
+from jumping_clock import run
 from unit.node.allocatee import Allocatee
 from unit.node.ideal import IdealAllocator
 from unit.node.peer import Peer, participant
@@ -233,7 +233,7 @@ def test_simulated_servos_of_every_kind_get_ids_and_keep_them_through_a_power_cu
         bus = MemoryBus()
         host = Host.start(bus.port("host"), tmp_path)
         bench = Bench(bus.port, CATALOG, seed=4)
-        new = [bench.add(Recipe(model, "1.300")) for model in CATALOG.models]
+        new = [bench.add(Recipe(name, model.firmware[-1])) for name, model in CATALOG.models.items()]
         static = bench.add(Recipe("BLA21-06U-A0", "1.300", node_id=124))
         await bench.start()
         await until(lambda: all(servo.node_id for servo in new), limit=20)
@@ -292,7 +292,7 @@ def test_two_hosts_on_one_bus_agree_who_answers(tmp_path: Path) -> None:
         await until(lambda: all_have_ids(servos), limit=30)
         assert len(set(ids(servos))) == 6
         states = [one.allocator.state, other.allocator.state]
-        assert sorted(states) == [AllocatorState.ON, AllocatorState.STANDING_DOWN]
+        assert sorted(states) == [AllocatorStatus.ON, AllocatorStatus.STANDING_DOWN]
         await one.kill()
         late = Allocatee(bus.port("late"), uid(99), seed=9)
         await until(lambda: all_have_ids([late]), limit=15)

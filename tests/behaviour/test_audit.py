@@ -6,8 +6,8 @@ import io
 from typing import Any
 
 from behaviour.rig import Rig, json, play, problem
-from hornbill.sim.recipe import Recipe
-from hornbill.store.audit import Entry
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Uid
 
 TWO = tuple(Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n in (1, 2))
@@ -40,7 +40,7 @@ def test_rows_come_newest_first_and_every_filter_holds_alone_and_together() -> N
         one, other = Uid("1" * 32), Uid("2" * 32)
         for n in range(30):
             rig.host.audit.note(
-                Entry("me", "write" if n % 2 else "torque", "applied", one if n % 3 else other, f"k{n}")
+                NewAuditEntry("me", "write" if n % 2 else "torque", "applied", one if n % 3 else other, f"k{n}")
             )
         rows = await audit(rig)
         assert [row["key"] for row in rows] == [f"k{n}" for n in reversed(range(30))]
@@ -62,10 +62,12 @@ def test_rows_come_newest_first_and_every_filter_holds_alone_and_together() -> N
 def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula() -> None:
     async def scene(rig: Rig) -> None:
         rig.host.audit.note(
-            Entry("=cmd|x", "label", "applied", Uid("1" * 32), after='@evil, "quoted"\nline', detail="+1")
+            NewAuditEntry("=cmd|x", "label", "applied", Uid("1" * 32), after='@evil, "quoted"\nline', detail=" \t+1")
         )
-        rig.host.audit.note(*(Entry("me", "write", "applied", key="k", before=-5, after=n) for n in range(2345)))
-        rig.host.audit.note(Entry("me", "torque", "applied", after=True, detail="−5 °C"))
+        rig.host.audit.note(
+            *(NewAuditEntry("me", "write", "applied", key="k", before=-5, after=n) for n in range(2345))
+        )
+        rig.host.audit.note(NewAuditEntry("me", "torque", "applied", after=True, detail="−5 °C"))
         answer = await rig.http.get("/audit.csv")
         assert answer.headers["content-type"] == "text/csv; charset=utf-8"
         assert 'filename="hornbill-audit.csv"' in answer.headers["content-disposition"]
@@ -75,7 +77,7 @@ def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula() -> None:
         assert [row["after"] for row in rows[1:-1]] == [str(n) for n in reversed(range(2345))]
         assert rows[1]["before"] == "-5"
         last = rows[-1]
-        assert (last["by"], last["after"], last["detail"]) == ("'=cmd|x", '\'@evil, "quoted"\nline', "'+1")
+        assert (last["by"], last["after"], last["detail"]) == ("'=cmd|x", '\'@evil, "quoted"\nline', "' \t+1")
         assert rows[0]["time"].endswith("Z")
         only = list(csv.DictReader(io.StringIO((await rig.http.get("/audit.csv", params={"action": "torque"})).text)))
         assert [row["action"] for row in only] == ["torque"]

@@ -7,10 +7,10 @@ import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
 from hornbill.errors import Busy, Stopped
-from hornbill.servo.bursts import Wish
-from hornbill.servo.servo import Servo
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.bursts import Setpoint
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.messages import ArrayCommand, CommandType
 
@@ -22,10 +22,7 @@ def crowd(count: int) -> list[Recipe]:
 
 
 async def ready(rig: Rig, count: int) -> tuple[list[Servo], str]:
-    servos = await rig.ready(count)
-    for servo in servos:
-        servo.position_unit.forced = "hundred_degrees"
-    return servos, await rig.lease()
+    return await rig.ready(count), await rig.lease()
 
 
 def angles(servos: list[Servo], value: float) -> dict[str, object]:
@@ -91,10 +88,23 @@ def test_a_servo_whose_id_is_nobodys_or_two_servos_is_not_addressed(ids: tuple[i
     play(scene, *(replace(PLAIN, node_id=10 + n, servo_id=own) for n, own in enumerate(ids)))
 
 
-def test_an_angle_goes_by_array_command_only_when_its_unit_is_known() -> None:
+def test_an_angle_goes_by_array_command_from_the_first_contact_on() -> None:
     async def scene(rig: Rig) -> None:
         servos, lease = await ready(rig, 1)
-        servos[0].position_unit.forced = None
+        assert servos[0].position_unit.state == "assumed"
+        json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
+        await asyncio.sleep(1)
+        assert abs(rig.sim(servos[0]).angle_deg - 30) < 1
+
+    play(scene)
+
+
+def test_no_angle_goes_by_array_command_once_status_and_0x08_disagree() -> None:
+    async def scene(rig: Rig) -> None:
+        servos, lease = await ready(rig, 1)
+        json(await rig.call("POST", f"/servos/{servos[0].uid}/command", {"type": "angle", "value": 20}, lease=lease))
+        await asyncio.sleep(3)
+        assert servos[0].position_unit.state == "conflict"
         refused = await rig.call("POST", "/commands", angles(servos, 30), lease=lease)
         assert "force" in problem(refused, "position_unit_unconfirmed", 409)["detail"]
         assert rig.array_commands() == []
@@ -106,15 +116,25 @@ def test_an_angle_goes_by_array_command_only_when_its_unit_is_known() -> None:
     play(scene, replace(PLAIN, behaviour=Behaviour(position_unit="radian")))
 
 
-def test_an_angle_that_float16_would_move_by_more_than_a_step_is_refused_with_the_nearest_one() -> None:
+@pytest.mark.parametrize("value", [180.1, 600.3, 3000.7])
+def test_an_angle_of_more_than_half_a_turn_goes_by_0x00_and_never_by_array_command(value: float) -> None:
     wide = replace(PLAIN, rom={"angle_limit_cw": 36000, "extended_angle": 1})
 
     async def scene(rig: Rig) -> None:
         servos, lease = await ready(rig, 1)
-        body = angles(servos, 3000.7) | {"confirm": ["turns"]}
+        body = angles(servos, value) | {"confirm": ["turns"]}
         refused = problem(await rig.call("POST", "/commands", body, lease=lease), "invalid_value", 422)
-        assert 0.1 < abs(refused["nearest"] - 3000.7) < 2
+        assert (refused["minimum"], refused["maximum"]) == (-180, 180)
+        stream = json(await rig.call("POST", "/streams", {"uids": [servos[0].uid]}, lease=lease), 201)["id"]
+        put = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: value}}, lease=lease)
+        problem(put, "invalid_value", 422)
+        await rig.call("DELETE", f"/streams/{stream}", lease=lease)
+        rig.bus.history.clear()
+        advised = refused["detail"].rpartition("POST /api/v1")[2].rstrip(".")
+        alone = {"type": "angle", "value": value, "confirm": ["turns"]}
+        assert json(await rig.call("POST", advised, alone, lease=lease))["value"] == value
         assert rig.array_commands() == []
+        assert ("0x00", round(value * 10)) in [(name, raw) for _, name, raw in rig.writes()]
 
     play(scene, wide)
 
@@ -165,7 +185,7 @@ def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and_not_m
         (servo,), lease = await ready(rig, 1)
         json(await rig.call("POST", "/commands", angles([servo], 20), lease=lease))
         await asyncio.sleep(1)
-        prepared = await rig.host.bursts.prepare(lease, [Wish(servo, "angle", 80.0)])
+        prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 80.0)])
         rig.bus.loss(100)
         rig.host.bursts.send(lease, prepared)
         await asyncio.sleep(0.05)
@@ -181,7 +201,7 @@ def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and_not_m
 def test_a_stop_ends_it_and_a_prepared_burst_cannot_be_sent_any_more() -> None:
     async def scene(rig: Rig) -> None:
         servos, lease = await ready(rig, 2)
-        prepared = await rig.host.bursts.prepare(lease, [Wish(servo, "angle", 10.0) for servo in servos])
+        prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 10.0) for servo in servos])
         rig.host.bursts.send(lease, prepared)
         for n in range(50):
             values = {servo.uid: 10.0 + n / 10 for servo in servos}

@@ -9,7 +9,7 @@ import pytest
 
 from behaviour.losing import ASKING, HOLDING, PAIR, THREE, Way, back, commanded, now, off_the_bus, ways
 from behaviour.rig import Rig, Socket, json, play, problem
-from hornbill.servo.servo import State
+from hornbill.servo.device.servo import State
 
 # Shown, and back by itself.
 

@@ -29,7 +29,7 @@ def test_commands_end_and_torque_off_is_the_first_thing_written_when_the_bus_is_
             assert now() - back_at < 0.1
         await asyncio.sleep(5)
         assert {write[1:] for write in rig.writes()[written:]} == {("0x20", 1)}, "and nothing else, by itself"
-        assert rig.host.motion.debts.servos() == []
+        assert rig.host.torque_off.servos() == []
         json(await rig.call("PUT", f"/leases/{lease}"))
 
     play(scene, *PAIR)
@@ -52,7 +52,7 @@ def test_torque_off_is_owed_for_as_long_as_the_bus_is_away(away_s: float) -> Non
         written = len(rig.writes())
         await asyncio.sleep(10)
         assert len(rig.writes()) == written
-        assert rig.host.motion.debts.servos() == []
+        assert rig.host.torque_off.servos() == []
         assert len(rig.events("torque_off")) == (away_s > 10)
 
     play(scene, *PAIR)
@@ -101,7 +101,7 @@ def test_a_servo_that_was_switched_off_gets_it_when_it_answers() -> None:
         rig.bench.power(servo.uid, True)
         await asyncio.sleep(8)
         assert rig.sim(servo).output == 1
-        assert rig.host.motion.debts.servos() == []
+        assert rig.host.torque_off.servos() == []
 
     play(scene, *PAIR)
 
@@ -152,7 +152,7 @@ def test_commanding_the_servo_again_under_a_lease_ends_what_is_owed() -> None:
         rig.sim(servo).conditions.refuse_keys.add("torque_mode")
         await back(rig)
         await asyncio.sleep(2)
-        assert rig.host.motion.debts.servos() == [servo]
+        assert rig.host.torque_off.servos() == [servo]
         tried = len(rig.writes())
         while len(rig.writes()) == tried:  # the next try is a quarter of a second away now
             await asyncio.sleep(0.001)
@@ -162,7 +162,7 @@ def test_commanding_the_servo_again_under_a_lease_ends_what_is_owed() -> None:
         await asyncio.sleep(3)
         assert rig.sim(servo).output == 0
         assert rig.sim(servo).angle_deg == pytest.approx(-20, abs=1)
-        assert rig.host.motion.debts.servos() == []
+        assert rig.host.torque_off.servos() == []
 
     play(scene, *PAIR)
 
@@ -228,7 +228,7 @@ def test_a_command_that_comes_while_it_is_lost_forgives_nothing() -> None:
         await asyncio.sleep(0.05)
         with pytest.raises(BusDisconnected, match="The bus is lost"):
             await rig.host.motion.command(servo, lease, "angle", 5, clamp=False)
-        assert rig.host.motion.debts.owes(servo.uid)
+        assert rig.host.torque_off.pending(servo.uid)
         assert not rig.host.motion.driven(servo.uid)
         await back(rig)
         await asyncio.sleep(0.1)

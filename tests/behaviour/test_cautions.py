@@ -4,8 +4,8 @@ import asyncio
 from dataclasses import replace
 
 from behaviour.rig import PLAIN, Answer, Rig, Socket, json, play, problem
-from hornbill.servo.servo import Servo, State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo, State
+from hornbill.sim.bench.recipe import Recipe
 
 WIDE = replace(PLAIN, rom={"angle_limit_cw": 36000, "angle_limit_ccw": -36000, "extended_angle": 1, "soft_start": 0})
 SPEEDY = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1})
@@ -69,7 +69,6 @@ def test_a_socket_confirms_in_its_command() -> None:
 def test_after_a_restart_beyond_half_a_turn_the_next_far_move_is_confirmed_once() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        servo.position_unit.forced = "hundred_degrees"
         lease = await rig.lease()
         await asyncio.sleep(3)
         json(await move(rig, servo, lease, 270))
@@ -99,7 +98,6 @@ def test_after_a_restart_beyond_half_a_turn_the_next_far_move_is_confirmed_once(
 def test_a_restart_within_half_a_turn_loses_no_turns() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        servo.position_unit.forced = "hundred_degrees"
         lease = await rig.lease()
         for value in (270, 20):
             json(await move(rig, servo, lease, value))

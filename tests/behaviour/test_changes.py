@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.hub import Change, Happened, Sampled
-from hornbill.servo.servo import Servo
+from hornbill.servo.configuration.changes import WriteOptions
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.hub import Change, Happened, Sampled
 from hornbill.sim.behaviour import Behaviour
-from hornbill.store.snapshots import Snapshot
+from hornbill.store.snapshots import StoredSnapshot
 from hornbill.wire.services import GetSetRequest
 
 EIGHT: dict[str, Any] = {
@@ -243,7 +244,7 @@ def test_a_change_of_which_no_snapshot_can_be_kept_is_not_made(monkeypatch: pyte
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
 
-        def full(*_: object, **__: object) -> Snapshot:
+        def full(*_: object, **__: object) -> StoredSnapshot:
             raise OSError("disk full")
 
         monkeypatch.setattr(rig.host.store.snapshots, "add", full)
@@ -280,7 +281,7 @@ def test_a_change_that_is_cancelled_half_way_is_carried_to_its_end() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         cancelled: list[bool] = []
-        task = asyncio.create_task(rig.host.changes.apply(servo, EIGHT, None, by="a job", job="7"))
+        task = asyncio.create_task(rig.host.changes.apply(servo, EIGHT, WriteOptions(by="a job", job="7")))
         once_written(rig, "timeout_time", lambda: cancelled.append(task.cancel()))
         with pytest.raises(asyncio.CancelledError):
             await task

@@ -8,9 +8,9 @@ import pytest
 from behaviour.neighbour import Neighbour
 from behaviour.rig import PLAIN, Rig, json, play, problem
 from behaviour.test_changes import EIGHT, asked, patching
-from hornbill.servo.hub import Change, Sampled
-from hornbill.servo.servo import State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import State
+from hornbill.servo.runtime.hub import Change, Sampled
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import NodeId, Uid
 
 SECOND = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12)
@@ -43,29 +43,17 @@ def test_while_a_servo_is_doing_something_else_nothing_at_all_is_sent(doing: str
     play(scene, replace(PLAIN, angle_deg=90.0))
 
 
-def test_a_lower_limit_must_lie_below_its_upper_one_whichever_is_written() -> None:
+@pytest.mark.parametrize(
+    ("limits", "value", "word"), [("voltage_limit", 7.4, "supply"), ("temperature_limit", 20, "temperature")]
+)
+def test_a_lower_limit_may_equal_its_upper_one_once_it_is_confirmed(limits: str, value: float, word: str) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        json(await patching(rig, servo, {"voltage_limit_lower": 7.4}, confirm=["supply"]))
-        json(await patching(rig, servo, {"temperature_limit_lower": 20}))
-        count = len(rig.writes())
-        for key, value in (("voltage_limit_upper", 7.4), ("temperature_limit_upper", 20)):
-            answer = await patching(rig, servo, {key: value}, confirm=["supply", "temperature"])
-            refused = problem(answer, "invalid_value", 422)
-            assert refused["keys"] == [key.replace("upper", "lower"), key]
-            assert "must lie below" in refused["detail"]
-        assert len(rig.writes()) == count
-
-    play(scene)
-
-
-def test_the_other_limit_is_read_before_it_is_believed() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.sim(servo).memory.put(0x3E, 20)  # another tool
-        problem(
-            await patching(rig, servo, {"temperature_limit_lower": 20}, confirm=["temperature"]), "invalid_value", 422
-        )
+        values = {f"{limits}_lower": value, f"{limits}_upper": value}
+        asks = problem(await patching(rig, servo, values), "needs_confirmation", 409)
+        assert asks["confirm"] == word
+        assert rig.writes() == []
+        assert json(await patching(rig, servo, values, confirm=[word]))["outcome"] == "applied"
 
     play(scene)
 
@@ -254,3 +242,18 @@ def test_if_match_takes_a_revision_quoted_or_bare_and_a_star_for_any(form: str) 
                 problem(answer, "stale_revision", 412)
 
     play(scene)
+
+
+def test_an_angle_limit_of_several_turns_is_asked_about_and_written_once_it_is_confirmed() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        path = f"/servos/{servo.uid}/parameters"
+        body: dict[str, object] = {"values": {"angle_limit_cw": 999}}
+        asked_back = problem(await rig.call("PATCH", path, body), "needs_confirmation", 409)
+        assert (asked_back["confirm"], asked_back["turns"]) == ("multi_turn", 2.8)
+        assert rig.writes() == []
+        done = json(await rig.call("PATCH", path, {**body, "confirm": ["multi_turn"]}))
+        assert done["changes"][0]["after"] == 999.0
+        json(await rig.call("PATCH", path, {"values": {"angle_limit_cw": 500}}))
+
+    play(scene, PLAIN)

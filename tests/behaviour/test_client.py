@@ -89,8 +89,22 @@ def test_a_horn_that_is_held_did_not_move() -> None:
             await servo.torque("on")
             with pytest.raises(errors.DidNotMove) as caught:
                 await servo.move(40, timeout_s=1)
-        assert caught.value.facts["target_deg"] == 40
+        assert (caught.value.facts["target_deg"], caught.value.facts["unmet"]) == (40, "band")
         assert abs(float(str(caught.value.facts["angle_deg"]))) < 5
+        assert "is not within 0.5° of 40° but at " in caught.value.detail
+
+    with_client(scene)
+
+
+def test_a_horn_that_is_there_and_has_not_stayed_is_not_said_to_be_elsewhere() -> None:
+    async def scene(rig: Rig, hornbill: AsyncHornbill, servo: AsyncServo) -> None:
+        async with hornbill.lease("rig"):
+            await servo.torque("on")
+            with pytest.raises(errors.DidNotMove) as caught:
+                await servo.move(10, timeout_s=2, dwell_s=5)
+        assert caught.value.facts["unmet"] == "dwell"
+        assert "is within 0.5° of 10°, but" in caught.value.detail
+        assert "not 5 s" in caught.value.detail
 
     with_client(scene)
 

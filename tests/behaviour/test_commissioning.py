@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from behaviour.rig import CATALOG, Rig, json, play, problem
+from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.servo.servo import Servo
-from hornbill.servo.wiggling import FURTHEST_DEG
-from hornbill.sim.device import Stage
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.servo.motion.identify_motion import FURTHEST_DEG
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.device import ServoStage
+from hornbill.sim.servo import SimulatedServo
 from hornbill.store.store import Store
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort
@@ -39,11 +39,11 @@ class Watch:
         self._rest = {uid: sim.angle_deg for uid, sim in rig.bench.servos.items()}
 
     def look(self, _frames: Sequence[Frame]) -> None:
-        up = [sim for sim in self.rig.bench.servos.values() if sim.stage is Stage.RUNNING and sim.powered]
+        up = [sim for sim in self.rig.bench.servos.values() if sim.stage is ServoStage.RUNNING and sim.powered]
         self._unique("servo_id", [sim.servo_id for sim in up])
         self._unique("node_id", [int(sim.node_id) for sim in up])
         for uid, sim in self.rig.bench.servos.items():
-            if sim.soft_starting or sim.stage is not Stage.RUNNING:
+            if sim.soft_starting or sim.stage is not ServoStage.RUNNING:
                 self._rest[uid] = sim.angle_deg
             self.furthest_deg = max(self.furthest_deg, abs(sim.angle_deg - self._rest[uid]))
 
@@ -88,14 +88,14 @@ async def report(rig: Rig, job: Any, form: str) -> str:
     return answer.text
 
 
-def right(sim: SimServo, servo_id: int) -> bool:
+def right(sim: SimulatedServo, servo_id: int) -> bool:
     """Whether RAM and ROM of a simulated servo hold what `order` and the profile want."""
     memory = sim.memory
     wanted = {**RAW, 0x45: servo_id}
     return all((memory.get(at), memory.stored(at)) == (raw, raw) for at, raw in wanted.items())
 
 
-def untouched(sim: SimServo) -> bool:
+def untouched(sim: SimulatedServo) -> bool:
     memory = sim.memory
     held = [memory.get(at) for at in (0x22, 0x2C, 0x38, 0x45)]
     return (sim.starts, held, memory.stored(0x45)) == (1, [1, 40, 1799, 0], 0)
@@ -220,7 +220,7 @@ def test_whoever_is_on_a_wanted_node_id_leaves_first_although_it_was_named_last(
 
 
 @contextmanager
-def refusing_half_way(rig: Rig, sim: SimServo) -> Generator[None, None, None]:
+def refusing_half_way(rig: Rig, sim: SimulatedServo) -> Generator[None, None, None]:
     """From the moment its first value was written this servo refuses the next."""
 
     broken = True
@@ -339,7 +339,7 @@ def test_a_job_the_server_was_ended_in_is_listed_as_interrupted_and_resumed_by_t
             await rig.host.close()
             kept.close()
 
-    async def _resumed(rig: Rig, job_id: str, sims: list[SimServo]) -> None:
+    async def _resumed(rig: Rig, job_id: str, sims: list[SimulatedServo]) -> None:
         job = json(await rig.call("GET", f"/jobs/{job_id}"))
         assert (job["state"], job["error"]["code"], job["resumable"]) == ("failed", "interrupted", True)
         assert verdicts(job)[:4] == ["done"] * 4

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.hub import Change, ReadingChanged, Sampled
-from hornbill.servo.servo import Servo, State
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.runtime.hub import Change, ReadingChanged, Sampled
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 
 
 async def patch(rig: Rig, servo: Servo, values: dict[str, Any], **more: Any) -> Any:
@@ -45,7 +45,7 @@ def test_one_illegal_value_and_nothing_is_sent() -> None:
         body = {"values": {"angle_limit_cw": 60, "torque_limit_cw": 120}}
         refused = problem(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body), "out_of_range", 422)
         assert (refused["key"], refused["maximum"], refused["unit"]) == ("torque_limit_cw", 100, "%")
-        assert "120 % is above the 100 % this model allows" in refused["detail"]
+        assert "120 % is above this model's limit of 100 %" in refused["detail"]
         assert rig.writes() == []
 
     play(scene)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import Uid
 

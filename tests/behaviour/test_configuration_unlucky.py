@@ -9,9 +9,10 @@ import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
 from hornbill.errors import Busy
-from hornbill.servo.servo import Servo, State
+from hornbill.servo.configuration.restart_plan import RestartKind, RestartOptions
+from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.device import Stage
+from hornbill.sim.device import ServoStage
 from hornbill.sim.registers import Registers
 from hornbill.units import Uid
 from hornbill.wire.frame import Frame
@@ -57,9 +58,9 @@ def test_a_job_that_is_cancelled_before_its_first_turn_leaves_its_servo_ready(ki
     async def scene(rig: Rig) -> None:
         servo = (await old(rig))[0]
         begin = {
-            "save": lambda: rig.host.saving.save(servo, None),
-            "restart": lambda: rig.host.saving.restart(servo, None),
-            "reset": lambda: rig.host.resetting.start(servo, None),
+            "save": lambda: rig.host.restarting.start(servo, "save"),
+            "restart": lambda: rig.host.restarting.start(servo, "restart"),
+            "reset": lambda: rig.host.restarting.start(servo, "factory_reset"),
             "identify": lambda: rig.host.wiggle.identify(servo, None),
         }[kind]
         job = begin()
@@ -171,18 +172,15 @@ def test_a_profile_somebody_changes_before_its_save_is_not_called_saved() -> Non
     play(scene, STILL, replace(STILL, servo_id=2, node_id=12))
 
 
-@pytest.mark.parametrize("other", ["save", "restart", "factory-reset"])
-def test_one_servo_is_not_wiggled_and_restarted_at_once(other: str) -> None:
+@pytest.mark.parametrize("other", ["save", "restart", "factory_reset"])
+def test_one_servo_is_not_wiggled_and_restarted_at_once(other: RestartKind) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await old(rig))[0]
-        begin = {
-            "save": rig.host.saving.save, "restart": rig.host.saving.restart, "factory-reset": rig.host.resetting.start,
-        }[other]  # fmt: skip
         job = rig.host.wiggle.identify(servo, None)
         lease = rig.host.leases.current(rig.host.base.now())
         assert lease is not None
         with pytest.raises(Busy):
-            begin(servo, lease.id)
+            rig.host.restarting.start(servo, other, RestartOptions(lease.id))
         await ended(rig, job.id)
 
     play(scene, STILL)
@@ -197,7 +195,11 @@ class Nodes:
         rig.bus.port("watch").listen(self.look)
 
     def look(self, _frames: Sequence[Frame]) -> None:
-        up = [int(sim.node_id) for sim in self.rig.bench.servos.values() if sim.stage is Stage.RUNNING and sim.powered]
+        up = [
+            int(sim.node_id)
+            for sim in self.rig.bench.servos.values()
+            if sim.stage is ServoStage.RUNNING and sim.powered
+        ]
         self.clashes |= {node for node in up if node and up.count(node) > 1}
 
 
@@ -259,7 +261,8 @@ def test_after_a_soft_start_that_did_not_end_its_temporary_values_are_not_called
         wrong = {key: one.rom for key, one in servo.registers.items() if one.rom not in (None, stored[key])}
         assert wrong == {}, done["error"]
 
-    play(scene, replace(PLAIN, rom={"speed_torque_control": 0}))
+    never = Behaviour(timeout_from="first_command")  # nobody commands it, so nothing ends its soft start
+    play(scene, replace(PLAIN, rom={"speed_torque_control": 0}, behaviour=never))
 
 
 @pytest.mark.parametrize("later", ["stop", "torque off", "release"])
@@ -355,7 +358,7 @@ def test_a_refused_restart_after_a_save_leaves_rom_unknown(monkeypatch: pytest.M
         async def no(_servo: Servo, _magic: int) -> bool:
             return False
 
-        monkeypatch.setattr(rig.host.asker, "restart", no)
+        monkeypatch.setattr(rig.host.requests, "restart", no)
         done = await ended(rig, started["id"])
         assert done["error"]["code"] == "refused_by_servo", done
         assert rig.sim(servo).memory.stored(GAIN) == 55

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play
-from hornbill.servo.servo import Servo, State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo, State
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import Uid
 
@@ -222,7 +222,7 @@ def test_nothing_is_made_of_a_servo_that_ran_on_unchanged(tmp_path: Path) -> Non
 
 
 def test_another_firmware_is_told(tmp_path: Path) -> None:
-    play(first, replace(HERE, firmware="1.200", serial=7), store=str(tmp_path / "data"))
+    play(first, replace(HERE, firmware="1.010", serial=7), store=str(tmp_path / "data"))
 
     async def scene(rig: Rig) -> list[str]:
         await rig.ready()
@@ -230,4 +230,4 @@ def test_another_firmware_is_told(tmp_path: Path) -> None:
 
     told = play(scene, replace(HERE, firmware="1.300", serial=7), store=str(tmp_path / "data"))
     assert len(told) == 1
-    assert "firmware 1.200 → 1.300" in told[0]
+    assert "firmware 1.010 → 1.300" in told[0]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play
-from hornbill.servo.servo import SOFT_START_ROWS, Servo
+from hornbill.servo.device.servo import Servo
 
 ON = replace(PLAIN, rom={"speed_torque_control": 1, "soft_start": 0})
 Heard = dict[str, tuple[bool | None, str | None]]
@@ -119,12 +119,13 @@ def test_soft_start_holds_five_rows_of_its_own_and_gives_them_back_at_its_end() 
         both = [Page(rig), Page(rig)]
         await asyncio.sleep(0.2)
         now = await truth(rig, servo)
-        for key in SOFT_START_ROWS:
+        soft_start_rows = servo.soft_start_rows
+        for key in soft_start_rows:
             assert now[key][0] is False
             assert "soft start (0x21)" in (now[key][1] or "")
         shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
-        assert {shown[key]["unsaved"] for key in SOFT_START_ROWS} == {None}
-        assert {shown[key]["differs_from_default"] for key in SOFT_START_ROWS} == {None}
+        assert {shown[key]["unsaved"] for key in soft_start_rows} == {None}
+        assert {shown[key]["differs_from_default"] for key in soft_start_rows} == {None}
         for page in both:
             page.listen()
         assert servo.soft_starting
@@ -132,8 +133,8 @@ def test_soft_start_holds_five_rows_of_its_own_and_gives_them_back_at_its_end() 
         await asyncio.sleep(0.3)
         for page in both:
             told = page.listen()
-            assert set(told) >= SOFT_START_ROWS
-            assert {told[key] for key in SOFT_START_ROWS} == {(True, None)}
+            assert set(told) >= soft_start_rows.keys()
+            assert {told[key] for key in soft_start_rows} == {(True, None)}
             await page.socket.close()
 
     play(scene, replace(ON, rom={"speed_torque_control": 1}, angle_deg=150.0))

@@ -1,12 +1,11 @@
 """Each code of the contract's error table, produced by the request that deserves it; nothing changes by any of them."""
 
 import asyncio
-from dataclasses import replace
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
-from hornbill.sim.recipe import Recipe
+from behaviour.rig import Rig, Socket, json, play, problem
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.messages import NodeStatus
 
 NOBODY = "0" * 32
@@ -200,31 +199,6 @@ def test_unknown_jobs_leases_and_paths() -> None:
         problem(await rig.call("GET", "/nothing"), "not_found", 404)
 
     play(scene)
-
-
-def test_a_servo_of_a_model_no_table_knows_is_shown_and_left_alone() -> None:
-    async def scene(rig: Rig) -> None:
-        sim = next(iter(rig.bench.servos.values()))
-        sim.memory._fixed[0x53] = 6999  # pyright: ignore[reportPrivateUsage]
-        sim.memory.load()
-        async with asyncio.timeout(5):
-            while not rig.host.fleet.all():
-                await asyncio.sleep(0.05)
-        await asyncio.sleep(1)
-        shown = json(await rig.call("GET", "/servos"))[0]
-        assert (shown["known_model"], shown["model"], shown["hardware_version"]) == (False, None, 6999)
-        lease = await rig.lease()
-        path = f"/servos/{shown['uid']}"
-        problem(
-            await rig.call("PUT", path + "/parameters/angle_p_gain", {"value": 1}, lease=lease),
-            "not_in_this_model",
-            409,
-        )
-        command = {"type": "angle", "value": 1}
-        problem(await rig.call("POST", path + "/command", command, lease=lease), "not_in_this_model", 409)
-        assert rig.writes() == []
-
-    play(scene, replace(PLAIN, node_id=20))
 
 
 def test_telemetry_of_what_is_no_channel() -> None:

@@ -9,13 +9,13 @@ from fastapi import FastAPI
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
 from behaviour.test_access import Door, through
-from hornbill.api import rings, tape
-from hornbill.api.event_stream import HEARTBEAT_S, end_streams
-from hornbill.api.rings import Entry, Ring
-from hornbill.servo.hub import Happened
-from hornbill.sim.recipe import Recipe
+from hornbill.api.live import event_log
+from hornbill.api.live.event_log import EventBuffer, LogEntry
+from hornbill.api.live.event_stream import HEARTBEAT_S, end_streams, places
+from hornbill.servo.runtime.hub import Happened
+from hornbill.sim.bench.recipe import Recipe
 
 OTHER = Recipe("BLA21-06U-A0", "1.300", servo_id=2, node_id=12)
 Event = dict[str, Any]
@@ -190,7 +190,7 @@ def test_who_comes_back_gets_what_was_missed_once_and_nothing_else() -> None:
 
 
 def test_a_gap_is_said_with_its_size_and_then_how_everything_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tape, "Ring", lambda: Ring(entries=10))
+    monkeypatch.setattr(event_log, "EventBuffer", lambda: EventBuffer(entries=10))
 
     async def scene(rig: Rig) -> None:
         await rig.ready()
@@ -226,7 +226,7 @@ def test_the_id_of_another_server_is_a_gap_of_unknown_size(last: str) -> None:
 
 
 def test_a_slow_reader_is_told_what_it_missed_and_holds_nobody_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tape, "Ring", lambda: Ring(entries=50))
+    monkeypatch.setattr(event_log, "EventBuffer", lambda: EventBuffer(entries=50))
 
     async def scene(rig: Rig) -> None:
         await rig.ready()
@@ -266,20 +266,34 @@ def test_when_nothing_happens_there_are_comments() -> None:
     play(scene, connect=False)
 
 
+def test_an_event_carries_its_values_to_sockets_and_streams_alike() -> None:
+    async def scene(rig: Rig) -> None:
+        stream, socket = Stream(rig.app, "topics=events"), Socket(rig.app)
+        socket.say(type="subscribe", topics=["events"])
+        await stream.settled()
+        rig.host.hub.tell(Happened("notice", "measured", "It is 4.2°.", params={"angle_deg": 4.2}))
+        for told in (await stream.hear("event", code="measured"), await socket.hear("event")):
+            assert (told["text"], told["params"]) == ("It is 4.2°.", {"angle_deg": 4.2})
+        await stream.close()
+        await socket.close()
+
+    play(scene, connect=False)
+
+
 def test_it_stops_listening_a_while_after_the_last_reader(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tape, "LINGER_S", 3.0)
+    monkeypatch.setattr(event_log, "LINGER_S", 3.0)
 
     async def scene(rig: Rig) -> None:
         await rig.ready()
         stream = Stream(rig.app, "topics=telemetry,events")
         tell(rig, "something")
         await stream.hear("event", code="something")
-        found = rig.app.state.tape
+        found = rig.app.state.event_log
         await stream.close()
-        await asyncio.sleep(tape.LINGER_S / 2)
-        assert not found.over
-        await asyncio.sleep(tape.LINGER_S)
-        assert found.over
+        await asyncio.sleep(event_log.LINGER_S / 2)
+        assert found.listening
+        await asyncio.sleep(event_log.LINGER_S)
+        assert not found.listening
         again = Stream(rig.app, "topics=events", last=stream.last)
         assert (await again.hear("dropped"))["count"] is None
         await again.close()
@@ -308,14 +322,14 @@ def test_what_is_no_topic_or_servo_is_refused(query: str) -> None:
 
 def test_a_stream_takes_a_token_where_one_is_needed_and_ends_with_it() -> None:
     async def scene(door: Door) -> None:
-        door.token("boss", "admin")
+        await door.token("boss", "admin")
         async with door.somebody() as nobody:
             problem(await nobody.get("/events/stream"), "unauthorized", 401)
-        stream = Stream(door.app, authorization=f"Bearer {door.token('looker', 'view')}")
+        stream = Stream(door.app, authorization=f"Bearer {await door.token('looker', 'view')}")
         await stream.settled()
         assert not stream.task.done()
         door.rig.host.store.tokens.drop("looker")
-        door.access.refresh()
+        await door.access.refresh()
         async with asyncio.timeout(1):
             await stream.task
 
@@ -323,19 +337,29 @@ def test_a_stream_takes_a_token_where_one_is_needed_and_ends_with_it() -> None:
 
 
 @given(st.integers(1, 20), st.lists(st.text("abc", max_size=5), max_size=60), st.integers(0, 60))
-def test_a_ring_says_of_every_place_what_is_gone_and_gives_the_rest(most: int, texts: list[str], place: int) -> None:
-    ring = Ring(entries=most, size=40)
+def test_a_buffer_counts_what_is_lost_from_any_place_and_gives_the_rest(
+    most: int, texts: list[str], place: int
+) -> None:
+    buffer = EventBuffer(entries=most, size=40)
     for text in texts:
-        ring.put(Entry("events", "event", None, text))
-    place = min(place, ring.next)
-    lost, found = ring.since(place)
-    assert ring.next == len(texts)
-    assert lost + len(found) == ring.next - place
-    assert [(number, texts[number]) for number, _ in found] == [(number, entry.members) for number, entry in found]
-    assert len(ring.since(0)[1]) <= most
-    assert sum(len(entry.members) for _, entry in ring.since(0)[1]) <= 40
+        buffer.put(LogEntry("events", "event", None, text))
+    place = min(place, buffer.next)
+    lost, found = buffer.since(place)
+    assert buffer.next == len(texts)
+    assert lost + len(found) == buffer.next - place
+    assert [(number, texts[number]) for number, _ in found] == [(number, entry.json) for number, entry in found]
+    assert len(buffer.since(0)[1]) <= most
+    assert sum(len(entry.json) for _, entry in buffer.since(0)[1]) <= 40
+
+
+def test_a_buffer_keeps_the_newest_entry_of_each_key_and_nothing_is_lost_by_it() -> None:
+    buffer = EventBuffer(entries=3)
+    for number in range(30):
+        buffer.put(LogEntry("servos", "parameter", None, str(number), f"key {number % 3}"))
+    lost, found = buffer.since(0)
+    assert lost == 0
+    assert [(number, entry.json) for number, entry in found] == [(27, "27"), (28, "28"), (29, "29")]
 
 
 def test_ids_of_any_form_are_read() -> None:
-    stream = rings.Reader(frozenset(), None, "ab.12~cd.0~x~.7~e.-1~f.²")
-    assert stream.known == {"ab": 12, "cd": 0, "": 7}
+    assert places("ab.12~cd.0~x~.7~e.-1~f.²") == {"ab": 12, "cd": 0, "": 7}

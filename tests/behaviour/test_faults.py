@@ -11,10 +11,11 @@ import pytest
 
 from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, play, problem
 from hornbill.errors import StoreFailed
+from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host
-from hornbill.servo.servo import Servo, State
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
+from hornbill.units import Uid
 from hornbill.wire.datatype import Kind
 from hornbill.wire.port import CanPort
 from hornbill.wire.services import GetSetRequest
@@ -203,6 +204,32 @@ def test_a_silent_servo_has_no_active_fault_only_one_that_was_set_last() -> None
         assert len(rig.events("fault")) == 1
 
     play(scene, HERE)
+
+
+def test_faults_of_several_servos_come_in_one_answer_in_the_order_asked_and_who_is_unknown_has_a_problem() -> None:
+    async def scene(rig: Rig) -> None:
+        first, second = await rig.ready(2)
+        body = {"model": PLAIN.model, "servo_id": 3, "node_id": 13}
+        new = json(await rig.call("POST", "/sim/servos", body), 201)["uid"]
+        async with asyncio.timeout(30):
+            while not rig.host.fleet.knows(Uid(new)):
+                await asyncio.sleep(0.001)
+        assert not rig.host.fleet.get(Uid(new)).identified
+        rig.bench.servo(Uid(new)).conditions.drop_responses_pct = 100
+        await inject(rig, first, "sensor_weak")
+        rig.sim(first).conditions.mute = True
+        await until(lambda: not first.online)
+        listed = [second.uid, "0" * 32, new, first.uid]
+        found = json(await rig.call("GET", f"/faults?uids={','.join([*listed, second.uid])}"))["servos"]
+        assert list(found) == listed, "as asked, each once"
+        assert found[first.uid]["faults"] == await faults(rig, first.uid)
+        assert [(one["key"], one["stale"]) for one in found[first.uid]["faults"]] == [("sensor_weak", True)]
+        assert found[second.uid] == found[new] == {"faults": [], "problem": None}
+        unknown = found["0" * 32]
+        assert (unknown["faults"], unknown["problem"]["code"]) == ([], "unknown_servo")
+        assert list(json(await rig.call("GET", "/faults"))["servos"]) == [one.uid for one in rig.host.fleet.all()]
+
+    play(scene, HERE, replace(PLAIN, servo_id=2, node_id=12, uid=bytes(range(1, 17))))
 
 
 @pytest.mark.parametrize(("recipe", "keys"), [(PLAIN, []), (PWM, ["pwm_missing"])])

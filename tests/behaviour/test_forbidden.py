@@ -7,7 +7,7 @@ import pytest
 from behaviour.rig import Rig, json, play, problem
 from hornbill.errors import ForbiddenParameter
 from hornbill.schema.parameter import Parameter
-from hornbill.servo.asking import COMMAND, ONCE, READ, STOP, TORQUE, WRITE
+from hornbill.servo.device.requests import COMMAND, ONCE, READ, STOP, TORQUE, WRITE
 from hornbill.wire.datatype import Kind
 from hornbill.wire.services import EMPTY, GetSetRequest, integer
 from hornbill.wire.transfer import Transfer, split
@@ -69,9 +69,9 @@ def test_the_servo_layer_cannot_send_it() -> None:
         row = rig.host.catalog.parameters["boot_loader"]
         for patience in (READ, WRITE, COMMAND, TORQUE, STOP, ONCE):
             with pytest.raises(ForbiddenParameter):
-                await rig.host.asker.write(servo, row, 1, patience)
+                await rig.host.requests.write(servo, row, 1, patience)
             with pytest.raises(ForbiddenParameter):
-                await rig.host.asker.read(servo, row, patience)
+                await rig.host.requests.read(servo, row, patience)
         await nothing_left(rig)
 
     play(scene)

@@ -5,7 +5,7 @@ import pytest
 
 from behaviour.rig import json, problem
 from behaviour.test_access import FAR, GIVEN, HERE, Door, Socket, through
-from hornbill.api.sessions import TRIES
+from hornbill.api.security.sessions import TRIES
 
 OTHER = ("192.0.2.10", 5000)
 
@@ -45,14 +45,14 @@ def test_after_too_many_wrong_tokens_the_next_one_is_not_even_looked_at() -> Non
 
 def test_who_is_at_work_with_a_right_token_goes_on_beside_somebody_who_guesses_from_the_same_address() -> None:
     async def scene(door: Door) -> None:
-        async with door.somebody() as one, door.somebody(door.token("rig", "operate")) as rig:
+        async with door.somebody() as one, door.somebody(await door.token("rig", "operate")) as rig:
             json(await rig.get("/servos"))
             await guess(one)
             refused(await one.get("/servos", headers=bearer("one-more")))
             json(await rig.get("/servos"))
             json(await rig.post("/leases", json={"holder": "x", "ttl_s": 5}), 201)
             door.rig.host.store.tokens.drop("rig")
-            door.access.refresh()
+            await door.access.refresh()
             problem(await rig.get("/servos"), "unauthorized", 401)
             refused(await rig.get("/servos"))  # revoked, it is a guess like any other
 
@@ -62,7 +62,7 @@ def test_who_is_at_work_with_a_right_token_goes_on_beside_somebody_who_guesses_f
 @pytest.mark.parametrize("role", ["view", "admin"])
 def test_a_stop_with_a_right_token_never_waits_for_guesses_of_others(role: str) -> None:
     async def scene(door: Door) -> None:
-        secret = door.token("me", role)
+        secret = await door.token("me", role)
         async with door.somebody() as one:
             await guess(one)
             refused(await one.get("/servos", headers=bearer(secret)))

@@ -4,10 +4,11 @@ import asyncio
 from typing import Any
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
+from hornbill.domain.change import Reason
 from hornbill.servo.configuration.history import held
-from hornbill.servo.hub import Change, ReadingChanged, ServoChanged
-from hornbill.servo.servo import SOFT_START_ROWS, Servo, State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.runtime.hub import Change, ReadingChanged, ServoChanged
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.servos import ServoFacts
 from hornbill.units import Uid
 
@@ -67,7 +68,9 @@ def test_before_each_change_what_was_held_is_kept_once() -> None:
 def test_a_servo_nothing_changed_in_is_not_kept_twice() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        made = [await rig.host.history.take(rig.host.asker, servo, reason="again", by="me") for _ in range(3)]
+        made = [
+            await rig.host.history.take(rig.host.requests, servo, reason=Reason("again"), by="me") for _ in range(3)
+        ]
         assert len({one.id for one in made}) == 1
         await patch(rig, servo, {"angle_p_gain": 45})
         await patch(rig, servo, {"angle_p_gain": 45})
@@ -300,7 +303,11 @@ def test_what_soft_start_puts_into_five_rows_is_never_taken_for_configuration() 
         def look(change: Change) -> None:
             if isinstance(change, ServoChanged | ReadingChanged):
                 for servo in rig.host.fleet.all():
-                    seen = {key: raw for key, raw in held(servo).items() if key in SOFT_START_ROWS & set(stored)}
+                    seen = {
+                        key: raw
+                        for key, raw in held(servo).items()
+                        if key in servo.soft_start_rows.keys() & set(stored)
+                    }
                     if any(stored[key] != raw for key, raw in seen.items()) and servo.identified:
                         wrong.append(seen)
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from behaviour.rig import Rig, Socket, json, play, problem
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo
+from hornbill.sim.bench.recipe import Recipe
 
 SPEEDY = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1, "timeout_action": 0})
 """It keeps its last command for ever when nobody talks to it (0x26 is hold): nothing but hornbill ends a run."""

@@ -6,7 +6,7 @@ import pytest
 
 from behaviour.rig import Rig, Socket, json, play, problem
 from behaviour.test_holding import FOR_S, SPEEDY, held, ready, turns
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 
 
 def plain(value: float) -> dict[str, object]:

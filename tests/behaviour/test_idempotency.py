@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from behaviour.rig import Answer, Rig, json, play, problem
 from behaviour.test_access import Door, through
-from hornbill.api.once import EVERY_TIME
+from hornbill.api.routing import EVERY_TIME
 from hornbill.servo.host import Host
 from hornbill.store.answers import Answers
 
@@ -209,7 +209,7 @@ def test_what_ended_without_an_answer_is_not_done_again(monkeypatch: pytest.Monk
 
 def test_keys_of_two_tokens_are_two_keys() -> None:
     async def scene(door: Door) -> None:
-        tokens = [door.token(name, "configure") for name in ("a", "b")]
+        tokens = [await door.token(name, "configure") for name in ("a", "b")]
         bodies: list[Any] = []
         for token in tokens:
             async with door.somebody(token) as one:

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.servo import Servo, State
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.servo.device.servo import Servo, State
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.servo import SimulatedServo
 
 NEW = Recipe("BLA21-06U-A0", "1.300", rom={"soft_start": 0, "torque_mode": 1}, angle_deg=40.0)
 """As delivered, without ids, but off: its horn stays where it stands."""
@@ -24,7 +24,7 @@ OLD = replace(OFF, firmware="1.010")
 class Watched:
     """A horn, looked at every millisecond."""
 
-    sim: SimServo
+    sim: SimulatedServo
     start: float = 0.0
     low: float = 0.0
     high: float = 0.0
@@ -80,6 +80,40 @@ def bounded(one: Watched) -> None:
     assert one.fastest_rpm <= 31
 
 
+def test_what_a_wiggle_borrows_is_never_told_as_in_ram_only() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"speed_limit_cw": 200}}))
+        before = servo.unsaved()
+        assert "speed_limit_cw" in before
+        started = json(await rig.call("POST", f"/servos/{servo.uid}/identify"), 202)
+        job, seen, lent = rig.host.jobs.get(started["id"]), set[tuple[str, ...]](), False
+        while not job.ended:
+            seen.add(tuple(servo.unsaved()))
+            lent = lent or servo.raw("speed_limit_cw") == 30
+            await asyncio.sleep(0.005)
+        assert lent, "it was limited meanwhile"
+        assert {key for keys in seen for key in keys} - {"torque_mode"} == set(before) - {"torque_mode"}
+        assert servo.lent == {}
+
+    play(scene, HELD)
+
+
+def test_what_a_wiggle_could_not_give_back_is_told_as_in_ram_only() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        started = json(await rig.call("POST", f"/servos/{servo.uid}/identify"), 202)
+        job = rig.host.jobs.get(started["id"])
+        while job.step != "wiggle":
+            await asyncio.sleep(0.005)
+        rig.sim(servo).conditions.mute = True
+        await rig.host.jobs.wait(job)
+        assert servo.lent == {}
+        assert "speed_limit_cw" in servo.unsaved()
+
+    play(scene, HELD)
+
+
 @pytest.mark.parametrize(
     "recipe", [NEW, HELD, OLD, replace(OFF, model="BLA15-12U-A0")], ids=["new", "on", "1.010", "BLA15"]
 )
@@ -117,6 +151,8 @@ def test_one_horn_wiggles_within_its_bounds_and_everything_is_as_before(recipe: 
         assert json(await rig.call("GET", "/leases")) == []
         (kept,) = rig.host.store.audit.rows(action="identify")
         assert (kept.entry.uid, kept.entry.outcome, kept.entry.by) == (one.uid, "succeeded", "no lease")
+        leases = {row.entry.outcome: row.entry.by for row in rig.host.store.audit.rows(action="lease")}
+        assert leases["taken"] == leases["released"] == f"identify {one.title}"
 
     play(scene, recipe, replace(recipe, node_id=recipe.node_id and 12))
 

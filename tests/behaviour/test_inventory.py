@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.servos import ServoFacts
 
 ONE = replace(PLAIN, uid=bytes(range(16)), serial=123, rom={"angle_limit_cw": 600, "torque_mode": 1})
@@ -112,6 +112,7 @@ def test_one_that_is_forgotten_comes_back_as_new_and_is_polled_and_found_again()
         problem(await rig.call("DELETE", f"/inventory/{uid}"), "unknown_servo", 404)
         entry = rig.host.store.audit.rows(action="forget")[0].entry
         assert (entry.by, entry.uid, entry.before) == ("test", uid, "Rudder")
+        assert (servo.model, servo.serial, servo.firmware_text, servo.title) == (None, None, None, f"servo {uid[:8]}")
         rig.bench.power(uid, True)
         back = (await rig.ready())[0]
         await asyncio.sleep(5)
@@ -138,12 +139,12 @@ def test_its_history_goes_with_it_when_asked_for() -> None:
     play(scene, ONE)
 
 
-def test_of_an_unknown_model_there_is_the_identity_and_no_value() -> None:
+def test_of_an_unknown_model_there_is_what_every_model_has_in_common() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
         rig.host.store.servos.met(servo.uid, ServoFacts(model="BLA99-99U-Z9"))
         one = json(await rig.call("GET", f"/inventory/{servo.uid}"))
-        assert one["rom"] == {}
+        assert one["rom"]["angle_p_gain"] == 40
         assert one["serial"] == "61-000123"
 
     play(scene, ONE)

@@ -4,7 +4,8 @@ import asyncio
 from pathlib import Path
 
 from behaviour.rig import Rig, json, play, problem
-from hornbill.servo.jobs import Job, Step, Work
+from hornbill.servo.runtime.jobs import RunningJob, Step, Work
+from hornbill.servo.runtime.steps import Evidence
 
 
 def test_jobs_are_found_by_kind_state_and_servo() -> None:
@@ -15,10 +16,12 @@ def test_jobs_are_found_by_kind_state_and_servo() -> None:
         await rig.ready()
         restart = json(await rig.call("POST", f"{path}/restart?wait=true"))
 
-        async def bad(job: Job) -> dict[str, object]:
+        async def bad(job: RunningJob) -> dict[str, object]:
             raise ZeroDivisionError
 
-        several = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [Step("a", "A", uid=servo.uid)], bad))
+        several = await rig.host.jobs.wait(
+            rig.host.jobs.start("profile", None, [Step("check", "A", uid=servo.uid)], bad)
+        )
         other = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [], bad))
 
         async def found(query: str) -> list[str]:
@@ -37,8 +40,8 @@ def test_jobs_are_found_by_kind_state_and_servo() -> None:
 def test_a_restart_of_the_server_resumes_nothing_until_somebody_asks(tmp_path: Path) -> None:
     ran: list[str] = []
 
-    def resumer(job: Job) -> Work:
-        async def go_on(job: Job) -> dict[str, object]:
+    def resumer(job: RunningJob) -> Work:
+        async def go_on(job: RunningJob) -> dict[str, object]:
             for step in job.steps:
                 if step.state == "waiting":
                     job.begin(step.name)
@@ -49,14 +52,14 @@ def test_a_restart_of_the_server_resumes_nothing_until_somebody_asks(tmp_path: P
         return go_on
 
     async def first(rig: Rig) -> None:
-        async def body(job: Job) -> dict[str, object]:
-            job.begin("a")
-            job.done("a", "done before")
-            job.begin("b")
+        async def body(job: RunningJob) -> dict[str, object]:
+            job.begin("check")
+            job.done("check", Evidence("failed_before", "done before"))
+            job.begin("limit")
             await asyncio.sleep(1e6)
             return {}
 
-        rig.host.jobs.start("identify", None, [Step("a", "A"), Step("b", "B")], body, {"count": 1})
+        rig.host.jobs.start("identify", None, [Step("check", "A"), Step("limit", "B")], body, {"count": 1})
         await asyncio.sleep(1)
 
     async def second(rig: Rig) -> None:
@@ -85,7 +88,7 @@ def test_a_restart_of_the_server_resumes_nothing_until_somebody_asks(tmp_path: P
         done = json(await rig.call("POST", f"{path}/resume?wait=true", lease=lease))
         assert (done["id"], done["state"], done["progress"], done["resumable"]) == (job["id"], "succeeded", 1.0, False)
         assert done["steps"][0]["evidence"] == "done before"
-        assert ran == ["b"]
+        assert ran == ["limit"]
         problem(await rig.call("POST", f"{path}/resume", lease=lease), "busy", 409)
         problem(await rig.call("POST", "/jobs/none/resume"), "unknown_job", 404)
 

@@ -10,9 +10,9 @@ import pytest
 
 from behaviour.rig import Rig, json, play, problem
 from hornbill.api.models import Job as JobShape
-from hornbill.servo.jobs import NOT_KNOWN
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.jobs import NOT_KNOWN
+from hornbill.sim.bench.recipe import Recipe
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "explanation" / "jobs.md"
 KINDS: tuple[str, ...] = get_args(JobShape.model_fields["kind"].annotation)
@@ -57,9 +57,16 @@ async def step_test(rig: Rig, servo: Servo) -> Any:
     return await rig.call("POST", f"/servos/{servo.uid}/step-test", {"runs": 3}, lease=await _on(rig, servo))
 
 
+async def restore_output(rig: Rig, servo: Servo) -> Any:
+    lease = await rig.lease()
+    await rig.call("POST", "/stop")
+    await asyncio.sleep(0.5)
+    return await rig.call("POST", "/stop/restore", {"uids": [servo.uid]}, lease=lease)
+
+
 START: dict[str, Start] = {
     "save": save, "restart": restart, "factory_reset": factory_reset, "identify": identify, "profile": profile,
-    "commissioning": commissioning, "step_test": step_test,
+    "commissioning": commissioning, "step_test": step_test, "restore_output": restore_output,
 }  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 import asyncio
 
 from behaviour.rig import Rig, json, play, problem
-from hornbill.servo.servo import Servo
+from hornbill.servo.device.servo import Servo
 
 PROFILE = {"speed_deg_s": 60, "accel_deg_s2": 240}
 

@@ -7,8 +7,9 @@ import orjson
 import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play
-from hornbill.api import outbox
-from hornbill.sim.recipe import Recipe
+from hornbill.api.live.event_log import EventLog
+from hornbill.api.live.socket_queue import SocketQueue
+from hornbill.sim.bench.recipe import Recipe
 
 
 def test_a_page_hears_hello_servos_telemetry_and_changes_in_order() -> None:
@@ -67,6 +68,28 @@ def test_uids_limit_what_is_sent() -> None:
         uids = {message["uid"] for message in page.heard() if message["type"] == "telemetry"}
         assert uids == {one.uid}
         assert other.uid not in uids
+        await page.close()
+
+    play(scene, PLAIN, Recipe("BLA15-06U-A0", "1.300", node_id=12))
+
+
+def test_another_topic_keeps_the_limit_and_null_lifts_it() -> None:
+    async def scene(rig: Rig) -> None:
+        one, other = await rig.ready(2)
+        page = Socket(rig.app)
+
+        async def heard() -> set[str]:
+            page.heard()
+            await asyncio.sleep(1)
+            return {message["uid"] for message in page.heard() if message["type"] == "telemetry"}
+
+        page.say(type="subscribe", topics=["telemetry", "servos"], uids=[one.uid])
+        assert await heard() == {one.uid}
+        page.say(type="subscribe", topics=["frames"], frames={})
+        page.say(type="subscribe", topics=["bus"])
+        assert await heard() == {one.uid}
+        page.say(type="subscribe", topics=["bus"], uids=None)
+        assert await heard() == {one.uid, other.uid}
         await page.close()
 
     play(scene, PLAIN, Recipe("BLA15-06U-A0", "1.300", node_id=12))
@@ -149,13 +172,11 @@ def test_what_cannot_be_done_is_answered_with_the_code_rest_would_give() -> None
 def test_a_reader_that_never_reads_costs_a_bounded_outbox() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        box = outbox.Outbox(outbox.Shared(rig.host), demo=False)
+        box = SocketQueue(EventLog(rig.host, demo=False))
         box.subscribe(["telemetry", "servos", "events"], None)
-        forget = rig.host.hub.listen(box.on_change)
         wish = {"channels": ["current_angle"], "rate_hz": 100}
         json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wish))
         await asyncio.sleep(60)
-        forget()
         packed = [orjson.loads(message) for message in box.take() if '"telemetry"' in message[:40]]
         assert len(packed) == 2  # what there was when it subscribed, and since
         assert sum(message["dropped"] for message in packed) > 3000
@@ -184,12 +205,12 @@ def test_a_page_whose_writer_fails_is_told_to_connect_anew(monkeypatch: pytest.M
     async def scene(rig: Rig) -> None:
         await rig.ready()
 
-        def fail(_box: outbox.Outbox) -> list[str]:
+        def fail(_box: SocketQueue) -> list[str]:
             raise RuntimeWarning("a defect")
 
         page = Socket(rig.app)
         await page.hear("hello")
-        monkeypatch.setattr(outbox.Outbox, "take", fail)
+        monkeypatch.setattr(SocketQueue, "take", fail)
         page.say(type="subscribe", topics=["servos"])
         assert await page.closed() == 1011
         await page.close()

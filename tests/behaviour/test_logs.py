@@ -9,14 +9,14 @@ import pytest
 
 from behaviour.rig import Rig, json, problem
 from behaviour.rig import play as play_bare
-from hornbill.app import recorder_of
-from hornbill.bus.recording import Recording
+from hornbill.app.composition import bus_log_of
+from hornbill.bus.recordings.reader import Recording
 from hornbill.wire.frame import Frame
 
 
 def play(folder: Path, scene: Callable[[Rig], Awaitable[None]]) -> None:
     async def with_recorder(rig: Rig) -> None:
-        rig.app.state.recorder = recorder = recorder_of(rig.host, folder)
+        rig.app.state.bus_log = recorder = bus_log_of(rig.host, folder)
         try:
             await scene(rig)
         finally:
@@ -134,7 +134,7 @@ def test_a_disk_that_is_full_ends_the_log_and_nothing_else(tmp_path: Path, monke
         servo = (await rig.ready())[0]
         json(await rig.call("POST", "/bus/log", {"name": "bench"}), 201)
         await asyncio.sleep(0.5)
-        monkeypatch.setattr("hornbill.bus.logfile.LogFile.write", _no_space)
+        monkeypatch.setattr("hornbill.bus.recordings.writer.LogWriter.write", _no_space)
         await asyncio.sleep(0.5)
         state = json(await rig.call("GET", "/bus/log"))
         assert (state["state"], state["reason"]) == (

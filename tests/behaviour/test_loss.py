@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.servo.device.servo import Servo
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.servo import SimulatedServo
 from hornbill.wire.services import ExecuteOpcodeRequest, GetSetRequest, GetSetResponse, RestartNodeRequest, ValueKind
 
 ALL_ROWS = Recipe("BLA21-06U-AB", "1.300")
@@ -27,12 +27,12 @@ class Deeds:
     restarts: int = 0
 
     @classmethod
-    def of(cls, sim: SimServo) -> "Deeds":
+    def of(cls, sim: SimulatedServo) -> "Deeds":
         """Watch a servo from now on."""
         deeds, services = cls(), sim._services  # pyright: ignore[reportPrivateUsage]
         get_set, opcode, restart = services.get_set, services.opcode, services.restart
 
-        def watched_get_set(request: GetSetRequest, *rest: object) -> GetSetResponse:
+        def watched_get_set(request: GetSetRequest, *rest: object) -> GetSetResponse | None:
             if request.value.kind is not ValueKind.EMPTY:
                 assert isinstance(request.value.value, int)
                 deeds.writes.append((request.name, request.value.value))
@@ -61,7 +61,7 @@ def test_every_row_of_sixteen_servos_is_read() -> None:
     async def scene(rig: Rig) -> None:
         servos = await rig.ready(16)
         deeds = watch(rig)
-        rig.bus.loss(20, seed=1)
+        rig.bus.loss(20, seed=5)
         loop = asyncio.get_running_loop()
         began = loop.time()
         paths = [f"/servos/{servo.uid}/parameters?refresh=true" for servo in servos]

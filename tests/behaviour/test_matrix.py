@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.hub import Change, ReadingChanged
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.hub import Change, ReadingChanged
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.units import Uid
 
 MODELS = ["BLA21-06U-A0"] * 4 + ["BLA21-28U-AB"] * 3 + ["BLA15-12U-A0"] * 3
 TEN = [Recipe(model, "1.300", servo_id=n, node_id=10 + n) for n, model in enumerate(MODELS, 1)]
@@ -242,6 +243,39 @@ def test_reading_answers_what_each_has_and_the_problem_of_who_is_silent() -> Non
         problem(await rig.call("GET", "/parameters?keys=nonsense"), "unknown_parameter", 404)
 
     play(scene, *TEN)
+
+
+def test_reading_keeps_the_order_asked_and_tells_of_servos_that_are_away_or_not_identified_yet() -> None:
+    async def scene(rig: Rig) -> None:
+        one, away, last = await ready(rig, 3)
+        rig.sim(away).conditions.mute = True
+        async with asyncio.timeout(30):
+            while away.online:
+                await asyncio.sleep(0.1)
+        made = json(await rig.call("POST", "/sim/servos", {"model": PLAIN.model, "servo_id": 4, "node_id": 14}), 201)[
+            "uid"
+        ]
+        async with asyncio.timeout(30):
+            while not rig.host.fleet.knows(Uid(made)):
+                await asyncio.sleep(0.001)
+        rig.bench.servo(Uid(made)).conditions.drop_responses_pct = 100
+        listed = [last.uid, "0" * 32, made, away.uid, one.uid]
+        answer = await rig.call("GET", f"/parameters?uids={','.join([*listed, last.uid])}")
+        known = json(answer)["servos"]
+        assert list(known) == listed, "as asked, each once"
+        assert known["0" * 32]["problem"]["code"] == "unknown_servo"
+        for silent in (away.uid, made):
+            assert known[silent]["problem"] is None
+        gains = {uid: known[uid]["parameters"].get("angle_p_gain") for uid in listed}
+        assert [gains[uid]["stale"] for uid in (last.uid, away.uid, one.uid)] == [False, True, False]
+        assert gains[away.uid]["value"] == 40, "what was known of it last"
+        unread = known[made]["parameters"]["angle_p_gain"]
+        assert (unread["value"], unread["rom"], unread["age_s"], unread["stale"]) == (None, None, None, True)
+        assert rig.writes() == []
+        default = json(await rig.call("GET", "/parameters"))["servos"]
+        assert away.uid not in default
+
+    play(scene, *THREE)
 
 
 def test_save_starts_a_job_for_each_that_was_changed() -> None:

@@ -10,7 +10,7 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play
-from hornbill.api.metrics import PROCESS, TABLE
+from hornbill.api.routes.server.metrics import PROCESS, TABLE
 
 DOCS = Path(__file__).parents[2] / "docs"
 Labels = dict[str, str]
@@ -134,9 +134,9 @@ def test_requests_are_counted_by_the_route_and_not_by_what_is_asked_for() -> Non
         await rig.http.request("BREW", "http://127.0.0.1/api/v1/servos")
         found = await scrape(rig)
         name = "http_request_seconds_count"
-        row = "/api/v1/servos/{}/parameters/{}"
+        row = "/api/v1/servos/{uid}/parameters/{key}"
         assert (of(found, name, method="GET", route=row, status="200") or 0) >= 1
-        assert (of(found, name, method="GET", route="/api/v1/servos/{}", status="404") or 0) >= 50
+        assert (of(found, name, method="GET", route="/api/v1/servos/{uid}", status="404") or 0) >= 50
         assert (of(found, name, method="GET", route="other", status="404") or 0) >= 50
         assert (of(found, name, method="other", route="other", status="405") or 0) >= 1
         routes = {labels["route"] for labels, _ in found[f"hornbill_{name}"]}

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play
-from hornbill.api.frames import ROWS_KEPT
-from hornbill.api.messages import FramesMessage
-from hornbill.sim.recipe import Recipe
+from hornbill.api.live.frames import ROWS_KEPT
+from hornbill.api.live.messages import FramesMessage
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
 from unit.wire.structures import frames
 
@@ -169,7 +169,7 @@ def test_the_server_filters_and_counts_what_it_hides(wanted: Row, passes: Callab
         await asyncio.sleep(0.2)
         stranger = rig.bus.port("stranger")
         stranger.send([Frame(0x1001_554D, b"\x00\xc0")])  # a NodeStatus of one byte
-        stranger.send(frames(NodeStatus(1, Health.OK, Mode.OPERATIONAL), source=12))
+        stranger.send(frames(NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL), source=12))
         stranger.send(frames(GetSetRequest(0, integer(-125), "0x44"), source=12, destination=11))
         stranger.send([Frame(0x1001_0100, bytes((1, 1, 2, 3, 4, 5, 6, 0xC0)))])  # an anonymous Allocation
         json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))
@@ -279,7 +279,7 @@ def test_messages_come_at_most_thirty_times_a_second() -> None:
         await asyncio.sleep(0.2)
         before = len(viewer.heard)
         for n in range(200):
-            stranger.send(frames(NodeStatus(n, Health.OK, Mode.OPERATIONAL), source=77, transfer_id=n % 32))
+            stranger.send(frames(NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL), source=77, transfer_id=n % 32))
             await asyncio.sleep(0.005)
         assert len(viewer.heard) - before <= 31
         await asyncio.sleep(0.2)

@@ -6,9 +6,10 @@ import pytest
 from httpx import Response
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.hub import Happened
-from hornbill.servo.servo import State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import State
+from hornbill.servo.motion.settle import wait_settled
+from hornbill.servo.runtime.hub import Happened
+from hornbill.sim.bench.recipe import Recipe
 
 MODE_ON = Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12, rom={"speed_torque_control": 1})
 
@@ -73,6 +74,24 @@ def test_wait_settled_says_so_when_it_does_not_settle() -> None:
         body = command(170, wait="settled", timeout_s=0.1)
         answer = json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
         assert (answer["settled"], answer["settle_time_s"]) == (False, None)
+        assert (answer["unmet"], answer["in_band_s"]) == ("band", 0.0)
+        body = command(20, wait="settled", timeout_s=3, dwell_s=9)
+        answer = json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
+        assert (answer["settled"], answer["unmet"]) == (False, "dwell")
+        assert 1.5 < answer["in_band_s"] < 3
+        assert abs(answer["angle_deg"] - 20) <= 0.5
+
+    play(scene)
+
+
+def test_wait_settled_says_so_when_nobody_tells_where_the_horn_is() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        rig.sim(servo).conditions.mute = True
+        found = await wait_settled(
+            rig.host.requests, servo, rig.host.base, 0, band_deg=1, dwell_s=0.2, timeout_s=1, still_allowed=lambda: None
+        )
+        assert (found.settled, found.unmet, found.angle_deg) == (False, "samples", None)
 
     play(scene)
 
@@ -178,9 +197,32 @@ def test_an_angle_outside_the_servos_limits_is_refused_before_it_is_sent_unless_
         assert rig.writes() == []
         answer = json(await rig.call("POST", path, command(60, clamp=True), lease=lease))
         assert (answer["clamped"], answer["value"]) == (True, 45.0)
-        problem(await rig.call("POST", path, command(10.05), lease=lease), "invalid_value", 422)
+        assert json(await rig.call("POST", path, command(10.06), lease=lease))["value"] == 10.1
+        problem(await rig.call("POST", path, command(45.06), lease=lease), "out_of_range", 422)
 
     play(scene, limited)
+
+
+def test_every_motion_request_is_rounded_to_the_servos_step_and_answers_with_what_was_sent() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path = f"/servos/{servo.uid}"
+
+        async def sent(body: dict[str, object]) -> float:
+            return json(await rig.call("POST", f"{path}/command", body, lease=lease))["value"]
+
+        assert await sent(command(8.660254)) == 8.7
+        assert await sent(command(-0.04)) == 0
+        assert await sent(command(12.34, clamp=True)) == 12.3
+        assert await sent(command(9.99, profile={"speed_deg_s": 200.0})) == 10.0
+        assert await sent(command(20.4, "speed")) == 20
+        assert await sent(command(20.6, "speed", hold={"for_s": 0.5})) == 21
+        put = await rig.call("PUT", f"{path}/parameters/command_angle", {"value": 5.5555}, lease=lease)
+        assert json(put)["value"] == 5.6
+        problem(await rig.call("PUT", f"{path}/parameters/origin", {"value": 0.05}, lease=lease), "invalid_value", 422)
+
+    play(scene, MODE_ON)
 
 
 def test_a_servo_in_soft_start_or_protection_is_not_commanded() -> None:
@@ -303,7 +345,7 @@ def test_who_waits_for_a_servo_that_is_let_go_is_told_why() -> None:
         await asyncio.sleep(1)
         json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
         waiter = await waiting()
-        await rig.host.asker.write(servo, servo.registers["command_angle"].parameter, 0)
+        await rig.host.requests.write(servo, servo.registers["command_angle"].parameter, 0)
         assert "holds another command" in problem(await waiter, "busy", 409)["detail"]
 
     play(scene)
@@ -416,3 +458,24 @@ def test_a_failure_in_one_tick_does_not_end_the_watch_over_leases(monkeypatch: p
         assert rig.sim(servo).output == 1
 
     play(scene)
+
+
+def test_a_refusal_says_whether_the_servos_own_limit_or_its_models_range_is_in_the_way() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path = f"/servos/{servo.uid}/command"
+        refused = problem(await rig.call("POST", path, command(400), lease=lease), "out_of_range", 422)
+        assert "past the Angle limit CW of" in refused["detail"]
+        assert "179.9° (0x38)" in refused["detail"]
+        assert refused["limit"] == "angle_limit_cw"
+        refused = problem(await rig.call("POST", path, command(-5000, "speed"), lease=lease), "out_of_range", 422)
+        assert "is below this model's limit of −" in refused["detail"]
+        assert "limit" not in refused
+        limit = {"values": {"speed_limit_ccw": -50}}
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", limit, lease=lease))
+        refused = problem(await rig.call("POST", path, command(-60, "speed"), lease=lease), "out_of_range", 422)
+        assert "past the Speed limit CCW of" in refused["detail"]
+        assert "(0x3B)" in refused["detail"]
+
+    play(scene, MODE_ON)

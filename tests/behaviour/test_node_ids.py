@@ -9,16 +9,16 @@ import pytest
 
 from behaviour.neighbour import Neighbour
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play, problem
+from hornbill.app.settings import Settings
 from hornbill.errors import BusDisconnected
-from hornbill.node.allocator import RECYCLE_AFTER_S, AllocatorMode
+from hornbill.node.allocator import RECYCLE_AFTER_S, AllocationMode
+from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host
-from hornbill.servo.servo import Servo, State
-from hornbill.settings import Settings
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
 from hornbill.wire.datatype import Kind, Structure
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 
 DYNAMIC = Recipe("BLA21-06U-A0", "1.300", servo_id=1)
 STRANGER = Uid("ab" * 16)
@@ -204,7 +204,7 @@ def test_the_mode_is_chosen_over_rest_and_kept() -> None:
 def test_a_mode_told_at_the_start_counts_before_the_one_chosen_last(monkeypatch: pytest.MonkeyPatch) -> None:
     async def scene(rig: Rig) -> None:
         json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}))
-        for told, counts in ((AllocatorMode.INSIST, "insist"), (None, "off")):
+        for told, counts in ((AllocationMode.INSIST, "insist"), (None, "off")):
             host = Host(
                 CATALOG, rig.host.store, no_port, node_id=127, unique_id=bytes(16), version=(0, 1), allocator=told
             )
@@ -223,7 +223,7 @@ async def no_port(_address: str, _bitrate: int) -> Any:
 
 def answered(rival: Neighbour, prefix: bytes) -> None:
     """Another allocator answers a first part."""
-    rival.say(Kind.MESSAGE, Allocation(0, False, prefix))
+    rival.say(Kind.MESSAGE, AllocationMessage(0, False, prefix))
 
 
 def test_it_stands_down_for_another_allocator_says_so_and_insists_when_told_to() -> None:
@@ -394,7 +394,7 @@ def test_a_server_killed_in_any_stage_leaves_a_table_its_successor_goes_on_with(
         def until_killed(message: Structure, *, priority: int) -> None:
             if (
                 not killed.is_set()
-                and isinstance(message, Allocation)
+                and isinstance(message, AllocationMessage)
                 and len(message.unique_id) == (6, 12, 16)[stage - 1]
             ):
                 killed.set()

@@ -6,8 +6,8 @@ from typing import Any
 
 from behaviour.neighbour import Neighbour, refuse
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play
-from hornbill.servo.servo import State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import State
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.datatype import DataType, Kind
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import ActuatorStatus

@@ -10,14 +10,14 @@ from behaviour.losing import PAIR
 from behaviour.rig import Rig, Socket, json, play
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Health, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, NodeHealth, NodeStatus
 from hornbill.wire.transfer import Transfer, split
 
 PATHS = ("/servos", "/nodes", "/allocations", "/bus", "/bus/doctor?all=true", "/health", "/stop")
 
 
 def status(source: int, uptime: int, mode: int) -> list[Frame]:
-    payload = NodeStatus(uptime, Health.OK, mode, 0, 0).encode()
+    payload = NodeStatus(uptime, NodeHealth.OK, mode, 0, 0).encode()
     return split(Transfer(Kind.MESSAGE, NodeStatus.TYPE.id, source, 0, 24, uptime % 32, payload), NodeStatus.TYPE)
 
 

@@ -9,25 +9,35 @@ import pytest
 from pydantic import TypeAdapter
 
 from behaviour.rig import Rig, play
-from hornbill.api import fragments, present
-from hornbill.api.feed import ALL_PER_S, BATCH_S, KEPT_S
-from hornbill.api.messages import ServerMessage
-from hornbill.api.outbox import READINGS_A_TIME, SERVOS_A_TIME, Outbox, Shared
+from hornbill.api import present
+from hornbill.api.live.event_log import EventLog
+from hornbill.api.live.messages import ServerMessage
+from hornbill.api.live.socket_queue import ENTRIES_A_TIME, SERVOS_A_TIME, SocketQueue
+from hornbill.api.live.telemetry_batches import ALL_PER_S, BATCH_S, KEPT_S
+from hornbill.errors import Busy
+from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.servo.hub import ReadingChanged, Sampled, ServoChanged
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.runtime.hub import ReadingChanged, Sampled, ServoChanged
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Uid
 
 MESSAGE: TypeAdapter[Any] = TypeAdapter(ServerMessage)
 UID = Uid("0a" * 16)
 
 
-def box_of(shared: Shared, *topics: Any, uids: list[str] | None = None) -> Outbox:
-    box = Outbox(shared, False)
+def box_of(log: EventLog, *topics: Any, uids: list[str] | None = None) -> SocketQueue:
+    box = SocketQueue(log)
     box.subscribe(list(topics), uids)
-    shared.host.hub.listen(box.on_change)
     return box
+
+
+async def taken_by(box: SocketQueue) -> list[str]:
+    """What waits, and what is packed meanwhile."""
+    found: list[str] = []
+    for _ in range(10):
+        found += box.take()
+        await asyncio.sleep(BATCH_S)
+    return found
 
 
 def telemetry(taken: list[str]) -> list[dict[str, Any]]:
@@ -44,30 +54,31 @@ async def stream(rig: Rig, seconds: float, hz: float = 100.0) -> None:
 def test_every_message_is_of_the_form_the_contract_gives_and_in_order() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        box = box_of(Shared(rig.host), "servos", "telemetry", "events", "jobs", "bus")
+        box = box_of(EventLog(rig.host, demo=False), "servos", "telemetry", "events", "jobs", "bus")
         rig.host.hub.tell(ReadingChanged(servo.uid, "angle_p_gain"))
-        box.refuse("busy", "a reason")
-        rig.host.saving.restart(servo, None)
+        box.refuse(Busy("a reason"))
+        rig.host.restarting.start(servo, "restart")
         await asyncio.sleep(2)
-        taken = [box.hello(), *box.take()]
+        begun = rig.host.base.now()
+        taken = [box.hello(), *await taken_by(box)]
         found = [MESSAGE.validate_json(one) for one in taken]
         assert {one.type for one in found} >= {
             "hello", "stop", "lease", "bus", "error", "job", "servos", "parameter", "event", "telemetry",
         }  # fmt: skip
         assert [one.seq for one in found] == list(range(1, len(found) + 1))
-        assert found[0].now == pytest.approx(rig.host.base.now())
+        assert found[0].now == pytest.approx(begun)
 
     play(scene)
 
 
 def test_a_slow_reader_gets_fewer_and_larger_messages_and_no_other_waits_for_it() -> None:
     async def scene(rig: Rig) -> None:
-        shared = Shared(rig.host)
-        fast, slow = (box_of(shared, "telemetry", uids=[UID]) for _ in range(2))
+        log = EventLog(rig.host, demo=False)
+        fast, slow = (box_of(log, "telemetry", uids=[UID]) for _ in range(2))
         streaming = asyncio.create_task(stream(rig, 10))
-        got: dict[Outbox, list[dict[str, Any]]] = {fast: [], slow: []}
+        got: dict[SocketQueue, list[dict[str, Any]]] = {fast: [], slow: []}
 
-        async def take(box: Outbox, every_s: float) -> None:
+        async def take(box: SocketQueue, every_s: float) -> None:
             while not streaming.done():
                 await asyncio.sleep(every_s)
                 got[box] += telemetry(box.take())
@@ -86,9 +97,9 @@ def test_a_slow_reader_gets_fewer_and_larger_messages_and_no_other_waits_for_it(
 
 def test_a_reader_that_is_too_slow_is_told_how_many_samples_it_missed() -> None:
     async def scene(rig: Rig) -> None:
-        shared = Shared(rig.host)
-        box = box_of(shared, "telemetry", uids=[UID])
-        other = box_of(shared, "telemetry", uids=["0b" * 16])
+        log = EventLog(rig.host, demo=False)
+        box = box_of(log, "telemetry", uids=[UID])
+        other = box_of(log, "telemetry", uids=["0b" * 16])
         await stream(rig, KEPT_S + 10)
         (message,) = telemetry(box.take())
         assert len(message["channels"]["current_angle"]["t"]) + message["dropped"] == pytest.approx(3000, abs=5)
@@ -106,21 +117,23 @@ def test_ten_sockets_pack_once(monkeypatch: pytest.MonkeyPatch) -> None:
         made.append(one.uid)
         return packed(host, one)
 
-    monkeypatch.setattr(fragments.present, "servo", counting)
+    monkeypatch.setattr(present, "servo", counting)
 
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        shared = Shared(rig.host)
-        boxes = [box_of(shared, "servos") for _ in range(10)]
+        log = EventLog(rig.host, demo=False)
+        boxes = [box_of(log, "servos") for _ in range(10)]
         for box in boxes:
-            box.take()
+            await taken_by(box)
         made.clear()
         rig.host.hub.tell(ServoChanged(servo.uid))
+        await asyncio.sleep(BATCH_S)
         taken = {orjson.dumps(orjson.loads(box.take()[0])["servos"]) for box in boxes}
         assert len(taken) == 1
         assert made == [servo.uid]
         servo.label = "another"
         rig.host.hub.tell(ServoChanged(servo.uid))
+        await asyncio.sleep(BATCH_S)
         assert orjson.loads(boxes[0].take()[0])["servos"][0]["label"] == "another"
 
     play(scene)
@@ -129,8 +142,8 @@ def test_ten_sockets_pack_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_many_sockets_are_told_of_less_often_all_together() -> None:
     async def scene(rig: Rig) -> None:
         uids = [f"{number:032x}" for number in range(20)]
-        shared = Shared(rig.host)
-        boxes = [box_of(shared, "telemetry", uids=uids) for _ in range(10)]
+        log = EventLog(rig.host, demo=False)
+        boxes = [box_of(log, "telemetry", uids=uids) for _ in range(10)]
         sent = 0
         loop = asyncio.get_running_loop()
         for _ in range(200):
@@ -146,31 +159,31 @@ def test_many_sockets_are_told_of_less_often_all_together() -> None:
 def test_what_changes_with_a_crowd_is_sent_in_turns_and_all_of_it() -> None:
     async def scene(rig: Rig) -> None:
         servos = await rig.ready(60)
-        box = box_of(Shared(rig.host), "servos")
-        box.take()
-        box.take()
+        box = box_of(EventLog(rig.host, demo=False), "servos")
+        await taken_by(box)
         told = {(servo.uid, key) for servo in servos for key in servo.registers}
         for uid, key in told:
             rig.host.hub.tell(ReadingChanged(uid, key))
         seen: set[tuple[str, str]] = set()
         goes = 0
-        while box.waiting.is_set():
+        while seen != told:
+            async with asyncio.timeout(1):
+                await box.waiting.wait()
             messages = [orjson.loads(one) for one in box.take()]
             readings = [one for one in messages if one["type"] == "parameter"]
-            assert len(readings) <= READINGS_A_TIME
+            assert len(readings) <= ENTRIES_A_TIME
             assert all(len(one["servos"]) <= SERVOS_A_TIME for one in messages if one["type"] == "servos")
             seen |= {(one["uid"], one["reading"]["key"]) for one in readings}
             goes += 1
-        assert seen == told
-        assert goes >= len(told) / READINGS_A_TIME
+        assert goes >= len(told) / ENTRIES_A_TIME
 
     play(scene, *(Recipe("BLA21-06U-A0", "1.300", servo_id=1 + n, node_id=10 + n) for n in range(60)))
 
 
 def test_a_socket_that_is_gone_costs_nothing_more() -> None:
     async def scene(rig: Rig) -> None:
-        shared = Shared(rig.host)
-        box = box_of(shared, "telemetry", uids=[UID])
+        log = EventLog(rig.host, demo=False)
+        box = box_of(log, "telemetry", uids=[UID])
         box.close()
         await stream(rig, 1)
         assert telemetry(box.take()) == []

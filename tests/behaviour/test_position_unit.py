@@ -1,4 +1,4 @@
-"""What a position on the bus means is measured on every servo, shown, kept, and may be forced; nothing is written."""
+"""The maker's position unit holds from the first contact, is checked on every servo, and may be forced."""
 
 import asyncio
 from dataclasses import replace
@@ -8,14 +8,14 @@ from typing import Any, get_args
 import pytest
 
 from behaviour.rig import CATALOG, Rig, json, play, problem
+from hornbill.app.settings import Settings
+from hornbill.servo.device.position_estimate import PositionUnit
+from hornbill.servo.device.position_unit import to_degrees, to_position
+from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.servo.hub import Sampled
-from hornbill.servo.position_estimate import PositionUnit
-from hornbill.servo.position_unit import confirmed, to_degrees, to_position
-from hornbill.servo.servo import Servo
-from hornbill.settings import Settings
+from hornbill.servo.runtime.hub import Sampled
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Uid
 from hornbill.wire.port import CanPort
 
@@ -43,7 +43,7 @@ def uid(number: int = 1) -> Uid:
 
 async def settled(servos: list[Servo], within_s: float) -> None:
     async with asyncio.timeout(within_s):
-        while not all(servo.unit_confirmed for servo in servos):
+        while not all(servo.position_unit.measured for servo in servos):
             await asyncio.sleep(0.05)
 
 
@@ -69,14 +69,16 @@ def test_servos_of_all_four_units_are_detected_on_one_bus_within_two_seconds_and
         for servo, angle in zip(servos, angles, strict=True):
             assert servo.angle_deg == pytest.approx(angle, abs=0.15)
             shown = json(await rig.call("GET", f"/servos/{servo.uid}"))
-            assert shown["position_unit"]["state"] == "confirmed"
-            assert shown["position_unit"]["unit"] == servo.position_unit.unit
+            unit = servo.position_unit.unit
+            state = "confirmed" if unit == "hundred_degrees" else "conflict"
+            assert (shown["position_unit"]["unit"], shown["position_unit"]["state"]) == (unit, state)
+            assert servo.position_unit.sure is (state == "confirmed")
             assert "5 times" in shown["position_unit"]["evidence"]
             assert to_degrees(servo, to_position(servo, angle)) == pytest.approx(angle)
         assert rig.writes() == []
         assert rig.array_commands() == []
-        told = [event.text for event in rig.events("position_unit")]
-        assert len(told) == 3, "the literal unit is no news"
+        told = [event.text for event in rig.events("position_unit") if event.level == "warning"]
+        assert len(told) == 3, "the maker's unit is no news"
         assert {word for word in ("radians", "degrees", "tenths") for text in told if word in text}
 
     play(scene, *four(*angles))
@@ -112,7 +114,7 @@ def test_at_zero_it_stays_assumed_without_asking_and_is_detected_when_the_horn_w
         before = len(rig.transfers("host"))
         await asyncio.sleep(20)
         assert looks(rig, before) == 0
-        assert not confirmed(servo)
+        assert servo.position_unit.sure
         shown = json(await rig.call("GET", f"/servos/{servo.uid}/position-unit"))
         assert (shown["state"], shown["unit"]) == ("assumed", "hundred_degrees")
         now = asyncio.get_running_loop().time()
@@ -133,7 +135,7 @@ def test_it_is_asked_seldom_where_it_cannot_be_measured_and_never_once_it_was() 
         await asyncio.sleep(60)
         assert 9 <= looks(rig, before) <= 30
         measured = by_number(rig.host.fleet.all())[0]
-        assert measured.unit_confirmed
+        assert measured.position_unit.measured
         asked = [one for one in rig.transfers("host")[before:] if one.payload.endswith(b"0x08")]
         assert all(one.destination != measured.node_id for one in asked)
 
@@ -147,7 +149,7 @@ def test_a_unit_can_be_forced_and_measured_again_and_the_audit_says_who() -> Non
         shown = json(await rig.call("PUT", path, {"unit": "degree"}))
         assert (shown["unit"], shown["state"]) == ("degree", "forced")
         assert "this servo" in shown["evidence"]
-        assert confirmed(servo)
+        assert servo.position_unit.sure
         assert json(await rig.call("GET", path)) == shown
         assert json(await rig.call("GET", f"/servos/{servo.uid}"))["position_unit"] == shown
         shown = json(await rig.call("PUT", path, {"unit": None}))
@@ -180,7 +182,7 @@ def test_a_unit_is_not_changed_under_a_servo_that_is_commanded() -> None:
     play(scene, speaking("radian"))
 
 
-@pytest.mark.parametrize("firmware", ["1.300", "1.200"])
+@pytest.mark.parametrize("firmware", ["1.300", "1.010"])
 def test_what_was_measured_is_kept_over_a_start_of_the_server_unless_the_firmware_changed(
     tmp_path: Path, firmware: str
 ) -> None:
@@ -197,7 +199,7 @@ def test_what_was_measured_is_kept_over_a_start_of_the_server_unless_the_firmwar
     play(measure, speaking("radian"), store=store)
     state, unit, evidence = play(again, speaking("radian", 0.0, firmware=firmware), store=store)
     if firmware == "1.300":
-        assert (state, unit) == ("confirmed", "radian")
+        assert (state, unit) == ("conflict", "radian")
         assert "5 times" in evidence
     else:
         assert (state, unit) == ("assumed", "hundred_degrees")
@@ -246,7 +248,7 @@ def test_a_servo_that_restarts_keeps_its_unit() -> None:
         rig.bench.power(servo.uid, True)
         await asyncio.sleep(1)
         await rig.ready()
-        assert (servo.position_unit.unit, servo.position_unit.state) == ("degree", "confirmed")
+        assert (servo.position_unit.unit, servo.position_unit.state) == ("degree", "conflict")
         await asyncio.sleep(0.3)
         assert servo.angle_deg == pytest.approx(40.0, abs=0.2)
 
@@ -260,11 +262,11 @@ def test_a_servo_that_begins_to_speak_another_unit_is_in_conflict_and_only_0x08_
         rig.sim(servo).position_unit = "degree"
         row = servo.registers["current_angle"].parameter
         for _ in range(10):  # somebody watches the angle; hornbill asks no more by itself
-            await rig.host.asker.read(servo, row)
+            await rig.host.requests.read(servo, row)
             await asyncio.sleep(0.2)
         assert servo.position_unit.state == "conflict"
-        assert not confirmed(servo)
-        (event,) = [one for one in rig.events("position_unit") if one.level == "warning"]
+        assert not servo.position_unit.sure
+        event = [one for one in rig.events("position_unit") if one.level == "warning"][-1]
         assert "radians before, and as degrees now" in event.text
         await asyncio.sleep(3)
         now: dict[str, Any] = json(await rig.call("GET", f"/servos/{servo.uid}"))
@@ -292,7 +294,7 @@ def test_a_horn_that_is_driven_about_is_measured_as_what_it_is() -> None:
             await asyncio.sleep(0.45)
         await asyncio.sleep(3)
         assert [servo.position_unit.unit for servo in servos] == list(UNITS)
-        assert all(servo.unit_confirmed for servo in servos)
+        assert all(servo.position_unit.measured for servo in servos)
 
     play(scene, *four(0.0, 0.0, 0.0, 0.0))
 
@@ -339,3 +341,19 @@ def test_the_setting_forces_a_unit_on_all_but_those_that_were_given_their_own(mo
         assert list(shown.values()) == [("tenth_degree", "forced", "Forced for all servos")]
 
     play(scene, speaking("degree", 0.0, number=1), speaking("degree", 0.0, number=2))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 0.1, 0.3, -0.3, 0.35, -0.4, 1.9])
+def test_a_horn_at_rest_anywhere_near_zero_is_never_shown_old(degrees: float) -> None:
+    async def scene(rig: Rig) -> None:
+        (servo,) = await rig.ready()
+        await asyncio.sleep(0.5)
+        oldest = 0.0
+        for _ in range(400):
+            await asyncio.sleep(0.05)
+            assert servo.angle_at is not None
+            oldest = max(oldest, rig.host.base.now() - servo.angle_at)
+        assert oldest < 0.25
+        assert servo.angle_deg == pytest.approx(degrees, abs=0.06)
+
+    play(scene, speaking("hundred_degrees", degrees))

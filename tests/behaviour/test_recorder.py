@@ -5,6 +5,8 @@ import csv
 import io
 import zipfile
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,12 +15,12 @@ import orjson
 import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
-from hornbill.bus import bundles as files
-from hornbill.bus.bundles import BundleFolder
-from hornbill.connecting import BusPorts
+from hornbill.app.bus_ports import BusPorts
+from hornbill.bus.recordings.bundle import MEMBERS, BundleReader, BundleWriter
+from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
 from hornbill.errors import PortOpenFailed
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Uid
 from hornbill.wire.frame import Frame
 from hornbill.wire.reassembly import Reassembler
@@ -29,8 +31,8 @@ TWO = (PLAIN, Recipe("BLA15-06U-A0", "1.300", servo_id=2, node_id=12))
 
 def record(folder: Path, scene: Callable[[Rig], Awaitable[None]], *recipes: Recipe, most: int = 50) -> None:
     async def recorded(rig: Rig) -> None:
-        rig.app.state.bundles = shelf = BundleFolder(folder, most=most)
-        rig.host.blackbox.begin(shelf)
+        rig.app.state.bundles = shelf = RecordingFolder(folder, replace(BUNDLES, most=most))
+        rig.host.recorder.begin(partial(BundleWriter.begin, shelf))
         await scene(rig)
 
     play(recorded, *recipes)
@@ -60,7 +62,8 @@ def names_in(folder: Path) -> list[str]:
 
 
 def frames_of(path: Path) -> list[Frame]:
-    recording = files.recording(path)
+    with BundleReader(path) as bundle:
+        recording = bundle.frames()
     found = [one.frame for one in recording]
     recording.close()
     return found
@@ -87,7 +90,7 @@ def test_a_failure_bit_writes_a_bundle_with_the_time_before_and_after(tmp_path: 
         assert mark["uid"] == servo.uid
         path = tmp_path / one["name"]
         with zipfile.ZipFile(path) as archive:
-            assert sorted(archive.namelist()) == sorted(files.MEMBERS)
+            assert sorted(archive.namelist()) == sorted(MEMBERS)
             assert archive.testzip() is None
             samples = list(csv.DictReader(io.TextIOWrapper(archive.open("telemetry.csv"))))
             told = [orjson.loads(line) for line in archive.read("events.jsonl").splitlines()]
@@ -221,7 +224,7 @@ def test_a_disk_that_is_full_is_an_event_and_nothing_else(tmp_path: Path, monkey
 
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        monkeypatch.setattr("hornbill.bus.bundles.BundleFile._put", no_space)
+        monkeypatch.setattr("hornbill.bus.recordings.bundle.BundleWriter._pack", no_space)
         refused = await rig.call("POST", "/recorder/bundles?wait=true")
         assert "Make room on the disk" in problem(refused, "log_failed", 500)["detail"]
         (event,) = rig.events("bundle_failed")
@@ -264,6 +267,8 @@ def test_bundles_are_downloaded_brought_and_deleted(tmp_path: Path) -> None:
         got = await rig.call("GET", f"/recorder/bundles/{name}")
         assert got.content == (tmp_path / name).read_bytes()
         assert got.headers["content-disposition"] == f'attachment; filename="{name}"'
+        rest = await rig.http.get(f"/recorder/bundles/{name}", headers={"Range": "bytes=100-"})
+        assert (rest.status_code, rest.content) == (206, got.content[100:]), "a download that broke off goes on"
         brought = json(await rig.http.put("/recorder/bundles/other.zip", content=got.content), 201)
         assert (brought["name"], brought["bytes"], brought["reason"]) == ("other.zip", len(got.content), "by_hand")
         problem(await rig.http.put("/recorder/bundles/other.zip", content=got.content), "invalid_value", 422)
@@ -315,8 +320,8 @@ def open_bundle(folder: Path, scene: Callable[[Rig, str], Awaitable[None]]) -> N
     (path,) = folder.glob("*.zip")
 
     async def opened(rig: Rig) -> None:
-        rig.app.state.bundles = shelf = BundleFolder(folder)
-        rig.host.blackbox.begin(shelf)
+        rig.app.state.bundles = shelf = RecordingFolder(folder, BUNDLES)
+        rig.host.recorder.begin(partial(BundleWriter.begin, shelf))
         await rig.host.attach(await BusPorts(None, folder, folder).open(f"bundle:{path.name}", 1_000_000))
         await scene(rig, (folder / "uid").read_text())
 

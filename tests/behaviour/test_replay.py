@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from behaviour.rig import Rig, Socket, json, play, problem
-from hornbill.app import recorder_of
-from hornbill.bus.replay import open_replay
+from hornbill.app.composition import bus_log_of
+from hornbill.bus.recordings.replay import open_replay
 from hornbill.errors import BusReadOnly
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.services import EMPTY, GetSetRequest
 
 Transfers = list[dict[str, Any]]
@@ -23,8 +23,8 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("logs")
 
     async def scene(rig: Rig) -> None:
-        recorder = recorder_of(rig.host, folder)
-        rig.app.state.recorder = recorder
+        recorder = bus_log_of(rig.host, folder)
+        rig.app.state.bus_log = recorder
         json(await rig.call("POST", "/bus/log", {"name": "bench"}), 201)
         await rig.host.connect("memory:host", 1_000_000)
         servo = (await rig.ready(2))[0]

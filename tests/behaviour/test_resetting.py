@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.servo import Servo
+from hornbill.servo.device.servo import Servo
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.device import Stage
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.device import ServoStage
 from hornbill.sim.registers import Registers, Request
 from hornbill.sim.services import Services
 from hornbill.wire.datatype import Kind
@@ -160,7 +160,7 @@ def test_the_horn_is_not_moved_before_the_restart_that_was_told_of() -> None:
         assert told["moves"] is True
         started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
         job, stood = rig.host.jobs.get(started["id"]), sim.angle_deg
-        while sim.stage is not Stage.SAVING:
+        while sim.stage is not ServoStage.SAVING:
             await asyncio.sleep(0.002)
             assert abs(sim.angle_deg - stood) < 0.3
         await rig.host.jobs.wait(job)
@@ -324,7 +324,7 @@ def test_power_lost_while_the_reset_is_saved_is_told_as_a_lost_configuration() -
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
         started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
-        while rig.sim(servo).stage is not Stage.SAVING:
+        while rig.sim(servo).stage is not ServoStage.SAVING:
             await asyncio.sleep(0.001)
         rig.bench.power(servo.uid, False)
         await asyncio.sleep(1)
@@ -404,3 +404,73 @@ def test_a_reset_that_is_cancelled_leaves_torque_off() -> None:
         assert servo.busy is None
 
     play(scene, WORN)
+
+
+def test_a_dry_run_of_a_restart_names_what_is_lost_and_what_the_horn_does_and_sends_nothing() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        rig.sim(servo).turn_by_hand(40.0, asyncio.get_running_loop().time())
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
+        path, written, boots = f"/servos/{servo.uid}/restart", rig.writes(), servo.boots
+        plan = json(await rig.call("POST", path, {"dry_run": True}))
+        assert [(one["key"], one["before"], one["requested"], one["verdict"]) for one in plan["lost"]] == [
+            ("angle_p_gain", 55, 77, "planned")
+        ]
+        assert plan["restart"] == json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast"))
+        await asyncio.sleep(1)
+        assert (rig.writes(), servo.boots, rig.host.jobs.all()) == (written, boots, [])
+        job = json(await rig.call("POST", f"{path}?wait=true", {"dry_run": False}))
+        assert job["state"] == "succeeded"
+        assert servo.boots == boots + 1
+        assert servo.raw("angle_p_gain") == 77
+
+    play(scene, WORN)
+
+
+def test_a_dry_run_of_a_reset_answers_as_the_preview_does_and_sends_nothing() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        path = f"/servos/{servo.uid}/factory-reset"
+        for keeps in (True, False):
+            shown = json(await rig.call("GET", f"{path}?keep_identity={keeps}"))
+            assert json(await rig.call("POST", path, {"dry_run": True, "keep_identity": keeps})) == shown
+        assert (rig.writes(), erases(rig), rig.host.jobs.all()) == ([], 0, [])
+
+    play(scene, WORN)
+
+
+@pytest.mark.parametrize("verb", ["restart", "factory-reset"])
+def test_a_dry_run_is_refused_for_every_reason_the_real_one_is(verb: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        path = f"/servos/{servo.uid}/{verb}"
+
+        async def both(code: str, status: int, lease: str | None = None) -> None:
+            for body in ({"dry_run": True}, {}):
+                problem(await rig.call("POST", path, body, lease=lease), code, status)
+
+        lease = await rig.lease()
+        await both("lease_held", 409)
+        json(await rig.call("POST", path, {"dry_run": True}, lease=lease))
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+        await both("busy", 409, lease)
+        await rig.call("DELETE", f"/leases/{lease}")
+        await rig.call("POST", "/stop")
+        await both("stopped", 423)
+        await rig.call("DELETE", "/stop")
+        if verb == "factory-reset":
+            rig.sim(servo).conditions.voltage_v = 3.9
+            await asyncio.sleep(3)
+            refused = problem(await rig.call("POST", path, {"dry_run": True}), "out_of_range", 422)
+            assert "3.9 V" in refused["detail"]
+            rig.sim(servo).conditions.voltage_v = 7.4
+            await asyncio.sleep(3)
+        job_id = json(await rig.call("POST", path), 202)["id"]
+        problem(await rig.call("POST", path, {"dry_run": True}), "busy", 409)
+        await ended(rig, job_id)
+        rig.bench.power(servo.uid, False)
+        await asyncio.sleep(4)
+        await both("no_answer", 504)
+        assert erases(rig) == (1 if verb == "factory-reset" else 0)
+
+    play(scene)

@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.servo import Servo, State
+from hornbill.servo.configuration.restart_plan import RestartOptions
+from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.device import Stage
+from hornbill.sim.device import ServoStage
 from hornbill.sim.services import Services
 from hornbill.units import Uid
 from hornbill.wire.datatype import Kind
@@ -34,7 +35,7 @@ async def save(rig: Rig, servo: Servo) -> Any:
     return json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
 
 
-async def saving_until(rig: Rig, servo: Servo, stage: Stage) -> str:
+async def saving_until(rig: Rig, servo: Servo, stage: ServoStage) -> str:
     """Start a save and go on until the servo is in this stage; the id of the job."""
     started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
     async with asyncio.timeout(20):
@@ -148,7 +149,7 @@ def test_a_servo_that_is_mute_after_the_save_is_waited_for(mute_s: float) -> Non
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
         await change(rig, servo, angle_p_gain=55)
-        job_id = await saving_until(rig, servo, Stage.SAVING)
+        job_id = await saving_until(rig, servo, ServoStage.SAVING)
         rig.sim(servo).conditions.mute = True
         await asyncio.sleep(mute_s)
         rig.sim(servo).conditions.mute = False
@@ -179,7 +180,7 @@ def test_a_servo_whose_new_dynamic_id_is_another_one_is_followed() -> None:
         servo = await old(rig)
         was = servo.node_id
         await change(rig, servo, angle_p_gain=55)
-        job_id = await saving_until(rig, servo, Stage.STARTING)
+        job_id = await saving_until(rig, servo, ServoStage.STARTING)
         assert was is not None
         rig.host.store.allocations.forget(servo.uid)
         rig.host.store.allocations.record(Uid("ee" * 16), was)  # somebody else's by now
@@ -196,7 +197,7 @@ def test_power_cut_while_rom_is_written_is_told_as_lost_and_the_snapshot_is_offe
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
         await change(rig, servo, angle_p_gain=55)
-        job_id = await saving_until(rig, servo, Stage.SAVING)
+        job_id = await saving_until(rig, servo, ServoStage.SAVING)
         rig.bench.power(servo.uid, False)
         await asyncio.sleep(2)
         rig.bench.power(servo.uid, True)
@@ -217,7 +218,7 @@ def test_power_cut_in_the_restart_is_waited_for_and_rom_is_proved() -> None:
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
         await change(rig, servo, angle_p_gain=55)
-        job_id = await saving_until(rig, servo, Stage.STARTING)
+        job_id = await saving_until(rig, servo, ServoStage.STARTING)
         rig.bench.power(servo.uid, False)
         await asyncio.sleep(5)
         rig.bench.power(servo.uid, True)
@@ -275,7 +276,7 @@ def test_of_a_servo_that_stays_away_rom_is_not_known_and_the_wait_is_bounded() -
         servo = await old(rig)
         await change(rig, servo, angle_p_gain=55)
         began = asyncio.get_running_loop().time()
-        job_id = await saving_until(rig, servo, Stage.SAVING)
+        job_id = await saving_until(rig, servo, ServoStage.SAVING)
         rig.bench.power(servo.uid, False)
         job = await ended(rig, job_id)
         assert asyncio.get_running_loop().time() - began < 50
@@ -287,11 +288,32 @@ def test_of_a_servo_that_stays_away_rom_is_not_known_and_the_wait_is_bounded() -
     play(scene)
 
 
+@pytest.mark.parametrize("kind", ["save", "restart"])
+def test_a_save_or_restart_under_way_is_joined_only_by_who_could_begin_it(kind: str) -> None:
+    async def scene(rig: Rig) -> None:
+        servo = await old(rig)
+        await change(rig, servo, angle_p_gain=55)
+        path = f"/servos/{servo.uid}"
+        job = json(await rig.call("POST", f"{path}/{kind}"), 202)["id"]
+        while servo.expected_rom is None and kind == "save":
+            await asyncio.sleep(0.001)
+        lease = await rig.lease()
+        problem(await rig.call("POST", f"{path}/{kind}"), "lease_held", 409)
+        assert json(await rig.call("POST", f"{path}/{kind}", lease=lease), 202)["id"] == job
+        if kind == "save":
+            same = {"values": {"angle_p_gain": 55}, "save": True}
+            problem(await rig.call("PATCH", f"{path}/parameters", same), "lease_held", 409)
+            assert json(await rig.call("PATCH", f"{path}/parameters", same, lease=lease))["job"] == job
+        assert (await ended(rig, job))["state"] == "succeeded"
+
+    play(scene)
+
+
 def test_a_second_save_joins_also_while_the_servo_restarts_and_new_values_are_refused() -> None:
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
         await change(rig, servo, angle_p_gain=55)
-        job_id = await saving_until(rig, servo, Stage.SAVING)
+        job_id = await saving_until(rig, servo, ServoStage.SAVING)
         assert json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)["id"] == job_id
         while servo.state is not State.RESTARTING:
             await asyncio.sleep(0.001)
@@ -328,8 +350,8 @@ def test_stop_before_the_write_ends_the_save_with_nothing_sent() -> None:
     play(scene)
 
 
-@pytest.mark.parametrize("stage", [Stage.SAVING, Stage.STARTING])
-def test_stop_during_the_save_is_never_in_its_way_and_only_torque_stays_unproved(stage: Stage) -> None:
+@pytest.mark.parametrize("stage", [ServoStage.SAVING, ServoStage.STARTING])
+def test_stop_during_the_save_is_never_in_its_way_and_only_torque_stays_unproved(stage: ServoStage) -> None:
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
         await change(rig, servo, angle_p_gain=55)
@@ -376,9 +398,8 @@ def test_a_horn_that_turns_is_not_let_go_of() -> None:
         turning = {"type": "speed", "value": 40}
         json(await rig.call("POST", f"/servos/{servo.uid}/command", turning, lease=lease))
         rig.host.motion.quiet()  # nobody's command any more, and it turns on: its time-out is off
-        await rig.call("DELETE", f"/leases/{lease}")
         await asyncio.sleep(0.5)
-        job = await save(rig, servo)
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
         assert (job["state"], job["error"]["code"]) == ("failed", "busy")
         assert "rpm" in job["error"]["detail"]
         assert sent(rig, ExecuteOpcodeRequest) == 0
@@ -386,10 +407,10 @@ def test_a_horn_that_turns_is_not_let_go_of() -> None:
     play(scene)
 
 
-def test_a_save_with_torque_off_asks_first_sends_nothing_and_is_done_once_it_is_confirmed() -> None:
+def test_torque_off_as_configuration_is_asked_about_first_and_saved_once_it_is_confirmed() -> None:
     async def scene(rig: Rig) -> None:
         servo = await old(rig)
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+        await change(rig, servo, torque_mode="off")
         told = json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast?save=true"))
         assert told["moves"] is False
         assert any("looks dead" in one for one in told["warnings"])
@@ -482,10 +503,12 @@ def test_values_that_turn_torque_on_or_off_are_what_a_save_with_them_is_judged_b
         assert servo.raw("torque_mode") == 0
         json(await rig.call("PATCH", path, {"values": {"torque_mode": mode}}, lease=lease))
         problem(await rig.call("POST", f"/servos/{servo.uid}/save", lease=lease), "needs_confirmation", 409)
-        rig.sim(servo).memory.put(0x20, 0)  # as another tool would: what was read before is not what counts
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
+        rig.sim(servo).memory.put(0x20, 0)  # as another tool would: that is no configuration
+        problem(await rig.call("POST", f"/servos/{servo.uid}/save", lease=lease), "needs_confirmation", 409)
+        body = {"confirm": ["torque_off_in_rom"]}
+        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", body, lease=lease))
         assert job["state"] == "succeeded", job["error"]
-        assert rig.sim(servo).memory.stored(0x20) == 0
+        assert rig.sim(servo).memory.stored(0x20) == {"off": 1, "brake": 2}[mode]
 
     play(scene)
 
@@ -529,11 +552,11 @@ def test_who_was_permitted_long_ago_saves_without_a_lease_but_not_under_a_stop()
         servo = await old(rig)
         await rig.lease()
         problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "lease_held", 409)
-        job = await rig.host.jobs.wait(rig.host.saving.save(servo, None, by="night shift"))
+        job = await rig.host.jobs.wait(rig.host.restarting.start(servo, "save", RestartOptions(by="night shift")))
         assert job.state == "succeeded", job.error
         await rig.call("POST", "/stop")
         with pytest.raises(Exception, match="Stopped by"):
-            rig.host.saving.save(servo, None, by="night shift")
+            rig.host.restarting.start(servo, "save", RestartOptions(by="night shift"))
 
     play(scene)
 

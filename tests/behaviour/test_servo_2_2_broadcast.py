@@ -6,7 +6,7 @@ from math import radians
 import pytest
 
 from hornbill.sim.behaviour import Behaviour, PositionUnit
-from hornbill.wire.messages import Health, Mode
+from hornbill.wire.messages import Mode, NodeHealth
 from hornbill.wire.transfer import Transfer
 from unit.sim.desk import FREE, NODE, Desk
 
@@ -57,17 +57,17 @@ def test_uptime_counts_whole_seconds_from_the_start() -> None:
 def test_health_follows_warnings_and_failures_but_not_notifications() -> None:
     desk = Desk()
 
-    def health() -> Health:
+    def health() -> NodeHealth:
         return desk.node_statuses(desk.wait(1.1))[-1].health
 
     desk.write("0x38", 100)
     desk.write("0x00", 900)
     assert desk.read("0x19") != 0
-    assert health() is Health.OK
+    assert health() is NodeHealth.OK
     desk.servo.faults.inject("sensor_weak", True)
-    assert health() is Health.WARNING
+    assert health() is NodeHealth.WARNING
     desk.servo.faults.inject("motor_signal", True)
-    assert health() is Health.ERROR
+    assert health() is NodeHealth.ERROR
 
 
 @pytest.mark.states("B15")
@@ -76,8 +76,8 @@ def test_critical_is_never_used() -> None:
     for key in desk.servo.faults.keys:
         desk.servo.faults.inject(key, True)
         desk.wait(0.3)
-        assert desk.node_statuses(desk.heard)[-1].health is not Health.CRITICAL
-    assert desk.node_statuses(desk.wait(1.1))[-1].health is Health.ERROR
+        assert desk.node_statuses(desk.heard)[-1].health is not NodeHealth.CRITICAL
+    assert desk.node_statuses(desk.wait(1.1))[-1].health is NodeHealth.ERROR
 
 
 @pytest.mark.states("B16")

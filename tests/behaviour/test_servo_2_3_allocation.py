@@ -6,7 +6,7 @@ from random import Random
 import pytest
 
 from hornbill.sim.allocation import Allocatee
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import decode
 from unit.sim.desk import START, Desk
@@ -14,12 +14,12 @@ from unit.sim.desk import START, Desk
 BOOT = 0.1
 
 
-def requests(transfers: list[Transfer]) -> list[tuple[float, Allocation]]:
+def requests(transfers: list[Transfer]) -> list[tuple[float, AllocationMessage]]:
     decoded = [(each.at, decode(each)) for each in transfers]
-    return [(at, message) for at, message in decoded if isinstance(message, Allocation)]
+    return [(at, message) for at, message in decoded if isinstance(message, AllocationMessage)]
 
 
-def next_request(desk: Desk, longest: float = 1.01) -> tuple[float, Allocation]:
+def next_request(desk: Desk, longest: float = 1.01) -> tuple[float, AllocationMessage]:
     """The next request, and how long it was in coming."""
     began = desk.now
     while not (sent := requests(desk.wait(0.002))):
@@ -47,7 +47,7 @@ def test_the_first_request_comes_600_to_1000_ms_after_the_start_and_is_repeated(
             *(later[0] - earlier[0] for earlier, later in pairwise(sent)),
         ]
         assert all(0.6 <= gap <= 1.0 for gap in gaps)
-        assert all(message == Allocation(0, True, desk.servo.uid[:6]) for _, message in sent)
+        assert all(message == AllocationMessage(0, True, desk.servo.uid[:6]) for _, message in sent)
 
 
 @pytest.mark.states("B04")
@@ -61,14 +61,14 @@ def test_parts_of_6_6_and_4_bytes_lead_to_a_node_id() -> None:
     desk = Desk(node_id=0)
     uid = desk.servo.uid
     _, first = next_request(desk)
-    assert first == Allocation(0, True, uid[:6])
+    assert first == AllocationMessage(0, True, uid[:6])
     desk.allocation(0, uid[:6])
     delay, second = next_request(desk, 0.41)
-    assert second == Allocation(0, False, uid[6:12])
+    assert second == AllocationMessage(0, False, uid[6:12])
     assert 0.0 <= delay <= 0.401
     desk.allocation(0, uid[:12])
     delay, third = next_request(desk, 0.41)
-    assert third == Allocation(0, False, uid[12:])
+    assert third == AllocationMessage(0, False, uid[12:])
     assert 0.0 <= delay <= 0.401
     assert desk.servo.node_id == 0
     desk.allocation(125, uid)

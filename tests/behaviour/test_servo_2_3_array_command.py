@@ -6,7 +6,7 @@ import pytest
 
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim.behaviour import Behaviour, PositionUnit
-from hornbill.wire.messages import ArrayCommand, Command, CommandType
+from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
 from unit.sim.desk import FREE, Desk
 
 UNITLESS, POSITION, FORCE, SPEED, PWM = CommandType
@@ -60,12 +60,18 @@ def test_only_its_own_id_and_255_reach_it() -> None:
 
 
 @pytest.mark.states("B22")
-def test_an_unprovisioned_servo_is_not_reached_by_id_0() -> None:
+@pytest.mark.parametrize("servo_id", [0, 255])
+def test_a_new_servo_is_reached_by_id_0_and_by_255(servo_id: int) -> None:
     desk = Desk(servo_id=0)
+    desk.array(servo_id, POSITION, 0.5)
+    assert desk.read("0x00") == 500
+
+
+@pytest.mark.states("B22")
+def test_a_servo_with_an_id_is_not_reached_by_id_0() -> None:
+    desk = Desk(servo_id=7)
     desk.array(0, POSITION, 0.5)
     assert desk.read("0x00") == 0
-    desk.array(255, POSITION, 0.5)
-    assert desk.read("0x00") == 500
 
 
 @pytest.mark.states("B95")
@@ -81,14 +87,14 @@ def test_a_new_servo_id_is_obeyed_at_once() -> None:
 @pytest.mark.states("B21")
 def test_fifteen_commands_in_one_message_reach_the_one_they_are_for() -> None:
     desk = Desk(servo_id=15)
-    desk.send(ArrayCommand([Command(n, POSITION, n / 16) for n in range(1, 16)]))
+    desk.send(ArrayCommand([ActuatorCommand(n, POSITION, n / 16) for n in range(1, 16)]))
     assert desk.read("0x00") == round(15 / 16 * 1000)
 
 
 @pytest.mark.states("B21")
 def test_of_two_commands_for_one_servo_the_last_counts() -> None:
     desk = Desk()
-    desk.send(ArrayCommand([Command(7, POSITION, 0.25), Command(255, POSITION, 0.5)]))
+    desk.send(ArrayCommand([ActuatorCommand(7, POSITION, 0.25), ActuatorCommand(255, POSITION, 0.5)]))
     assert desk.read("0x00") == 500
 
 
@@ -189,7 +195,7 @@ def test_unitless_1_is_180_degrees_whatever_the_unit_of_positions(value: float, 
 
 def test_half_a_command_is_malformed_and_changes_nothing() -> None:
     desk = Desk()
-    frames = desk.frames_of(ArrayCommand((Command(7, POSITION, 0.5),)))
+    frames = desk.frames_of(ArrayCommand((ActuatorCommand(7, POSITION, 0.5),)))
     cut = [frame._replace(data=frame.data[1:]) for frame in frames]
     assert desk.raw_frames(cut) == []
     assert desk.read("0x00") == 0

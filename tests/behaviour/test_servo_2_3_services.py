@@ -3,7 +3,7 @@
 import pytest
 
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.device import Stage
+from hornbill.sim.device import ServoStage
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
 from hornbill.wire.identifier import make_service_id
@@ -99,7 +99,7 @@ def test_unknown_opcodes_and_arguments_fail(opcode: int, argument: int) -> None:
     desk.write("0x2C", 77)
     assert desk.opcode(opcode, argument) is False
     assert desk.read("0x2C") == 77
-    assert desk.servo.stage is Stage.RUNNING
+    assert desk.servo.stage is ServoStage.RUNNING
 
 
 @pytest.mark.states("B07", "B48")

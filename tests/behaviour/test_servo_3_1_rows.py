@@ -3,9 +3,12 @@
 The numbers stand here as the document prints them, not taken from the tables the servo is made of.
 """
 
+from dataclasses import replace
+
 import pytest
 
 from hornbill.sim.behaviour import Behaviour
+from hornbill.wire.services import EMPTY, GetSetRequest
 from unit.sim.desk import FIRMWARE, MODELS, START, Desk
 
 ALWAYS = {
@@ -24,6 +27,8 @@ RESERVED = {
 
 BLA21 = {0x2C: 40, 0x2D: 40, 0x2E: 3, 0x2F: 0, 0x30: 50, 0x31: 1, 0x32: 600, 0x33: 2_000, 0x3A: 300, 0x3B: -300}
 BLA15 = {0x2C: 60, 0x2D: 30, 0x2E: 3, 0x2F: 30, 0x30: 15, 0x31: 1, 0x32: 300, 0x33: 25_000, 0x3A: 150, 0x3B: -150}
+BLA34 = {0x2C: 50, 0x2D: 1, 0x2E: 3, 0x2F: 0, 0x32: 600, 0x3A: 80, 0x3B: -80}
+SERIES = {"BLA21": BLA21, "BLA15": BLA15, "BLA34": BLA34}
 COMMON = {
     0x20: 0, 0x21: 1, 0x22: 1, 0x23: 0, 0x24: 0, 0x25: 0, 0x26: 1, 0x27: 1_000, 0x38: 1_799, 0x39: -1_800,
     0x3C: 100, 0x3D: -100, 0x3E: 80, 0x3F: -40, 0x44: 0, 0x45: 0, 0x46: 0, 0x49: 0, 0x00: 0, 0x01: 0, 0x02: 0,
@@ -34,8 +39,12 @@ MODEL = {
     "BLA21-28U": {0x2A: 24, 0x40: 400, 0x41: 40},
     "BLA15-06U": {0x2A: 21, 0x40: 100, 0x41: 40},
     "BLA15-12U": {0x2A: 10, 0x40: 200, 0x41: 40},
+    "BLA34-12U": {0x2A: 63, 0x30: 25, 0x31: 50, 0x33: 300, 0x40: 200, 0x41: 40},
+    "BLA34-28U": {0x2A: 24, 0x30: 10, 0x31: 10, 0x33: 680, 0x40: 400, 0x41: 40},
 }
-PWM = {0x34: 1_520, 0x35: 700, 0x36: 700, 0x37: 0}
+PWM = {
+    "BLA21": {0x34: 1_520, 0x35: 700, 0x36: 700, 0x37: 0}, "BLA34": {0x34: 1_520, 0x35: 1_100, 0x36: 1_100, 0x37: 0},
+}  # fmt: skip
 
 FURTHEST = 360_000_000
 COMMON_RANGES = {
@@ -51,8 +60,17 @@ MODEL_RANGES = {
     "BLA21-28U": {0x01: (-300, 300), 0x2A: (16, 32), 0x40: (280, 500), 0x41: (35, 280)},
     "BLA15-06U": {0x01: (-150, 150), 0x2A: (10, 30), 0x40: (74, 120), 0x41: (35, 74)},
     "BLA15-12U": {0x01: (-150, 150), 0x2A: (7, 15), 0x40: (120, 240), 0x41: (35, 120)},
-}
+    "BLA34-12U": {
+        0x01: (-80, 80), 0x3A: (0, 80), 0x3B: (-80, 0), 0x2A: (35, 63), 0x40: (120, 240), 0x41: (35, 120),
+    },
+    "BLA34-28U": {
+        0x01: (-80, 80), 0x3A: (0, 80), 0x3B: (-80, 0), 0x2A: (16, 24), 0x40: (280, 400), 0x41: (35, 280),
+    },
+}  # fmt: skip
 PWM_RANGES = {0x34: (100, 10_000), 0x35: (10, 10_000), 0x36: (0, 3_600), 0x37: (0, 1)}
+
+NO_VALUE = Behaviour(pwm_rows="empty", later_rows="empty")
+"""A servo that has no value for rows it does not have."""
 
 every_model = pytest.mark.parametrize("model", MODELS)
 every_firmware = pytest.mark.parametrize("firmware", FIRMWARE)
@@ -86,12 +104,12 @@ def commanded(model: str, firmware: str) -> Desk:
 @every_firmware
 @every_model
 def test_a_servo_answers_exactly_the_rows_it_has_and_their_defaults(model: str, firmware: str) -> None:
-    desk = Desk(model, firmware)
+    desk = Desk(model, firmware, behaviour=NO_VALUE)
     desk.settle()
     answers = {at: desk.read(f"0x{at:02X}") for at in range(0x60)}
     assert {at for at, raw in answers.items() if raw is not None} == rows(model, firmware)
-    series = BLA21 if model.startswith("BLA21") else BLA15
-    pwm = PWM if model.endswith("AB") else {}
+    series = SERIES[model[:5]]
+    pwm = PWM[model[:5]] if model.endswith("AB") else {}
     identity = {0x45: 7, 0x46: 42}
     for at, default in (COMMON | series | MODEL[model[:9]] | pwm | identity).items():
         if at in rows(model, firmware):
@@ -111,12 +129,48 @@ def test_as_delivered_it_has_neither_servo_id_nor_node_id(model: str) -> None:
 @every_firmware
 @every_model
 def test_a_row_it_lacks_is_refused_when_written_too(model: str, firmware: str) -> None:
-    desk = Desk(model, firmware)
+    desk = Desk(model, firmware, behaviour=NO_VALUE)
     lacking = set(range(0x60)) - rows(model, firmware) - WRITE_ONLY
     assert lacking >= RESERVED
     for at in lacking:
         for raw in (0, 1, -1, 100):
             assert desk.write(f"0x{at:02X}", raw) is None, hex(at)
+
+
+@pytest.mark.states("B83", "B101")
+@every_firmware
+@every_model
+def test_a_row_of_later_firmware_and_of_the_pwm_input_reads_0_and_takes_nothing(model: str, firmware: str) -> None:
+    desk = Desk(model, firmware)
+    for at in (FROM_1_100 | PWM_FROM_1_100 | FROM_1_200) - rows(model, firmware):
+        name = f"0x{at:02X}"
+        assert (desk.read(name), desk.write(name, 1), desk.read(name)) == (0, 0, 0)
+
+
+@pytest.mark.states("B83", "B101")
+@pytest.mark.switch("pwm_rows", "later_rows")
+@pytest.mark.parametrize(
+    ("model", "firmware", "switch", "row"),
+    [
+        ("BLA21-06U-A0", "1.300", "pwm_rows", "0x35"),
+        ("BLA21-06U-A0", "1.010", "pwm_rows", "0x35"),
+        ("BLA21-06U-AB", "1.010", "later_rows", "0x35"),
+        ("BLA21-06U-A0", "1.010", "later_rows", "0x25"),
+        ("BLA21-06U-A0", "1.100", "later_rows", "0x2F"),
+    ],
+)
+def test_switches_give_such_a_row_0_an_answer_without_a_value_or_no_answer(
+    model: str, firmware: str, switch: str, row: str
+) -> None:
+    zero, empty, silent = (
+        Desk(model, firmware, behaviour=replace(Behaviour(), **{switch: setting}))  # pyright: ignore[reportArgumentType]
+        for setting in ("zero", "empty", "silent")
+    )
+    assert (zero.read(row), zero.write(row, 3)) == (0, 0)
+    assert (empty.read(row), empty.write(row, 3)) == (None, None)
+    assert (silent.get_set(row), silent.send_write(row, 3)) == (None, [])
+    assert silent.send(GetSetRequest(0, EMPTY, row)) == []
+    assert silent.read("0x2C") == zero.read("0x2C")
 
 
 @pytest.mark.states("B11", "B105")
@@ -182,7 +236,7 @@ def test_write_only_rows_cannot_be_read_and_a_0_does_nothing(name: str) -> None:
 
 @pytest.mark.states("B14", "B44", "B83")
 def test_switches_answer_0_for_registers_without_a_row() -> None:
-    desk = Desk(firmware="1.100", behaviour=Behaviour(reserved="zero", write_only="zero", pwm_rows="zero"))
+    desk = Desk(firmware="1.100", behaviour=Behaviour(reserved="zero", write_only="zero", later_rows="empty"))
     for name in ("0x03", "0x28", "0x4F", "0x5F", "0x10", "0x34", "0x37"):
         assert desk.read(name) == 0
     assert desk.write("0x03", 5) == 0

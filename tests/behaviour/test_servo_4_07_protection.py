@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hornbill.schema.parameter import DUMMY
-from hornbill.sim.device import Stage
+from hornbill.sim.device import ServoStage
 from unit.sim.desk import FREE, MODELS, Desk
 
 TEMPERATURE_HIGH, TEMPERATURE_LOW, VOLTAGE_HIGH, VOLTAGE_LOW = 1 << 8, 1 << 9, 1 << 10, 1 << 11
@@ -158,7 +158,7 @@ def test_at_3_v_it_is_dead_and_above_it_starts_anew() -> None:
     desk.wait(0.2)
     assert desk.wait(5.0) == []
     assert desk.get_set("0x0C") is None
-    assert desk.servo.stage is not Stage.RUNNING
+    assert desk.servo.stage is not ServoStage.RUNNING
     desk.servo.conditions.voltage_v = 7.4
     assert [status.uptime_sec for status in desk.node_statuses(desk.wait(0.5))] == [0]
 

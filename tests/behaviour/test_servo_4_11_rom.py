@@ -3,7 +3,7 @@
 import pytest
 
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.device import Stage
+from hornbill.sim.device import ServoStage
 from unit.sim.desk import FREE, NODE, QUIET, Desk
 
 ROM_LOST = 1 << 15
@@ -56,9 +56,9 @@ def test_rom_is_written_for_50_ms() -> None:
     desk = Desk(rom=QUIET)
     desk.write("0x12", 1)
     desk.wait(0.049)
-    assert desk.servo.stage is Stage.SAVING
+    assert desk.servo.stage is ServoStage.SAVING
     desk.wait(0.002)
-    assert desk.servo.stage is Stage.STARTING
+    assert desk.servo.stage is ServoStage.STARTING
 
 
 @pytest.mark.states("B48")

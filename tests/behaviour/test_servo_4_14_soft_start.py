@@ -1,8 +1,14 @@
 """Section 4.14: the slow way to 0° after power-on, what it changes for a time, and what ends it."""
 
+import asyncio
+from dataclasses import replace
+
 import pytest
 
+from behaviour.rig import Rig, json, play
+from hornbill.servo.device.servo import State
 from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.bench.recipe import Recipe
 from unit.sim.desk import Desk
 
 STORED = {"speed_torque_control": 0, "timeout_time": 60_000}
@@ -152,13 +158,28 @@ def test_an_array_command_ends_it() -> None:
 
 @pytest.mark.states("B68")
 @pytest.mark.parametrize("name", ["0x01", "0x02"])
-def test_speed_and_torque_end_it_where_they_are_commands_at_all(name: str) -> None:
+def test_speed_and_torque_end_it_and_are_obeyed_where_0x25_is_on(name: str) -> None:
     desk = Desk(rom=STORED | {"speed_torque_control": 1}, angle_deg=150.0)
     desk.write(name, 20)
     assert not desk.servo.soft_starting
-    ignoring = starting()
-    ignoring.write(name, 20)
-    assert ignoring.servo.soft_starting
+    desk.wait(0.5)
+    assert desk.read(name) == 20
+    assert (desk.read("0x09") or 0) >= 19
+
+
+@pytest.mark.states("B68", "B76")
+@pytest.mark.parametrize("name", ["0x01", "0x02"])
+def test_speed_and_torque_end_it_where_0x25_is_off_again_then_and_the_horn_brakes(name: str) -> None:
+    desk = starting()
+    assert desk.read("0x25") == 1
+    assert desk.write(name, 20) == 20
+    assert not desk.servo.soft_starting
+    assert desk.read("0x25") == 0
+    desk.wait(0.5)
+    there = desk.servo.angle_deg
+    desk.wait(1.0)
+    assert desk.servo.angle_deg == pytest.approx(there, abs=0.1)
+    assert abs(there) > 100
 
 
 @pytest.mark.states("B68")
@@ -215,12 +236,12 @@ def test_reading_and_configuring_do_not_end_it() -> None:
 
 @pytest.mark.states("B68")
 @pytest.mark.switch("timeout_from")
-def test_it_survives_the_default_time_out_unless_that_runs_from_power_on() -> None:
+def test_a_short_time_out_cuts_it_off_unless_that_runs_from_the_first_command() -> None:
     quick = {"timeout_time": 300}
-    desk = Desk(rom=quick, angle_deg=170.0)
+    desk = Desk(rom=quick, angle_deg=170.0, behaviour=Behaviour(timeout_from="first_command"))
     desk.settle()
     assert desk.read("0x08") == pytest.approx(0, abs=3)
-    cut = Desk(rom=quick, angle_deg=170.0, behaviour=Behaviour(timeout_from="power_on"))
+    cut = Desk(rom=quick, angle_deg=170.0)
     cut.wait(3.0)
     assert cut.servo.output == 1
     assert not cut.servo.soft_starting
@@ -231,7 +252,41 @@ def test_it_survives_the_default_time_out_unless_that_runs_from_power_on() -> No
 @pytest.mark.parametrize(("action", "ends"), [(0, False), (1, True), (2, True)])
 def test_the_time_out_ends_it_where_its_action_takes_the_output(action: int, ends: bool) -> None:
     rom = {"timeout_time": 300, "timeout_action": action}
-    desk = Desk(rom=rom, angle_deg=170.0, behaviour=Behaviour(timeout_from="power_on"))
+    desk = Desk(rom=rom, angle_deg=170.0)
     desk.wait(0.5)
     assert desk.servo.output == action
     assert desk.servo.soft_starting is not ends
+
+
+def held_up(load_pct: float, **rom: int) -> Recipe:
+    """A servo that starts at 120° and does not come to 0°."""
+    return Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, rom=rom, angle_deg=120.0, load_pct=load_pct)
+
+
+@pytest.mark.states("B68")
+def test_the_host_sees_a_soft_start_end_by_the_time_out_and_reads_what_rom_holds() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready(within_s=4))[0]
+        assert rig.sim(servo).angle_deg > 30
+        assert not rig.sim(servo).soft_starting
+        await asyncio.sleep(1)
+        assert servo.rom()["speed_limit_cw"] == 250
+        assert servo.rom()["speed_torque_control"] == 0
+        done = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+        assert done["state"] == "succeeded", done["error"]
+
+    play(scene, held_up(0.0, timeout_time=300, speed_limit_cw=250))
+
+
+@pytest.mark.states("B68")
+@pytest.mark.parametrize("action", [0, 1])
+def test_a_soft_start_that_is_held_up_goes_on_where_no_time_out_ends_it(action: int) -> None:
+    async def scene(rig: Rig) -> None:
+        await asyncio.sleep(8)
+        servo = rig.host.fleet.all()[0]
+        assert rig.sim(servo).soft_starting
+        assert servo.state is State.SOFT_START
+        assert "speed_limit_cw" not in servo.rom()
+
+    recipe = held_up(60.0, timeout_time=300, timeout_action=action)
+    play(scene, replace(recipe, behaviour=Behaviour(timeout_from="first_command")))

@@ -52,7 +52,7 @@ def test_switched_off_under_a_running_speed_or_torque_it_brakes(name: str) -> No
 def test_a_firmware_without_0x25_has_it_always_off_or_always_on_by_a_switch(always_on: bool) -> None:
     rom = {"timeout_action": 0, "soft_start": 0}
     desk = Desk(firmware="1.010", rom=rom, behaviour=Behaviour(cascade_without_switch=always_on))
-    assert desk.read("0x25") is None
+    assert desk.read("0x25") == 0
     desk.write("0x01", 50)
     desk.wait(1.0)
     assert desk.read("0x09") == pytest.approx(50 if always_on else 0, abs=1)

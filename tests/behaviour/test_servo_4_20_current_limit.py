@@ -7,6 +7,7 @@ from unit.sim.response import step
 
 LIMITS = {
     "BLA21-06U": (60, 120), "BLA21-12U": (35, 63), "BLA21-28U": (16, 24), "BLA15-06U": (10, 21), "BLA15-12U": (7, 10),
+    "BLA34-12U": (35, 63), "BLA34-28U": (16, 24),
 }  # fmt: skip
 """The least and the delivered value, in 0.1 A."""
 
@@ -51,7 +52,7 @@ def test_a_start_is_slower_and_ends_in_the_same_place() -> None:
 @pytest.mark.states("B77", "B101")
 def test_a_firmware_without_the_row_pushes_with_all_it_has() -> None:
     desk = Desk(firmware="1.010", rom={"timeout_action": 0, "soft_start": 0})
-    assert desk.read("0x2A") is None
+    assert desk.read("0x2A") == 0
     desk.under(load_pct=-85.0)
     desk.write("0x00", 900)
     desk.wait(1.0)

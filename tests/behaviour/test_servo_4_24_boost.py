@@ -65,5 +65,5 @@ def test_it_does_nothing_under_a_speed_or_torque(name: str, raw: int) -> None:
 @pytest.mark.states("B81", "B101")
 def test_a_firmware_without_the_row_has_no_boost() -> None:
     desk = Desk(firmware="1.100", rom=BASE)
-    assert desk.read("0x2F") is None
+    assert desk.read("0x2F") == 0
     assert step(desk, target=8, seconds=1.0).readings[-1] == 0

@@ -23,7 +23,8 @@ def desk_with(pulse: float | None, **rom: int) -> Desk:
 def test_the_rows_are_there_on_models_with_the_input_from_1_100_on(model: str, firmware: str) -> None:
     desk = Desk(model, firmware)
     there = model.endswith("AB") and firmware >= "1.100"
-    assert [desk.read(name) for name in ROWS] == ([1_520, 700, 700, 0] if there else [None] * 4)
+    width = 1_100 if model.startswith("BLA34") else 700
+    assert [desk.read(name) for name in ROWS] == ([1_520, width, width, 0] if there else [0] * 4)
 
 
 @pytest.mark.states("B84")
@@ -148,6 +149,30 @@ def test_pulses_do_not_switch_the_output_on() -> None:
     assert (desk.servo.output, desk.read("0x08")) == (1, 0)
 
 
+@pytest.mark.states("B86", "B72")
+@pytest.mark.parametrize("pulse", [None, 2_300.0, 700.0])
+@pytest.mark.parametrize(("action", "output"), [(0, 0), (1, 1), (2, 2)])
+def test_a_pulse_out_of_range_is_no_signal_and_0x26_and_0x27_apply(
+    pulse: float | None, action: int, output: int
+) -> None:
+    desk = desk_with(1_870, timeout_action=action, timeout_time=500)
+    desk.under(pwm_us=pulse)
+    desk.wait(0.35)
+    assert (desk.servo.output, desk.read("0x00")) == (0, 350)
+    desk.wait(0.2)
+    assert (desk.servo.output, desk.read("0x00")) == (output, 350)
+    desk.under(pwm_us=1_620.0)
+    desk.settle()
+    assert (desk.servo.output, desk.read("0x08")) == (0, pytest.approx(100, abs=3))
+
+
+@pytest.mark.states("B86")
+def test_a_pulse_out_of_range_from_the_start_commands_nothing() -> None:
+    desk = desk_with(2_300)
+    desk.wait(0.2)
+    assert (desk.read("0x00"), desk.read("0x08"), desk.servo.output) == (0, 0, 1)
+
+
 @pytest.mark.states("B60", "B83")
 def test_other_models_take_no_notice() -> None:
     desk = Desk("BLA21-06U-A0", rom=BASE)
@@ -159,5 +184,6 @@ def test_other_models_take_no_notice() -> None:
 
 @pytest.mark.states("B83")
 @pytest.mark.parametrize("name", ROWS)
-def test_other_models_refuse_to_be_set_to_it(name: str) -> None:
-    assert Desk("BLA15-06U-A0", rom=FREE).write(name, 0) is None
+def test_other_models_take_no_setting_of_it(name: str) -> None:
+    desk = Desk("BLA15-06U-A0", rom=FREE)
+    assert (desk.write(name, 5), desk.read(name)) == (0, 0)

@@ -32,12 +32,12 @@ def test_angle_limits_hold_without_0x25_too() -> None:
 
 
 @pytest.mark.states("B31")
-def test_at_the_limit_itself_nothing_is_notified() -> None:
+def test_at_the_limit_itself_it_is_notified() -> None:
     desk = Desk(rom=FREE | {"angle_limit_cw": 300, "angle_dead_band": 0, "angle_p_gain": 100, "torque_mode": 1})
+    desk.servo.turn_by_hand(29.9, desk.now)
+    assert (desk.read("0x08"), desk.read("0x19")) == (299, 0)
     desk.servo.turn_by_hand(30.0, desk.now)
-    assert (desk.read("0x08"), desk.read("0x19")) == (300, 0)
-    desk.servo.turn_by_hand(30.1, desk.now)
-    assert (desk.read("0x08"), desk.read("0x19")) == (301, ANGLE_CW)
+    assert (desk.read("0x08"), desk.read("0x19")) == (300, ANGLE_CW)
 
 
 @pytest.mark.states("B87")

@@ -2,13 +2,14 @@
 
 import pytest
 
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from unit.sim.desk import MODELS, Desk, catalog
 
 PRODUCT = ("0x50", "0x51", "0x52", "0x53", "0x58", "0x59", "0x5A", "0x5B", "0x5C")
 HARDWARE = {
     "BLA21-06U-A0": 6_010, "BLA21-06U-AB": 6_050, "BLA21-12U-A0": 12_010, "BLA21-12U-AB": 12_050,
     "BLA21-28U-A0": 28_010, "BLA21-28U-AB": 28_050, "BLA15-06U-A0": 6_010, "BLA15-12U-A0": 12_010,
+    "BLA34-12U-AB": 12_050, "BLA34-28U-AB": 28_050,
 }  # fmt: skip
 
 
@@ -16,7 +17,7 @@ HARDWARE = {
 @pytest.mark.parametrize("model", MODELS)
 def test_model_and_hardware_version_name_the_model(model: str) -> None:
     desk = Desk(model, "1.300")
-    assert desk.read("0x50") == (61 if model.startswith("BLA21") else 62)
+    assert desk.read("0x50") == {"BLA21": 61, "BLA15": 62, "BLA34": 86}[model[:5]]
     assert desk.read("0x53") == HARDWARE[model]
     assert desk.read("0x52") == 1_300
 

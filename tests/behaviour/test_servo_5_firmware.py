@@ -2,6 +2,7 @@
 
 import pytest
 
+from hornbill.sim.behaviour import Behaviour
 from hornbill.wire.services import GetSetResponse
 from unit.sim.desk import FIRMWARE, MODELS, Desk, integer
 from unit.sim.response import step
@@ -22,7 +23,7 @@ def missing(model: str, firmware: str) -> set[str]:
 @pytest.mark.parametrize("firmware", FIRMWARE)
 @pytest.mark.parametrize("model", MODELS)
 def test_a_row_is_refused_before_its_step_and_answered_from_then_on(model: str, firmware: str) -> None:
-    desk = Desk(model, firmware, rom={"soft_start": 0})
+    desk = Desk(model, firmware, rom={"soft_start": 0}, behaviour=Behaviour(later_rows="empty"))
     for name in missing(model, firmware):
         assert desk.read(name) is None
         assert desk.write(name, 1) is None

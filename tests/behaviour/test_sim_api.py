@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.servo import State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import State
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Uid
 
 
@@ -39,7 +39,7 @@ def test_the_list_says_what_every_servo_is_and_where_it_stands() -> None:
 def test_a_servo_put_on_the_bench_is_found_identified_and_can_be_taken_off_again() -> None:
     async def scene(rig: Rig) -> None:
         await rig.ready()
-        made = json(await rig.call("POST", "/sim/servos", {"model": "BLA15-12U-A0", "firmware": "1.100"}), 201)
+        made = json(await rig.call("POST", "/sim/servos", {"model": "BLA15-12U-A0", "firmware": "1.200"}), 201)
         assert made["node_id"] is None
         servos = await rig.ready(2)
         assert {servo.model.name for servo in servos if servo.model} == {"BLA21-06U-A0", "BLA15-12U-A0"}
@@ -85,7 +85,8 @@ def test_heat_and_supply_reach_the_registers_the_faults_and_the_motor() -> None:
 def test_a_hand_turns_a_horn_without_output_and_not_one_that_holds() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        await asyncio.sleep(3)
+        lease = await rig.lease()
+        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 0}, lease=lease))
         refused = await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"external_angle_deg": 40, "mute": True})
         problem(refused, "busy", 409)
         assert not rig.sim(servo).conditions.mute, "nothing of a refused change may be done"

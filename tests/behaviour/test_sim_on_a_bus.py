@@ -7,12 +7,13 @@ from pathlib import Path
 import httpx
 import pytest
 
-from behaviour.rig import json, problem
-from hornbill.app import build
-from hornbill.bus import clock
+import jumping_clock as clock
+from behaviour.rig import CATALOG, json, problem
+from hornbill.app.composition import build
+from hornbill.app.settings import Settings
+from hornbill.app.simulate import recipes_of, simulate
 from hornbill.errors import InvalidValue
-from hornbill.settings import Settings
-from hornbill.simulating import simulate
+from hornbill.sim.bench.recipe import Recipe
 
 Scene = Callable[[httpx.AsyncClient], Awaitable[None]]
 
@@ -60,10 +61,69 @@ def test_with_the_flag_and_no_adapter_servos_live_on_a_bus_of_their_own(tmp_path
     serve(scene, tmp_path, sim_api=True)
 
 
-@pytest.mark.parametrize("node_id", ["²", "", "0", "126", "-1", "1.0"])
+@pytest.mark.parametrize("node_id", ["²", "", "00", "126", "-1", "1.0", "None"])
 def test_a_first_node_id_that_is_none_is_refused_before_a_bus_is_opened(node_id: str) -> None:
-    with pytest.raises(InvalidValue, match="neither auto nor 1 to 125"):
+    with pytest.raises(InvalidValue, match="not auto, none or 1 to 125"):
         asyncio.run(simulate("socketcan:none", 1, None, None, node_id, 1, print))
+
+
+def made(servos: int, *, model: str | None = None, firmware: str | None = None, node_id: str = "auto") -> list[Recipe]:
+    return recipes_of(CATALOG, servos, model, firmware, node_id, 1, any_firmware=False)
+
+
+@pytest.mark.parametrize("node_id", ["0", "none"])
+@pytest.mark.parametrize("model", [None, "BLA21-12U-A0"])
+def test_servos_as_delivered_have_no_ids_and_nothing_saved_and_ask_for_a_node_id(
+    node_id: str, model: str | None
+) -> None:
+    for recipe in made(8, node_id=node_id, model=model):
+        assert (recipe.servo_id, recipe.node_id, recipe.rom, recipe.rom_sound) == (0, 0, {}, True)
+        servo = recipe.build(CATALOG, 1)
+        assert (servo.register(0x45), servo.register(0x46)) == (0, 0)
+        assert model in (None, recipe.model)
+
+
+def test_node_ids_are_those_of_the_demo_or_count_from_the_one_that_is_given() -> None:
+    assert [one.node_id for one in made(5)] == [10, 0, 12, 0, 14]
+    assert [one.node_id for one in made(3, node_id="40")] == [40, 41, 42]
+    assert [one.node_id for one in made(3, node_id="40", model="BLA21-12U-A0")] == [40, 41, 42]
+
+
+def test_a_mix_has_only_models_that_were_built_with_the_firmware_asked_for() -> None:
+    for firmware in CATALOG.firmware_steps:
+        for recipe in made(12, firmware=firmware):
+            assert recipe.firmware == firmware
+            recipe.build(CATALOG, 1)
+    for model in CATALOG.models:
+        for recipe in made(12, model=model):
+            assert recipe.model == model
+            recipe.build(CATALOG, 1)
+
+
+def test_a_firmware_the_model_never_had_is_refused_by_name_unless_it_is_wanted() -> None:
+    async def said_first(*, any_firmware: bool) -> list[str]:
+        said: asyncio.Queue[str] = asyncio.Queue()
+        pair = ("BLA21-06U-A0", "1.100")
+        async with asyncio.TaskGroup() as group:
+            running = group.create_task(
+                simulate("virtual:pairs", 1, *pair, "none", 1, said.put_nowait, any_firmware=any_firmware)
+            )
+            line = await said.get()
+            running.cancel()
+        return line.split("  ")[1:]
+
+    with pytest.RaisesGroup(pytest.RaisesExc(InvalidValue, match=r"BLA21-06U-A0 was never built with firmware 1\.100")):
+        asyncio.run(said_first(any_firmware=False))
+    assert asyncio.run(said_first(any_firmware=True)) == ["BLA21-06U-A0", "firmware 1.100", "node id asked for"]
+
+
+def test_over_rest_too_a_pair_that_never_existed_has_to_be_wanted(tmp_path: Path) -> None:
+    async def scene(client: httpx.AsyncClient) -> None:
+        body = {"model": "BLA21-06U-AB", "firmware": "1.010", "node_id": 20}
+        problem(await client.post("/sim/servos", json=body), "invalid_value", 422)
+        json(await client.post("/sim/servos", json=body | {"any_firmware": True}), 201)
+
+    serve(scene, tmp_path, sim_api=True)
 
 
 def test_without_a_bus_the_demo_can_be_chosen_and_runs_only_then(tmp_path: Path) -> None:

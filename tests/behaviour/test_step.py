@@ -1,14 +1,15 @@
 """The step test against the simulated horn itself: what is measured over the bus is what the horn really did."""
 
 import asyncio
+from itertools import pairwise
 
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
 from hornbill.lab import metrics
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.servo.device.servo import Servo
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.servo import SimulatedServo
 
 LIVELY = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, load_inertia=4.0)
 """A horn with an arm on it: it overshoots and rings."""
@@ -17,11 +18,11 @@ LIVELY = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11, load_inertia=4.
 class Witness:
     """Where a simulated horn really stands, once in a millisecond."""
 
-    def __init__(self, sim: SimServo) -> None:
+    def __init__(self, sim: SimulatedServo) -> None:
         self.seen: list[tuple[float, float]] = []
         self._task = asyncio.create_task(self._watch(sim))
 
-    async def _watch(self, sim: SimServo) -> None:
+    async def _watch(self, sim: SimulatedServo) -> None:
         loop = asyncio.get_running_loop()
         while True:
             self.seen.append((loop.time(), sim.angle_deg))
@@ -85,6 +86,31 @@ def test_an_arm_on_the_horn_shows_as_overshoot() -> None:
         return float(job["result"]["metrics"]["overshoot_pct"])
 
     assert play(scene, LIVELY) > play(scene, PLAIN) + 3
+
+
+def test_a_horn_that_never_comes_to_rest_hunts_with_its_frequency_and_size() -> None:
+    """The story of the demo: P 100, D 0."""
+
+    async def scene(rig: Rig) -> None:
+        servo, path, lease = await ready(rig)
+        witness = Witness(rig.sim(servo))
+        job = json(await rig.call("POST", ran(path), {"step_deg": 5}, lease=lease))
+        witness.end()
+        assert job["state"] == "succeeded", job["error"]
+        assert "hunts at" in job["steps"][-1]["evidence"]
+        late = [deg for at, deg in witness.seen if witness.seen[-1][0] - at < 0.4]
+        middle = (max(late) + min(late)) / 2
+        turns = sum(one < middle <= other for one, other in pairwise(late))
+        for step in json(await rig.call("GET", f"/runs/{job['result']['run']}"))["steps"]:
+            told = step["metrics"]
+            assert (told["settling_s"], told["hunting"]) == (None, "hunting")
+            assert told["hunting_hz"] == pytest.approx(turns / 0.4, abs=3)
+            assert told["hunting_rms_deg"] == pytest.approx((max(late) - min(late)) / 2 / 2**0.5, rel=0.25)
+
+    play(scene, Recipe(
+        "BLA21-12U-A0", "1.300", servo_id=1, node_id=11, angle_deg=60.0, load_inertia=3.0,
+        rom={"speed_torque_control": 1, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0},
+    ))  # fmt: skip
 
 
 def test_a_step_test_needs_a_lease_and_torque_and_writes_no_parameter() -> None:

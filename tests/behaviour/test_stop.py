@@ -5,9 +5,9 @@ import asyncio
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.hub import Change, ReadingChanged, StopChanged
-from hornbill.servo.servo import State
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import State
+from hornbill.servo.runtime.hub import Change, ReadingChanged, StopChanged
+from hornbill.sim.bench.recipe import Recipe
 
 THREE = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n in (1, 2, 3)]
 
@@ -297,7 +297,7 @@ def test_a_second_press_is_sent_to_every_servo_again() -> None:
 def test_a_failure_of_ours_does_not_end_the_repetition_of_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        write, failed = rig.host.asker.write, 0
+        write, failed = rig.host.requests.write, 0
 
         async def fail_once(*args: object) -> int:
             nonlocal failed
@@ -306,7 +306,7 @@ def test_a_failure_of_ours_does_not_end_the_repetition_of_a_stop(monkeypatch: py
                 raise RuntimeError("a defect")
             return await write(*args)  # pyright: ignore[reportArgumentType]
 
-        monkeypatch.setattr(rig.host.asker, "write", fail_once)
+        monkeypatch.setattr(rig.host.requests, "write", fail_once)
         json(await rig.call("POST", "/stop"))
         assert rig.sim(servo).output == 1
 

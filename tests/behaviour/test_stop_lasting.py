@@ -9,9 +9,9 @@ import pytest
 
 from behaviour.losing import PAIR, commanded, now
 from behaviour.rig import PLAIN, Rig, json, play
-from hornbill.servo.servo import State
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.servo.device.servo import State
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.servo import SimulatedServo
 from hornbill.store.database import Database
 from hornbill.wire.datatype import Kind
 from hornbill.wire.services import GetSetRequest
@@ -33,7 +33,7 @@ def asked(rig: Rig, node: int | None) -> int:
 
 def killed(rig: Rig) -> None:
     """Nothing of the host runs any more that could keep anything."""
-    rig.host.kept_stop._keep = lambda: None  # pyright: ignore[reportPrivateUsage]
+    rig.host.stored_torque_off._keep = lambda: asyncio.sleep(0)  # pyright: ignore[reportPrivateUsage]
 
 
 def test_a_server_started_anew_is_stopped_says_so_and_stops_what_it_finds(tmp_path: Path) -> None:
@@ -177,7 +177,7 @@ def test_the_brake_of_a_stop_is_not_let_go_by_the_servos_own_time_out(time_out_m
     play(scene, replace(LETS_GO, rom={"timeout_time": time_out_ms}))
 
 
-def _any_output(sim: SimServo) -> None:
+def _any_output(sim: SimulatedServo) -> None:
     sim.behaviour = replace(sim.behaviour, timeout_changes="any_output")
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from behaviour.losing import PAIR, back, commanded
 from behaviour.rig import Rig, json, play, problem
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 
 
 async def _again(rig: Rig) -> None:
@@ -42,7 +42,7 @@ def test_an_owed_torque_off_does_not_follow_the_brake_of_a_stop(cleared: bool) -
         await commanded(rig, servo)
         rig.bus.loss(100)
         json(await rig.call("DELETE", "/bus"))
-        assert rig.host.motion.debts.owes(servo.uid)
+        assert rig.host.torque_off.pending(servo.uid)
         stop = json(await rig.call("POST", "/stop", {"mode": "brake"}, By="one"))
         assert [one["confirmed"] for one in stop["servos"] if one["uid"] == servo.uid] == [False]
         if cleared:

@@ -1,11 +1,16 @@
 """Streams of setpoints: together, at their rate, counted, under a lease, and refused where the bus has no room."""
 
 import asyncio
+from collections.abc import Mapping
 from itertools import pairwise
 
+import pytest
+
 from behaviour.rig import Rig, Socket, json, play, problem
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.bursts import Bursts, Prepared
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.units import Uid
 from hornbill.wire.messages import ArrayCommand
 
 TURNED = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n, angle_deg=20.0 + n) for n in range(1, 5)]
@@ -13,10 +18,8 @@ CROWD = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=n, angle_deg=15.0 +
 
 
 async def held(rig: Rig, count: int) -> tuple[list[Servo], str]:
-    """Servos that hold their place under a lease, each with a position unit that is known."""
+    """Servos that hold their place under a lease."""
     servos = await rig.ready(count, within_s=120)
-    for servo in servos:
-        json(await rig.call("PUT", f"/servos/{servo.uid}/position-unit", {"unit": "hundred_degrees"}))
     lease = await rig.lease()
     for servo in servos:
         json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
@@ -215,6 +218,35 @@ def test_with_a_profile_all_go_at_a_limited_speed_and_arrive_together() -> None:
             assert abs(rig.sim(servo).angle_deg - goals[servo.uid]) < 0.6
         sent = [value for _, commands in bursts(rig) for number, value in commands if number == 4]
         assert max(abs(b - a) for a, b in pairwise(sent)) < 0.012  # hundreds of degrees: 0.8° a slot and rounding
+
+    play(scene, *TURNED)
+
+
+def test_a_profile_costs_each_slot_one_renewal_of_the_servos_on_their_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    renewed: list[int] = []
+    plain = Bursts.renewed
+
+    def counted(bursts: Bursts, prepared: Prepared, values: Mapping[Uid, float], *, clamp: bool = False) -> Prepared:
+        renewed.append(len(values))
+        return plain(bursts, prepared, values, clamp=clamp)
+
+    async def scene(rig: Rig) -> None:
+        servos, lease = await held(rig, 4)
+        stream = await begun(rig, servos, lease)
+        goals = {servo.uid: 40.0 for servo in servos[:3]}
+        body = {"values": goals, "profile": {"speed_deg_s": 30, "accel_deg_s2": 200}}
+        json(await rig.call("PUT", f"/streams/{stream}", body, lease=lease))
+        monkeypatch.setattr(Bursts, "renewed", counted)
+        before = json(await rig.call("GET", f"/streams/{stream}"))["sent"]
+        await asyncio.sleep(0.4)
+        slots = json(await rig.call("GET", f"/streams/{stream}"))["sent"] - before
+        assert 15 < slots < 25
+        assert abs(len(renewed) - slots) <= 1
+        assert set(renewed) == {3}
+        await asyncio.sleep(2)
+        renewed.clear()
+        await asyncio.sleep(0.4)
+        assert renewed == [], "all are there"
 
     play(scene, *TURNED)
 

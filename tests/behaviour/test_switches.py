@@ -10,7 +10,7 @@ import pytest
 
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim.behaviour import TENTHS_PER_UNIT, Behaviour
-from hornbill.wire.messages import CommandType
+from hornbill.wire.messages import CommandType, NodeHealth
 from hornbill.wire.services import EMPTY, GetSetRequest
 from unit.sim.desk import FREE, Desk
 
@@ -46,13 +46,25 @@ def test_reading_an_action_fails_or_answers_0_and_writing_it_acts_either_way() -
         assert desk.read("0x2C") == 40
 
 
-@pytest.mark.states("B83")
-@pytest.mark.switch("pwm_rows")
-def test_pwm_rows_of_a_model_without_the_input_fail_or_answer_0() -> None:
-    for desk, answer in zip(both("pwm_rows"), (None, 0), strict=True):
-        assert [desk.read(f"0x{at:02X}") for at in range(0x34, 0x38)] == [answer] * 4
-    # The first firmware does not know these rows on any model.
-    assert [desk.read("0x34") for desk in both("pwm_rows", firmware="1.010")] == [None, None]
+@pytest.mark.states("B22")
+@pytest.mark.switch("array_command_id_0")
+def test_a_new_servo_obeys_entries_for_id_0_or_does_not() -> None:
+    for desk, command in zip(both("array_command_id_0", servo_id=0), (500, 0), strict=True):
+        desk.array(0, CommandType.POSITION, 0.5)
+        assert desk.read("0x00") == command
+        desk.array(255, CommandType.POSITION, 0.7)
+        assert desk.read("0x00") == 700
+
+
+@pytest.mark.states("B15")
+@pytest.mark.switch("health_of_notifications")
+def test_a_notification_leaves_health_ok_or_makes_it_a_warning() -> None:
+    for desk, health in zip(both("health_of_notifications"), (NodeHealth.OK, NodeHealth.WARNING), strict=True):
+        assert desk.node_statuses(desk.wait(1.1))[-1].health == NodeHealth.OK
+        desk.write("0x00", 360_000_000)
+        desk.settle()
+        assert (desk.read("0x19"), desk.read("0x1A")) == (1 << 8, 0)
+        assert desk.node_statuses(desk.wait(1.1))[-1].health == health
 
 
 @pytest.mark.states("B09")
@@ -154,8 +166,8 @@ def test_a_reset_takes_origin_and_ids_with_it_or_spares_them(by: str) -> None:
 
 @pytest.mark.states("B72")
 @pytest.mark.switch("timeout_from")
-def test_the_time_out_runs_from_the_first_command_or_from_power_on() -> None:
-    for desk, output in zip(both("timeout_from", rom={"soft_start": 0}), (0, 1), strict=True):
+def test_the_time_out_runs_from_power_on_or_from_the_first_command() -> None:
+    for desk, output in zip(both("timeout_from", rom={"soft_start": 0}), (1, 0), strict=True):
         desk.wait(5.0)
         assert desk.servo.output == output
         desk.write("0x00", 0)
@@ -270,8 +282,8 @@ def test_soft_start_shows_its_own_values_or_the_stored_ones_and_saves_what_it_sh
 
 @pytest.mark.states("B75")
 @pytest.mark.switch("cascade_without_switch")
-def test_the_first_firmware_ignores_speed_and_torque_or_obeys_them() -> None:
-    for desk, obeys in zip(both("cascade_without_switch", firmware="1.010"), (False, True), strict=True):
+def test_the_first_firmware_obeys_speed_and_torque_or_ignores_them() -> None:
+    for desk, obeys in zip(both("cascade_without_switch", firmware="1.010"), (True, False), strict=True):
         for name in ("0x01", "0x02"):
             desk.write(name, 30)
             desk.wait(1.0)

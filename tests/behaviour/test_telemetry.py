@@ -13,10 +13,10 @@ import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
 from hornbill.api import telemetry_files
-from hornbill.servo.asking import POLL
-from hornbill.servo.hub import Sampled
-from hornbill.servo.polling import BUDGET
-from hornbill.servo.servo import Servo, State
+from hornbill.servo.device.requests import POLL
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.monitoring.polling import BUDGET
+from hornbill.servo.runtime.hub import Sampled
 from hornbill.wire.bittime import frame_bits
 
 SIX = ["current_angle", "command_angle", "current_speed", "current_torque", "current_temperature", "current_voltage"]
@@ -63,7 +63,7 @@ def test_what_is_granted_is_what_is_measured() -> None:
         assert speed["background_hz"] is None
         assert speed["measured_hz"] == pytest.approx(50, abs=1)
         assert speed["age_s"] < 0.05
-        assert state["channels"]["current_voltage"]["background_hz"] == 0.5
+        assert state["channels"]["current_voltage"]["background_hz"] == pytest.approx(1 / 2.4, abs=0.01)
         assert (await told(rig, other))["wishes"] == []
 
     play(scene, PLAIN, replace(PLAIN, node_id=12, servo_id=2))
@@ -87,13 +87,13 @@ def test_several_wish_and_get_every_row_at_the_highest_rate() -> None:
     play(scene)
 
 
-def test_an_unknown_model_is_granted_nothing_and_told_why() -> None:
+def test_a_servo_that_has_not_said_what_it_is_is_granted_nothing_and_told_why() -> None:
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]
-        servo.identify_as(None, None)
+        servo.registers.clear()
         granted = await wish(rig, servo, SIX, 20)
         assert (granted["channels"], granted["granted_hz"], granted["bus_share"]) == ([], 0, 0)
-        assert "model is not known" in granted["note"]
+        assert "has not said yet what it is" in granted["note"]
         assert (await told(rig, servo))["wishes"] == []
         wrong = {"channels": ["nonsense"], "rate_hz": 1}
         problem(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wrong), "unknown_parameter", 404)

@@ -5,9 +5,10 @@ import asyncio
 import orjson
 
 from behaviour.rig import Rig, play
-from hornbill.api.feed import BATCH_S, TELEMETRY_PER_S
-from hornbill.api.outbox import Outbox, Shared
-from hornbill.servo.hub import Sampled
+from hornbill.api.live.event_log import EventLog
+from hornbill.api.live.socket_queue import SocketQueue
+from hornbill.api.live.telemetry_batches import BATCH_S, TELEMETRY_PER_S
+from hornbill.servo.runtime.hub import Sampled
 from hornbill.units import Uid
 
 SECONDS = 10
@@ -18,7 +19,7 @@ def messages_of(count: int) -> tuple[int, int, float]:
     """Messages, samples, and the longest a sample waited, when so many servos stream for ten seconds."""
 
     async def scene(rig: Rig) -> tuple[int, int, float]:
-        box = Outbox(Shared(rig.host), False)
+        box = SocketQueue(EventLog(rig.host, demo=False))
         loop = asyncio.get_running_loop()
         uids = [Uid(f"{number:032x}") for number in range(count)]
         box.subscribe(["telemetry"], list(uids))

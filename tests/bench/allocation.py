@@ -11,10 +11,10 @@ from typing import Any
 
 from behaviour.rig import CATALOG, Rig, play
 from bench.line import line
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
-from hornbill.sim.bench import Bench
-from hornbill.sim.recipe import Recipe
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.sim.bench.bench import Bench
+from hornbill.sim.bench.recipe import Recipe
+from jumping_clock import run
 from unit.node.ideal import IdealAllocator
 
 SERVOS = 16

@@ -7,17 +7,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import jumping_clock as clock
 from behaviour.rig import CATALOG, Rig, play
 from bench.crowd import ALL_ROWS, FIRMWARE, HOST, Crowd, CrowdPort
 from bench.line import line
 from bench.reading import STREAM_SHARE, ready, with_host
-from hornbill.bus import clock
 from hornbill.schema.scale import to_value, unit_of
-from hornbill.servo.configuration.applying import Wish
-from hornbill.servo.configuration.profiles import TORQUE, Draft
+from hornbill.servo.device.output import KEY as TORQUE
+from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.servo.servo import Servo
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.profiles.profiles import Draft
+from hornbill.servo.runs.apply import ApplyOptions
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Raw
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.datatype import Kind
@@ -34,6 +35,8 @@ IS_GET_SET = GET_SET.id << 16 | SERVICE
 
 MANY = 16
 ROUNDS = 3
+HALF_TURN = 1800
+"""180° in steps of the registers of angles, 0.1°."""
 TORQUE_OFF = {TORQUE: 1}
 """As delivered, but with torque off: a direction is not reversed under a held horn."""
 
@@ -162,6 +165,8 @@ def _other(turn: int) -> dict[str, Raw]:
         assert row.minimum is not None
         assert row.maximum is not None
         legal = [row.default + away for away in (-1, 1, -2, 2) if row.minimum <= row.default + away <= row.maximum]
+        if row.unit == "°":
+            legal = [raw for raw in legal if abs(raw) <= HALF_TURN]  # beyond it a change has to be confirmed
         # a row of two values is back at its default on every odd turn
         found[row.key] = (legal if len(legal) > 1 else [*legal, row.default])[turn % 2]
     return found
@@ -171,11 +176,11 @@ async def _apply(host: Host, servos: Sequence[Servo], raws: Mapping[str, Raw]) -
     """Seconds on the loop's clock for one job over all servos; every row must have been written on every one."""
     values = {row.key: to_value(row, raws[row.key], raws) for row in ROWS}
     units = {row.key: unit for row in ROWS if row.kind == "number" and (unit := unit_of(row, raws)[0])}
-    host.profiles.put("bench", Draft(values, model=ALL_ROWS, firmware=FIRMWARE, units=units), by="bench")
+    await host.profiles.put("bench", Draft(values, model=ALL_ROWS, firmware=FIRMWARE, units=units), by="bench")
     loop = asyncio.get_running_loop()
     began = loop.time()
-    wish = Wish(on_anomaly="continue", confirm=("supply", "temperature"))
-    job = await host.jobs.wait(host.applying.start("bench", [servo.uid for servo in servos], None, wish))
+    wish = ApplyOptions(on_anomaly="continue", confirm=("supply", "temperature"))
+    job = await host.jobs.wait(host.profile_jobs.start("bench", [servo.uid for servo in servos], None, wish))
     took = loop.time() - began
     assert job.state == "succeeded", job.error
     assert all(servo.raw(key) == raw for servo in servos for key, raw in raws.items())

@@ -8,10 +8,10 @@ from typing import Any
 
 from behaviour.rig import CATALOG, Cable
 from bench.line import line
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.servo.host import Host
-from hornbill.sim.bench import Bench
-from hornbill.sim.demo import demo_fleet
+from hornbill.sim.bench.bench import Bench
+from hornbill.sim.bench.demo import demo_fleet
 from hornbill.store.store import Store
 from hornbill.wire.port import CanPort
 

@@ -4,13 +4,13 @@ import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hornbill.schema.catalog import Catalog
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Raw
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
-from hornbill.wire.port import FrameSink, PortState, PortStatistics
+from hornbill.wire.messages import ActuatorStatus, Mode, NodeHealth, NodeStatus
+from hornbill.wire.port import PLAIN, FrameSink, PortState, PortStatistics
 from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest
 from hornbill.wire.transfer import Transfer, split
 from hornbill.wire.types import AnyStructure
@@ -72,7 +72,7 @@ class Crowd:
                 angle = ((turn + node) % 200 - 100) / 100
                 said = _transfer(ActuatorStatus(node, angle, 0.0, 0.0, 0), Kind.MESSAGE, node, 0, turn)
                 if (turn + node) % round(ALIVE_S / STATUS_S) == 0:
-                    alive = NodeStatus(3600 + int(at), Health.OK, Mode.OPERATIONAL)
+                    alive = NodeStatus(3600 + int(at), NodeHealth.OK, Mode.OPERATIONAL)
                     said = [*said, *_transfer(alive, Kind.MESSAGE, node, 0, turn // 10)]
                 yield at, said
             turn += 1
@@ -93,6 +93,7 @@ class CannedPort:
     sample_point: float | None = None
     trouble: str | None = None
     retry_in_s: float | None = None
+    details = PLAIN
 
     def __init__(self, crowd: Crowd) -> None:
         self.statistics = PortStatistics()
@@ -134,6 +135,7 @@ class CrowdPort:
     sample_point: float | None = None
     trouble: str | None = None
     retry_in_s: float | None = None
+    details = PLAIN
 
     def __init__(self, crowd: Crowd) -> None:
         self.statistics = PortStatistics()

@@ -19,7 +19,7 @@ from hornbill.node.directory import Directory
 from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, AllocationMessage, ArrayCommand, NodeStatus
 from hornbill.wire.services import SoftwareVersion
 from hornbill.wire.types import BY_KEY
 
@@ -52,7 +52,7 @@ async def _endure() -> dict[str, Any]:
         heard += 1
 
     Directory().follow(host)
-    for message in (NodeStatus, ActuatorStatus, Allocation, ArrayCommand):
+    for message in (NodeStatus, ActuatorStatus, AllocationMessage, ArrayCommand):
         host.subscribe(message, hear)
     host.start()
     spent, samples = 0.0, list[tuple[int, int]]()

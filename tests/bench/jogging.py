@@ -12,12 +12,13 @@ from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, play
 from bench.crowd import STATUS_S
 from bench.line import line
 from bench.reading import ready, with_host
-from hornbill.api.outbox import Outbox, Shared
-from hornbill.api.session import Session
-from hornbill.bus.memory import MemoryBus
+from hornbill.api.live.event_log import EventLog
+from hornbill.api.live.session import SocketSession
+from hornbill.api.live.socket_queue import SocketQueue
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.servo.host import Host
-from hornbill.sim.bench import Bench
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.bench import Bench
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
 from hornbill.wire.reassembly import Reassembler
@@ -88,7 +89,7 @@ async def wall_time() -> dict[str, Any]:
         await bench.start()
         servos = await ready(host, SERVOS)
         lease = host.leases.grant("bench", 60.0, host.base.now())
-        session = Session(host, Outbox(Shared(host), demo=False))
+        session = SocketSession(host, SocketQueue(EventLog(host, demo=False)))
         said: dict[int, float] = {}
         frames: list[Frame] = []
         assert host.connection is not None

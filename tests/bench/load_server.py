@@ -3,9 +3,9 @@
 import asyncio
 import sys
 
-from hornbill import app as application
-from hornbill import serving
-from hornbill.settings import Settings
+from hornbill.app import composition as application
+from hornbill.app import serving
+from hornbill.app.settings import Settings
 
 
 async def serve(servos: int) -> None:

@@ -6,16 +6,16 @@ import time
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any, TypeVar
 
+import jumping_clock as clock
 from behaviour.rig import CATALOG, Rig, play
 from bench.crowd import ALL_ROWS, FIRMWARE, Crowd, CrowdPort
 from bench.line import line
-from hornbill.bus import clock
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.servo.device.identification import read_rows
+from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host
-from hornbill.servo.identification import read_rows
-from hornbill.servo.servo import Servo, State
-from hornbill.sim.bench import Bench
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.bench import Bench
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.wire.port import CanPort
 
@@ -100,7 +100,7 @@ async def _read(servos: list[Servo], host: Host) -> tuple[float, int]:
     """Seconds on the loop's clock, and how many rows."""
     loop = asyncio.get_running_loop()
     began = loop.time()
-    await asyncio.gather(*(read_rows(host.asker, servo) for servo in servos))
+    await asyncio.gather(*(read_rows(host.requests, servo) for servo in servos))
     took = loop.time() - began
     assert all(
         register.at is not None and register.at >= began for one in servos for register in one.registers.values()

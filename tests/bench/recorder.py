@@ -6,17 +6,19 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from bench.line import cpu, line
 from bench.stack import BURST_S, saturated_mix
-from hornbill.bus.bundles import BundleFolder
+from hornbill.bus.recordings.bundle import BundleWriter
+from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
 from hornbill.node.hooks import Hooks
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.blackbox import BlackBox
-from hornbill.servo.frame_ring import FrameRing
 from hornbill.servo.host import Host
+from hornbill.servo.recorder.frame_ring import FrameRing
+from hornbill.servo.recorder.recorder import Recorder
 from hornbill.store.store import Store
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort
@@ -74,8 +76,8 @@ async def _writing() -> dict[str, Any]:
 
     with tempfile.TemporaryDirectory() as folder, Store("sqlite://") as store:
         host = Host(Catalog.load(), store, no_port, node_id=127, unique_id=bytes(16), version=(0, 1))
-        box: BlackBox = host.blackbox
-        box.begin(BundleFolder(Path(folder)))
+        box: Recorder = host.recorder
+        box.begin(partial(BundleWriter.begin, RecordingFolder(Path(folder), BUNDLES)))
         now = host.base.now()
         mix = saturated_mix(10)
         first, span = mix[0].at, 10.0

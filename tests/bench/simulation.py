@@ -8,12 +8,12 @@ from typing import Any
 
 from bench.line import line
 from hornbill.schema.catalog import Catalog
-from hornbill.sim.plant import STEP_S
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.mechanics.plant import STEP_S
+from hornbill.sim.servo import SimulatedServo
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ArrayCommand, Command, CommandType
+from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
 from hornbill.wire.transfer import Transfer, split
 
 ROUNDS = 5
@@ -47,7 +47,7 @@ class Flock:
     """Servos with node and servo ids 1 to `count`, brought up and in motion."""
 
     def __init__(self, catalog: Catalog, count: int) -> None:
-        self._servos: list[SimServo] = []
+        self._servos: list[SimulatedServo] = []
         self._now = 0.0
         self._commanded_at = 0.0
         for number in range(1, count + 1):
@@ -90,7 +90,7 @@ class Flock:
     def _commands(self) -> list[Frame]:
         """The next angle of everybody, 15 to a message; in the servo's unit 1.0 is 100°."""
         swing = [
-            Command(number, CommandType.POSITION, 60.0 / _STATION * math.sin(5.0 * self._now + number))
+            ActuatorCommand(number, CommandType.POSITION, 60.0 / _STATION * math.sin(5.0 * self._now + number))
             for number in range(1, len(self._servos) + 1)
         ]
         frames: list[Frame] = []

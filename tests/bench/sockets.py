@@ -16,10 +16,10 @@ from websockets.asyncio.client import connect
 from behaviour.rig import CATALOG
 from bench.line import line
 from hornbill.api.http import create_api
-from hornbill.bus.adapters import Adapters
+from hornbill.bus.listing import Adapters
+from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.servo.hub import Sampled, ServoChanged
-from hornbill.servo.servo import Servo
+from hornbill.servo.runtime.hub import Sampled, ServoChanged
 from hornbill.store.store import Store
 from hornbill.units import Uid
 from hornbill.wire.port import CanPort

@@ -17,7 +17,15 @@ from hornbill.node.participant import Participant
 from hornbill.schema.catalog import Catalog
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, Command, Health, Mode, NodeStatus
+from hornbill.wire.messages import (
+    ActuatorCommand,
+    ActuatorStatus,
+    AllocationMessage,
+    ArrayCommand,
+    Mode,
+    NodeHealth,
+    NodeStatus,
+)
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, SoftwareVersion, integer
 from hornbill.wire.transfer import Transfer, split
@@ -70,12 +78,12 @@ def saturated_mix(seconds: int = SECONDS) -> list[Frame]:
             status = ActuatorStatus(node, chance.uniform(-1.8, 1.8), 0.0, 0.0, 0)
             say(status, node, number, (number + node / 60) / 10)
         for number in range(seconds):
-            say(NodeStatus(3600 + number, Health.OK, Mode.OPERATIONAL), node, number, number + node / 61)
+            say(NodeStatus(3600 + number, NodeHealth.OK, Mode.OPERATIONAL), node, number, number + node / 61)
     for number in range(1576 * seconds):
         answer = GetSetResponse(integer(chance.randrange(-9999, 9999)), EMPTY, EMPTY, EMPTY, "0x38")
         say(answer, 1 + number % 60, number // 60, number / 1576, priority=24)
     for number in range(10 * seconds):
-        say(Allocation(0, True, chance.randbytes(6)), 0, number, (number + chance.random()) / 10, priority=24)
+        say(AllocationMessage(0, True, chance.randbytes(6)), 0, number, (number + chance.random()) / 10, priority=24)
     frames = [frame for _, frame in sorted(sent, key=lambda pair: pair[0])]
     apart = seconds / len(frames)
     return [frame._replace(at=1000.0 + apart * place) for place, frame in enumerate(frames)]
@@ -131,7 +139,7 @@ def encoding() -> dict[str, Any]:
 
     def ours() -> None:
         for number in range(count):
-            message = ArrayCommand([Command(actuator, 1, value) for actuator, value in wanted])
+            message = ArrayCommand([ActuatorCommand(actuator, 1, value) for actuator, value in wanted])
             payload = message.encode()
             split(Transfer(Kind.MESSAGE, ArrayCommand.TYPE.id, HOST, 0, 16, number % 32, payload), ArrayCommand.TYPE)
 

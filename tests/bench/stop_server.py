@@ -7,11 +7,11 @@ from pathlib import Path
 
 from fastapi import FastAPI
 
-from hornbill import app as application
-from hornbill import serving
+from hornbill.app import composition as application
+from hornbill.app import serving
+from hornbill.app.settings import Settings
 from hornbill.errors import HornbillError
-from hornbill.settings import Settings
-from hornbill.wire.messages import Command, CommandType
+from hornbill.wire.messages import ActuatorCommand, CommandType
 
 PERIOD_S = 1 / 50
 
@@ -26,10 +26,12 @@ async def stream(app: FastAPI) -> None:
         host = getattr(app.state, "host", None)
         if host is None:
             continue
-        commands = [Command(one.servo_id, CommandType.POSITION, 0.1) for one in host.fleet.all() if one.servo_id]
+        commands = [
+            ActuatorCommand(one.servo_id, CommandType.POSITION, 0.1) for one in host.fleet.all() if one.servo_id
+        ]
         try:
             for first in range(0, len(commands), 15):
-                host.asker.burst(commands[first : first + 15])
+                host.requests.burst(commands[first : first + 15])
         except HornbillError:
             continue
 

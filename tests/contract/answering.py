@@ -13,6 +13,7 @@ import httpx
 import orjson
 
 from hornbill.api.http import create_api
+from hornbill.api.openapi.sharing import parameters_of
 from hornbill.schema.catalog import Catalog
 
 FILES = ("get_report", "export_profile")
@@ -29,8 +30,8 @@ def document() -> dict[str, Any]:
 class Answering:
     """Answers by the document. `full`: whatever may be null is there, and lists hold one thing; else neither.
 
-    `asked` holds the ids of the operations asked for. Raises AssertionError for a request the document does not
-    declare: another path, a query or a field it does not name, a field it requires.
+    `asked` holds the ids of the operations asked for, "preview_" before that of a dry run. Raises AssertionError for a
+    request the document does not declare: another path, a query or a field it does not name, a field it requires.
     """
 
     def __init__(self, *, full: bool = True) -> None:
@@ -44,8 +45,9 @@ class Answering:
     def _answer(self, request: httpx.Request) -> httpx.Response:
         path = request.url.path
         operation = _operation(request.method.lower(), path)
-        self.asked.append(operation["operationId"])
-        named = {one["name"] for one in operation.get("parameters", ()) if one["in"] == "query"}
+        planned = b'"dry_run":true' in request.content.replace(b" ", b"")
+        self.asked.append(("preview_" if planned else "") + operation["operationId"])
+        named = {one["name"] for one in parameters_of(document(), operation) if one["in"] == "query"}
         sent = {key for key, _ in parse_qsl(request.url.query.decode(), keep_blank_values=True)}
         assert sent <= named, f"{operation['operationId']} takes no {sent - named}"
         self._check_body(operation, request)
@@ -56,7 +58,10 @@ class Answering:
             return httpx.Response(204)
         if "application/json" not in content or operation["operationId"] in FILES:
             return httpx.Response(200, text="{}\n", headers={"Content-Type": "text/plain"})
-        made = self.made(content["application/json"]["schema"])
+        schema = content["application/json"]["schema"]
+        if planned and "anyOf" in schema:
+            schema = schema["anyOf"][-1]
+        made = self.made(schema)
         return httpx.Response(int(status), content=orjson.dumps(made), headers={"Content-Type": "application/json"})
 
     def _check_body(self, operation: dict[str, Any], request: httpx.Request) -> None:

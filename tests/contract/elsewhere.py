@@ -81,9 +81,9 @@ def pretend(platform: str) -> None:
 
 def start_and_ask() -> None:
     """The demo, as `hornbill demo --port 0` starts it; prints what it answered."""
-    from hornbill import serving
-    from hornbill.cli import starting
-    from hornbill.settings import Settings
+    from hornbill.app import serving
+    from hornbill.app.settings import Settings
+    from hornbill.cli.server import starting
 
     print("data", Settings().data_dir, flush=True)
     listening: list[int] = []
@@ -104,7 +104,9 @@ def start_and_ask() -> None:
                 threading.Event().wait(0.05)
             for path in ("api/v1/health", "api/v1/bus/adapters", "api/v1/bus/doctor", "viser/", ""):
                 with urllib.request.urlopen(f"http://127.0.0.1:{listening[0]}/{path}", timeout=60) as answer:
-                    print(answer.status, path, len(answer.read()), flush=True)
+                    # One write a line: the server prints from another thread.
+                    sys.stdout.write(f"\n{answer.status} {path} {len(answer.read())}\n")
+                    sys.stdout.flush()
         except BaseException as error:
             failed.append(error)
         finally:

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from contract.test_written import known
-from hornbill.settings import Settings
+from hornbill.app.settings import Settings
 
 ROOT: Final = Path(__file__).parents[2]
 FILE: Final[dict[str, Any]] = yaml.safe_load((ROOT / "compose.yaml").read_text(encoding="utf-8"))

@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 from contract.test_vectors import VECTORS, Vector, frames_of
-from hornbill.bus.logfile import ENDINGS, LogFile, LogFormat, LoggedFrame
-from hornbill.decoding import decode_log
+from hornbill.app.decode import decode_log
+from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter
+from hornbill.wire.frame import LoggedFrame
 
 KEYS = [
     "timestamp", "type", "kind", "data_type_id", "source", "destination", "priority", "transfer_id", "fields",
@@ -63,7 +64,7 @@ def test_every_vector_of_a_candump_file_comes_out_as_it_is(tmp_path: Path) -> No
 @pytest.mark.parametrize("form", LogFormat)
 def test_every_vector_of_a_log_of_ours_comes_out_as_it_is(form: LogFormat, tmp_path: Path) -> None:
     path = tmp_path / f"can0{ENDINGS[form]}"
-    file = LogFile(path, form, 10**9)
+    file = LogWriter(path, form, 10**9)
     file.write(
         LoggedFrame(frame._replace(at=at), "can0", False) for (at, *_), frame in zip(stamped(), FRAMES, strict=True)
     )

@@ -29,12 +29,14 @@ LOCKS = {
 
 USED_WITHOUT_IMPORT = {
     "httptools": "uvicorn reads HTTP with it where it is installed",
+    "msgpack": "python-can packs frames of udp_multicast with it",
     "psycopg": "SQLAlchemy opens PostgreSQL with it, by the scheme of the URL",
     "build": "make build",
     "hatchling": "the wheel is made by it; contract/test_wheel.py runs it",
     "import-linter": "make check",
     "openapi-python-client": "e2e/test_generated_client.py runs it",
     "pytest-xdist": "make test runs on every core",
+    "pytest-rerunfailures": "CI runs a failed browser test once more",
     "ruff": "make check",
 }
 """Why something is declared that nothing imports."""
@@ -53,6 +55,7 @@ TESTS_OWN = {
     "notices",
     "release",
     "hatch_build",
+    "tools",
 }
 
 
@@ -89,7 +92,7 @@ def test_everything_the_product_imports_is_declared() -> None:
 
 
 def test_everything_that_tests_import_is_declared() -> None:
-    used = imported(ROOT / "tests") | imported(ROOT / "server")
+    used = imported(ROOT / "tests") | imported(ROOT / "server") | imported(ROOT / "tools")
     assert used <= PRODUCT | names(DEVELOPERS)
 
 
@@ -98,7 +101,7 @@ def test_nothing_declared_for_the_product_is_unused() -> None:
 
 
 def test_nothing_declared_for_developers_is_unused() -> None:
-    used = imported(ROOT / "tests") | imported(ROOT / "server") | USED_WITHOUT_IMPORT.keys()
+    used = imported(ROOT / "tests") | imported(ROOT / "server") | imported(ROOT / "tools") | USED_WITHOUT_IMPORT.keys()
     assert names(DEVELOPERS) - used == set()
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from hornbill import generate_reference
+from hornbill.app.settings import Settings
 from hornbill.cli.failing import MEANS
-from hornbill.generate import documents
 from hornbill.schema.catalog import Catalog
-from hornbill.settings import Settings
 from hornbill.sim.behaviour import Behaviour
+from tools.generate import documents
+from tools.generate.reference import pages
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "server" / "hornbill"
@@ -24,7 +24,7 @@ FILES = [file for file in sorted(PACKAGE.rglob("*.py")) if "migrations" not in f
 
 @pytest.fixture(scope="module")
 def reference() -> dict[str, str]:
-    return generate_reference.pages(json.loads(documents(Catalog.load())["openapi.json"]))
+    return pages(json.loads(documents(Catalog.load())["openapi.json"]))
 
 
 def test_the_reference_is_up_to_date(reference: dict[str, str]) -> None:
@@ -36,8 +36,8 @@ def test_the_reference_is_up_to_date(reference: dict[str, str]) -> None:
 
 def test_the_reference_names_every_operation_and_every_command(reference: dict[str, str]) -> None:
     document = json.loads(documents(Catalog.load())["openapi.json"])
-    pages = "\n".join(text for path, text in reference.items() if path.startswith("api/"))
-    told = set(re.findall(r"^## (GET|PUT|POST|PATCH|DELETE) (\S+)$", pages, re.MULTILINE))
+    text = "\n".join(text for path, text in reference.items() if path.startswith("api/"))
+    told = set(re.findall(r"^## (GET|PUT|POST|PATCH|DELETE) (\S+)$", text, re.MULTILINE))
     row = re.compile(r"/servos/\{uid\}/parameters/[a-z0-9_]+$")
     for path, operations in document["paths"].items():
         short = path.removeprefix("/api/v1")

@@ -9,15 +9,14 @@ from fastapi.routing import APIRoute
 from pydantic import TypeAdapter, ValidationError
 
 from behaviour.rig import Rig, json, play
-from hornbill.api import rows
-from hornbill.api.examples import EXAMPLES, MODEL, SECOND, SERVO
 from hornbill.api.http import create_api
+from hornbill.api.openapi.examples import EXAMPLES, MODEL, SECOND, SERVO
 from hornbill.bus import address
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import number, to_raw
-from hornbill.servo.reading import CIRCUMSTANCES
-from hornbill.sim.recipe import Recipe
+from hornbill.servo.device.reading import CIRCUMSTANCES
+from hornbill.sim.bench.recipe import Recipe
 
 CATALOG = Catalog.load()
 API = create_api(CATALOG)
@@ -40,7 +39,7 @@ def shown(operation: dict[str, Any]) -> dict[str, Any]:
 @lru_cache
 def body_of(name: str) -> TypeAdapter[Any]:
     """What the route of this operation takes as its body, as FastAPI has it."""
-    name = rows.PUT if name not in EXAMPLES else name
+    name = "set_parameter" if name not in EXAMPLES else name
     route = next(one for one in API.routes if isinstance(one, APIRoute) and one.operation_id == name)
     (field,) = route.dependant.body_params
     shape: Any = field.field_info.annotation
@@ -143,10 +142,12 @@ def test_every_route_of_a_row_carries_type_unit_range_description_and_effect(row
         assert [one for one in words if one not in scope] == []
         assert operation["x-effect"]
         assert said.endswith(" ".join(operation["x-effect"]))
-    read = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]
-    assert read["$ref"].endswith("/Reading")
-    assert read["properties"]["value"]["x-unit"] == row.unit
-    assert read["properties"]["value"]["type"]
+    for operation in verbs.values():
+        ref = operation["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
+        reading, own = API.openapi()["components"]["schemas"][ref.rpartition("/")[2]]["allOf"]
+        assert reading["$ref"].endswith("/Reading")
+        assert own["properties"].keys() == {"value", "rom", "configured", "default"}
+        assert all("type" in one or "anyOf" in one for one in own["properties"].values())
     assert ("put" in verbs) == row.writable
 
 
@@ -179,7 +180,7 @@ def test_the_effect_of_a_row_names_every_rule_and_every_state_of_the_servo(row: 
         assert rule.why.replace("{last_command}", "speed or torque") in said
         assert rule.unless_row is None or CATALOG.by_key[rule.unless_row].name in said
     for one in CIRCUMSTANCES:
-        assert (one.why in said) == (one.rows is None or row.key in one.rows)
+        assert (one.why in said) == one.rows(row)
     assert ("No other row" in said) == (not rules)
     assert ("restarted" in said) == row.after_restart
     assert "{" not in said
@@ -198,11 +199,13 @@ def test_a_servo_takes_the_example_of_each_row_and_reads_as_the_document_says(mo
             verbs = paths[PATH + key]
             read = json(await rig.call("GET", path))
             assert read["unit"] == verbs["get"]["x-unit"]
-            types = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]["properties"]["value"][
-                "type"
-            ]
-            allowed = [types] if isinstance(types, str) else types
-            assert any(isinstance(read["value"], kinds[one]) for one in allowed), (key, read["value"], types)
+            ref = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
+            said = API.openapi()["components"]["schemas"][ref.rpartition("/")[2]]["allOf"][1]["properties"]
+            for name in ("value", "rom", "configured", "default"):
+                every = said[name].get("anyOf", [said[name]])
+                kinds_of = tuple(kinds[one] for part in every for one in part.get("type", ()))
+                words = [word for part in every for word in part.get("enum", ())]
+                assert isinstance(read[name], kinds_of) or read[name] in words, (key, name, read[name])
             own = CATALOG.models[model].rows()[key]
             for example in shown(verbs.get("put", {})).values():
                 if model == "BLA15-06U-A0" or own.pwm_only:

@@ -8,7 +8,7 @@ import pytest
 
 import fidelity
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.conditions import Conditions
+from hornbill.sim.mechanics.conditions import Conditions
 
 TABLE, PROOFS = fidelity.table(), fidelity.proofs()
 SWITCHES = {each.name for each in fields(Behaviour)}

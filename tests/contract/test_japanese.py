@@ -1,23 +1,82 @@
-"""Each reason why a row has no effect has a Japanese sentence on the page, by the server's very words."""
+"""Each code with which the server speaks to people has its wording on the page, and no wording is left over."""
 
 import re
 from pathlib import Path
+from typing import get_args
 
+import pytest
+
+from hornbill.domain import bus, change, job, motion
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.reading import CIRCUMSTANCES
+from hornbill.servo.configuration.resetting import RESET_STEPS
+from hornbill.servo.configuration.restarting import RESTART_STEPS
+from hornbill.servo.configuration.saving import SAVE_STEPS
+from hornbill.servo.device.reading import CIRCUMSTANCES
 
-WHY = Path(__file__).parents[2] / "web/src/text/ja/why.ts"
+WORDS = Path(__file__).parents[2] / "web/src/text"
 
-
-def reasons() -> set[str]:
-    """What may stand behind "No effect now: ", with every kind of command a rule asks for."""
-    found = {one.why for one in CIRCUMSTANCES} | {"it acts at the next start, when it has been saved"}
-    for rule in Catalog.load().effects:
-        kinds = {kind for condition in rule.when for kind in condition.last_command} or {"none"}
-        found |= {why.replace("{last_command}", kind) for why in (rule.why, rule.why_absent) if why for kind in kinds}
-    return found
+STEPS = {
+    "save": job.SaveStep,
+    "restart": job.RestartStep,
+    "factory_reset": job.ResetStep,
+    "identify": job.IdentifyStep,
+    "step_test": job.StepTestStep,
+    "profile": job.ProfileStep,
+    "commissioning": job.CommissionStep,
+    "restore_output": job.OutputStep,
+}
 
 
 def test_each_reason_has_its_sentence_and_no_sentence_is_left_over() -> None:
-    known = set(re.findall(r'^  "(.+?)":', WHY.read_text(encoding="utf-8"), re.MULTILINE))
-    assert known == reasons()
+    codes = {one.reason.code for one in CIRCUMSTANCES} | {"not_saved"}
+    for rule in Catalog.load().effects:
+        codes |= {rule.code, f"{rule.code}_absent"} if rule.why_absent else {rule.code}
+    assert worded("ja/why.ts", 2) == codes
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_each_step_of_each_kind_of_job_has_a_name(language: str) -> None:
+    text = (WORDS / language / "steps.ts").read_text(encoding="utf-8")
+    shared = set(re.findall(r"^  (\w+):", text.split("const saving = {")[1].split("\n};")[0], re.MULTILINE))
+    for kind, codes in STEPS.items():
+        found = re.search(rf"^ +{kind}: {{(.*?)}},$", text, re.MULTILINE | re.DOTALL)
+        assert found is not None, kind
+        named = set(re.findall(r"(\w+): [\"`]", found[1])) | (shared if "...saving" in found[1] else set[str]())
+        assert named == set(get_args(codes)), kind
+
+
+def test_each_evidence_of_a_step_has_a_wording() -> None:
+    assert worded("ja/steps.ts", 4, "evidence") == set(get_args(job.EvidenceCode))
+
+
+def test_steps_of_jobs_have_the_codes_of_their_kind() -> None:
+    for table, codes in ((SAVE_STEPS, job.SaveStep), (RESTART_STEPS, job.RestartStep), (RESET_STEPS, job.ResetStep)):
+        assert tuple(table) == get_args(codes)
+
+
+def test_each_finding_has_title_evidence_and_remedy() -> None:
+    checks, codes = set(get_args(bus.Check)), set(get_args(bus.FindingCode))
+    assert worded("ja/findings.ts", 4, "well") == checks
+    assert worded("ja/findings.ts", 4, "wrong") == codes - {"adapter"}
+    assert worded("ja/findings.ts", 4, "remedy") == set(get_args(bus.Advice))
+    assert worded("ja/findings.ts", 6, "well") == checks
+    by_the_adapter = {"adapter", "adapter_failed", "interface_down"}
+    assert worded("ja/findings.ts", 6, "wrong") == codes - by_the_adapter
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_each_reason_of_a_snapshot_has_a_wording(language: str) -> None:
+    assert worded(f"{language}/records.ts", 4, "reasons") == set(get_args(change.ReasonCode))
+
+
+def test_each_caution_before_a_command_has_a_sentence() -> None:
+    assert worded("ja/cautions.ts", 2) == set(get_args(motion.CautionCode))
+
+
+def worded(path: str, indent: int, part: str | None = None) -> set[str]:
+    """Keys at an indent in a catalogue of the page, or in one part of it."""
+    text = (WORDS / path).read_text(encoding="utf-8")
+    if part is not None:
+        edge = " " * (indent - 2)
+        text = text.split(f"\n{edge}{part}: {{\n")[1].split(f"\n{edge}}},")[0]
+    return set(re.findall(rf"^{' ' * indent}(\w+):", text, re.MULTILINE))

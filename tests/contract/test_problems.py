@@ -1,9 +1,13 @@
 """Every error of the tree has an HTTP answer, and the codes are those the contract fixes."""
 
+import ast
+import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
+import hornbill
 from hornbill import errors
 from hornbill.api.problems import STATUS, problem
 
@@ -47,3 +51,37 @@ def test_the_tree_in_the_docstring_names_every_class() -> None:
     for kind in classes(errors.HornbillError):
         if kind.__module__ == "hornbill.errors":
             assert kind.__name__ in drawn, f"{kind.__name__} is missing in the drawing at the top of errors.py"
+
+
+ERRORS = {kind.__name__ for kind in classes(errors.HornbillError)}
+FOR_PROGRAMS = re.compile(r"/api/v1|…/|confirm: \[|\(parameter [a-z]+_|header '|Content-Type|save: true")
+
+
+def test_what_programs_are_told_is_no_part_of_a_summary() -> None:
+    """A raised text that names a request has it as `request`, or a summary of its own."""
+    told = [
+        f"{path.name}:{call.lineno}"
+        for path in sorted(Path(hornbill.__file__).parent.rglob("*.py"))
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in ERRORS
+        if all(one.arg != "summary" for one in call.keywords)
+        and any(FOR_PROGRAMS.search(ast.unparse(each)) for each in call.args)
+    ]
+    assert told == []
+
+
+@pytest.mark.parametrize(
+    ("detail", "request_", "whole"),
+    [
+        ("No bus.", ": PUT /api/v1/bus.", "No bus: PUT /api/v1/bus."),
+        ("Enter at most 7 V.", ", or send it again.", "Enter at most 7 V, or send it again."),
+        ("Poll less.", " (PUT …/telemetry).", "Poll less (PUT …/telemetry)."),
+        ("There is none.", "GET /api/v1/runs lists them.", "There is none. GET /api/v1/runs lists them."),
+    ],
+)
+def test_a_request_ends_the_detail_and_not_the_summary(detail: str, request_: str, whole: str) -> None:
+    error = errors.Busy(detail, request=request_, key="x")
+    assert (error.detail, str(error), error.summary, error.facts) == (whole, whole, detail, {"key": "x"})
+    error.extend(before="1 of 2 failed. ", after=" Nothing was sent.")
+    assert error.detail == f"1 of 2 failed. {whole} Nothing was sent."
+    assert error.summary == f"1 of 2 failed. {detail} Nothing was sent."

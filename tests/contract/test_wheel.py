@@ -67,7 +67,7 @@ def test_a_wheel_holds_everything_the_program_needs_and_nothing_else(checkout: P
     package, shown, models = ran.stdout.split()
     assert package.startswith(str(site))
     assert shown == str(site / "hornbill" / "_data" / "web")
-    assert models == "8"
+    assert models == "10"
 
 
 def test_a_wheel_without_the_page_is_refused_with_the_remedy(checkout: Path) -> None:

@@ -1,5 +1,6 @@
 """What guides say in passing is so: commands, routes, variables, targets and files they name exist, run here or not."""
 
+import ast
 import json
 import re
 import shlex
@@ -13,9 +14,10 @@ import typer
 
 from e2e.guides import ROOT, blocks, guides
 from hornbill.api.http import create_api
+from hornbill.api.openapi.sharing import parameters_of
+from hornbill.app.settings import Settings
 from hornbill.cli import app
 from hornbill.schema.catalog import Catalog
-from hornbill.settings import Settings
 
 PAGES = [file for file in guides() if "reference/api" not in file.as_posix()]
 COMMAND: Any = typer.main.get_command(app)
@@ -89,10 +91,10 @@ def known(arguments: list[str], whole: bool) -> str:
 @cache
 def operations() -> dict[tuple[str, str], set[str]]:
     """Method and path of every operation, and the query parameters it takes."""
-    paths = create_api(Catalog.load()).openapi()["paths"]
+    made = create_api(Catalog.load()).openapi()
     return {
-        (verb.upper(), path.removeprefix("/api/v1")): {one["name"] for one in operation.get("parameters", ())}
-        for path, verbs in paths.items()
+        (verb.upper(), path.removeprefix("/api/v1")): {one["name"] for one in parameters_of(made, operation)}
+        for path, verbs in made["paths"].items()
         for verb, operation in verbs.items()
     }
 
@@ -132,6 +134,30 @@ def test_every_route_a_guide_names_is_there_with_the_query_it_shows(page: Path) 
             names = {part.partition("=")[0] for part in query.split("&") if part}
             if not found or not any(names <= operations()[one] for one in found):
                 wrong.append(f"{method} {url}")
+    assert wrong == []
+
+
+def messages() -> Iterator[tuple[str, str]]:
+    """Every text in the server's code with its place; what is filled in is `{uid}`."""
+    for file in sorted((ROOT / "server/hornbill").rglob("*.py")):
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        inner = {id(part) for each in ast.walk(tree) if isinstance(each, ast.JoinedStr) for part in each.values}
+        for each in ast.walk(tree):
+            place = f"{file.relative_to(ROOT)}:{getattr(each, 'lineno', 0)}"
+            if isinstance(each, ast.JoinedStr):
+                parts = [str(one.value) if isinstance(one, ast.Constant) else "{uid}" for one in each.values]
+                yield place, "".join(parts)
+            elif isinstance(each, ast.Constant) and isinstance(each.value, str) and id(each) not in inner:
+                yield place, each.value
+
+
+def test_every_route_a_message_names_is_there() -> None:
+    wrong = [
+        f"{place}: {method} {path}"
+        for place, text in messages()
+        for method, path in re.findall(r"\b(GET|PUT|POST|PATCH|DELETE) (?:/api/v1)?([/…][^\s\"'`,;:)?.]*)", text)
+        if path not in NOT_IN_THE_DOCUMENT and not matches(method, path.replace("{}", "{uid}"))
+    ]
     assert wrong == []
 
 

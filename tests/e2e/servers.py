@@ -66,3 +66,16 @@ def running(*words: str, port: int = 0) -> Generator[Server]:
 def serving(folder: Path, *flags: str) -> tuple[str, ...]:
     """The words of `hornbill serve` with a data folder of its own."""
     return ("serve", "--data-dir", str(folder), *flags)
+
+
+def turn_by_hand(server: Server, uid: str, degrees: float) -> None:
+    """Turn a horn while its motor has no output, so that soft start has a way to go."""
+
+    def turned() -> bool:
+        return server.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": degrees}).is_success
+
+    def seen() -> bool:
+        return abs((server.api.get(f"/servos/{uid}").json()["angle_deg"] or 0) - degrees) < 1
+
+    until(turned, 20, f"{uid} has output")
+    until(seen, 20, f"{uid} is not seen at {degrees}°")

@@ -165,7 +165,7 @@ def test_the_list_of_keys_is_that_of_the_page(page: Page, demo: Demo) -> None:
     show(page, demo, "servos/{uid}/parameters")
     page.keyboard.press("?")
     keys = page.get_by_test_id("keys-dialog")
-    expect(keys).to_contain_text("never saves")
+    expect(keys).to_contain_text("Nothing is written before you confirm")
     for word in ("Commission", "Records", "API", "Stop"):
         expect(keys).to_contain_text(word)
     expect(keys.get_by_role("button", name="Close")).to_be_focused()
@@ -175,7 +175,7 @@ def test_the_list_of_keys_is_that_of_the_page(page: Page, demo: Demo) -> None:
     page.keyboard.press("f")
     page.keyboard.press("?")
     expect(keys).to_be_visible()
-    expect(keys).not_to_contain_text("never saves")
+    expect(keys).not_to_contain_text("Nothing is written before you confirm")
 
 
 def tab_to(page: Page, testid: str, most: int = 120) -> None:
@@ -222,6 +222,8 @@ def test_a_limit_is_changed_and_the_horn_is_jogged_and_stopped_by_keyboard_alone
     tab_to(page, "jog-value")
     page.keyboard.press("Control+a")
     page.keyboard.type("12")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("jog-go")).to_be_focused()
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("jog-angle")).to_contain_text(re.compile(r"\+1[12]\.\d°"), timeout=10_000)
     page.keyboard.press("Escape")

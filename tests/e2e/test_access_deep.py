@@ -35,6 +35,8 @@ def close(page: Page) -> None:
 def parameters(page: Page, demo: Demo, say: Say) -> None:
     """Staged, compared, about to be saved, asked back, written and to be undone."""
     uid = servo_of(demo, MODEL)
+    # What ROM holds is known then, whatever other tests did to this servo.
+    demo.api.post(f"/servos/{uid}/restart?wait=true").raise_for_status()
     before = demo.api.get(f"/servos/{uid}/parameters/temperature_limit_upper").json()["value"]
     show(page, demo, "servos/{uid}/parameters#angle_limit_cw")
     page.get_by_test_id("keys").click()
@@ -137,6 +139,7 @@ def commissioned(page: Page, demo: Demo, say: Say) -> None:
     expect(page.get_by_test_id("profile-step")).to_be_visible()
     say("commission: the profile")
     page.get_by_test_id("profile-go").click()
+    expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=20_000)
     expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=20_000)
     say("commission: checked")
 

@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from e2e.conftest import Demo, running_demo
-from hornbill.cli.bench_file import parse
+from hornbill.cli.bench.file import parse
 
 
 class Bench:
@@ -122,7 +122,7 @@ def test_everything_wrong_is_told_with_its_line_and_nothing_is_written(bench: Be
     failed = bench.hornbill("apply", "--yes", bench.file)
     assert failed.returncode == 1
     assert f"bench.toml:{bench.line('angle_p_gain = 0')}: " in failed.stderr
-    assert "below the 1" in failed.stderr
+    assert "below this model's limit of 1" in failed.stderr
     bench.edit(r"^angle_p_gain = 0", "angle_p_gian = 40")
     bench.edit(r"^uid = .*", 'serial = "99-999999"')
     failed = bench.hornbill("apply", "--yes", bench.file)
@@ -133,16 +133,30 @@ def test_everything_wrong_is_told_with_its_line_and_nothing_is_written(bench: Be
     assert bench.get("/jobs") == []
 
 
-def test_torque_that_is_off_is_not_saved_along_unless_it_is_meant(bench: Bench) -> None:
-    uid = bench.get("/servos")[0]["uid"]
-    bench.demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
-    bench.edit(r"^angle_p_gain = .*", "angle_p_gain = 33")
+def test_a_file_is_applied_after_motion_and_rom_keeps_its_torque(bench: Bench) -> None:
+    serial = bench.get("/servos")[0]["serial"]
+    for gain in (33, 34):  # apply; run; apply
+        bench.edit(r"^angle_p_gain = .*", f"angle_p_gain = {gain}")
+        applied = bench.hornbill("apply", "--yes", bench.file)
+        assert applied.returncode == 0, applied.stdout + applied.stderr
+        assert f"ROM: angle_p_gain {'40' if gain == 33 else '33'} → {gain}" in applied.stdout
+        assert "ROM: torque_mode" not in applied.stdout
+        assert (bench.reading("angle_p_gain")["rom"], bench.reading("torque_mode")["rom"]) == (gain, "on")
+        moved = bench.hornbill("command", serial, "2", "--torque-on")
+        assert moved.returncode == 0, moved.stderr
+        assert bench.reading("torque_mode")["value"] == "off", "motion control ends with torque off"
+
+
+def test_torque_off_is_saved_where_the_file_says_so_and_it_is_confirmed(bench: Bench) -> None:
+    bench.edit(r"^angle_p_gain = .*", 'angle_p_gain = 33\ntorque_mode = "off"')
     refused = bench.hornbill("apply", "--yes", bench.file)
     assert refused.returncode == 1
-    assert "start without torque" in refused.stderr
+    assert 'confirm = ["torque_off_in_rom"]' in refused.stderr
     assert bench.reading("angle_p_gain")["value"] != 33
     bench.edit(r"^save = true.*", 'save = true\nconfirm = ["torque_off_in_rom"]')
-    assert bench.hornbill("apply", "--yes", bench.file).returncode == 0
+    applied = bench.hornbill("apply", "--yes", bench.file)
+    assert applied.returncode == 0, applied.stderr
+    assert "ROM: torque_mode on → off" in applied.stdout
     assert bench.reading("torque_mode")["rom"] == "off"
 
 

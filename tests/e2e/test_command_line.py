@@ -61,7 +61,7 @@ def test_list_get_set_and_save(demo: Demo, serial: str) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("set", "SERIAL", "angle_p_gain=0"), "out_of_range: 0 is below the 1 this model allows"),
+        (("set", "SERIAL", "angle_p_gain=0"), "out_of_range: 0 is below this model's limit of 1"),
         (("set", "SERIAL", "0x49=1"), "forbidden_parameter"),
         (("get", "SERIAL", "nonsense"), "unknown_parameter"),
         (("get", "nobody"), "No servo is known as 'nobody'"),

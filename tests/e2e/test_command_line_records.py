@@ -13,7 +13,7 @@ import pytest
 from e2e.conftest import Demo, running_demo
 from e2e.test_command_line import hornbill
 
-GROUPS = ("bundles", "bus", "drift", "faults", "ids", "inventory", "jobs", "runs", "snapshots")
+GROUPS = ("bundles", "bus", "drift", "faults", "ids", "inventory", "jobs", "lost", "runs", "snapshots")
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +42,33 @@ def said(bench: Demo, *words: str, code: int = 0) -> str:
 
 def held(bench: Demo, serial: str, key: str = "angle_p_gain") -> Any:
     return json.loads(said(bench, "get", serial, key, "--json"))["value"]
+
+
+def test_ram_values_that_a_power_cut_took_are_shown_applied_again_and_dismissed(bench: Demo, serial: str) -> None:
+    uid = bench.api.get("/servos").json()[0]["uid"]
+
+    def cut() -> None:
+        for power in ("off", "on"):
+            assert bench.api.patch(f"/sim/servos/{uid}", json={"power": power}).status_code == 200
+            time.sleep(1)
+        until = time.monotonic() + 30
+        while not bench.api.get(f"/servos/{uid}").json()["lost"]:
+            assert time.monotonic() < until
+            time.sleep(0.1)
+
+    assert "No RAM values were lost." in said(bench, "lost", "show", serial)
+    before = held(bench, serial)
+    said(bench, "set", serial, "angle_p_gain=31")
+    time.sleep(3)
+    cut()
+    assert held(bench, serial) == before
+    assert [one["value"] for one in json.loads(said(bench, "lost", "show", serial, "--json"))] == [31]
+    assert "31" in said(bench, "lost", "apply", serial)
+    assert held(bench, serial) == 31
+    assert "has lost no RAM values" in said(bench, "lost", "apply", serial, code=1)
+    cut()
+    said(bench, "lost", "dismiss", serial)
+    assert json.loads(said(bench, "lost", "show", serial, "--json")) == []
 
 
 def test_an_undo_takes_the_last_change_back_and_a_second_one_brings_it_again(bench: Demo, serial: str) -> None:

@@ -54,7 +54,7 @@ def at_check(page: Page, server: Server, number: int) -> None:
     page.get_by_test_id("give-rest").click()
     page.get_by_test_id("identify-go").click()
     page.get_by_test_id("profile-go").click()
-    expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=30_000)
+    expect(page.locator('[data-testid^="changes-"]')).to_have_count(number, timeout=30_000)
     if page.get_by_test_id("horn-free").count():
         page.get_by_test_id("horn-free").check()
 

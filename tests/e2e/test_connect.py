@@ -13,14 +13,15 @@ from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving
 
 NOTHING = [{"address": "memory:demo", "name": "Simulated servos", "state": "ready", "usable": True, "reason": None,
-            "remedy": None, "bitrate": 1_000_000, "sample_point": None}]  # fmt: skip
+            "remedy": None, "bitrate": 1_000_000, "sample_point": None, "serial_number": None,
+            "baud": None}]  # fmt: skip
 PLUGGED = [
     *NOTHING,
     {"address": "socketcan:can0", "name": "PCAN-USB", "state": "down", "usable": False, "bitrate": None,
-     "sample_point": None, "reason": "The interface can0 is down.",
+     "sample_point": None, "serial_number": None, "baud": None, "reason": "The interface can0 is down.",
      "remedy": "Bring it up with: sudo ip link set can0 up type can bitrate 1000000"},
     {"address": "slcan:/dev/ttyACM0", "name": "CANable", "state": "ready", "usable": True, "bitrate": None,
-     "sample_point": None, "reason": None, "remedy": None},
+     "sample_point": None, "serial_number": "A1B2", "baud": 1_000_000, "reason": None, "remedy": None},
 ]  # fmt: skip
 
 
@@ -116,3 +117,32 @@ def test_axe_and_fingers_find_nothing_wrong_where_there_is_no_bus(server: Server
     assert json.dumps(complaints(plain)) == "[]"
     plain.set_viewport_size({"width": 820, "height": 1180})
     assert too_small(plain) == []
+
+
+def test_a_serial_adapter_shows_its_line_its_notes_and_the_pause_it_was_connected_with(
+    server: Server, plain: Page
+) -> None:
+    pytest.importorskip("termios", reason="pseudo terminals are a matter of POSIX")
+    from unit.bus.adapter import FakeAdapter
+
+    with FakeAdapter(answers="fixed", bus=True, baud=1_000_000) as adapter:
+        plain.goto(server.url + "bus")
+        plain.get_by_test_id("adapter-other").check()
+        plain.get_by_test_id("adapter-address").fill(f"slcan:{adapter.channel}")
+        plain.get_by_test_id("adapter-options").locator("summary").click()
+        plain.get_by_test_id("adapter-gap").fill("21")
+        expect(plain.get_by_test_id("adapter-options")).to_contain_text("21 is not a pause. Enter 0 to 20 ms.")
+        expect(plain.get_by_test_id("connect")).to_be_disabled()
+        plain.get_by_test_id("adapter-gap").fill("3")
+        plain.get_by_test_id("connect").click()
+        expect(plain.get_by_test_id("bus-facts")).to_contain_text(
+            "Serial line 1\u202f000\u202f000 baud", timeout=15_000
+        )
+        plain.get_by_test_id("bus-change").click()
+        facts = plain.get_by_test_id("line-facts")
+        expect(facts.get_by_test_id("line-baud")).to_contain_text("1\u202f000\u202f000 baudfound")
+        expect(facts.get_by_test_id("line-budget")).to_contain_text("3\u202f703 frames/s")
+        expect(facts.get_by_test_id("line-gap")).to_contain_text("3\u202fms")
+        expect(facts.get_by_test_id("line-notes")).to_contain_text("does not accept a CAN bit rate")
+        assert complaints(plain) == []
+        server.api.delete("/bus").raise_for_status()

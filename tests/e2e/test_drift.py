@@ -51,6 +51,10 @@ def limit(server: Server, uid: str) -> float:
 def test_the_difference_is_shown_and_written_back_and_saved(meddled: tuple[Server, Page, str]) -> None:
     server, page, uid = meddled
     found = {row["key"]: row for row in server.api.get(f"/servos/{uid}/drift").json()["rows"]}
+    # the horn is off 0°, where the restart turns it
+    server.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
+    server.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 30}).raise_for_status()
+    until(lambda: (server.api.get(f"/servos/{uid}").json()["angle_deg"] or 0) > 20, 5, "it was not turned by hand")
     page.goto(f"{server.url}servos/{uid}/parameters")
     expect(page.get_by_test_id("drift-line")).to_contain_text("hanged outside")
     page.get_by_test_id("drift-line").get_by_role("button").click()
@@ -59,6 +63,11 @@ def test_the_difference_is_shown_and_written_back_and_saved(meddled: tuple[Serve
     expect(row).to_contain_text(f"{found['angle_limit_cw']['was']:.1f}".replace("-", "−"))
     expect(row).to_contain_text(f"{found['angle_limit_cw']['now']:.1f}".replace("-", "−"))
     assert complaints(page) == []
+    expect(page.get_by_test_id("drift-save"), "a save is asked for, never assumed").not_to_be_checked()
+    page.get_by_test_id("drift-save").check()
+    expect(dialog.get_by_test_id("after-save")).to_contain_text("restarts")
+    expect(page.get_by_test_id("drift-restore")).to_be_disabled()
+    page.get_by_test_id("horn-free").check()
     page.get_by_test_id("drift-restore").click()
     expect(dialog).to_have_count(0, timeout=30_000)
     assert limit(server, uid) == found["angle_limit_cw"]["was"]

@@ -94,5 +94,11 @@ def test_axe_finds_nothing_and_a_finger_finds_everything(page: Page, demo: Demo,
         page.set_viewport_size({"width": 768, "height": 1024})
         assert too_small(page) == []
         assert page.evaluate("() => document.documentElement.scrollWidth") <= 768
+        page.set_viewport_size({"width": 390, "height": 844})
+        assert too_small(page) == []
+        assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
+        told = page.get_by_test_id("fault-voltage_high").locator(".fault-what").bounding_box()
+        assert told is not None
+        assert told["width"] > 300, "what it tells has the whole width of a telephone"
     finally:
         inject(demo, uid, "voltage_high", False)

@@ -19,14 +19,14 @@ from rig_client.api.motion import command_servo, release_lease, set_torque, take
 from rig_client.api.parameters import get_current_angle, set_angle_p_gain
 from rig_client.api.servos import list_servos
 from rig_client.models import (
-    AnglePGainValue, Command, CommandType, CommandWait, Commanded, Lease, LeaseRequest, Problem, Reading, TorqueMode,
-    TorqueModeMode,
+    AnglePGainValue, Command, CommandType, CommandWait, Commanded, IntegerReading, Lease, LeaseRequest, Problem,
+    TorqueMode, TorqueModeMode,
 )
 
 client = Client(base_url=sys.argv[1], raise_on_unexpected_status=True)
 servo = list_servos.sync(client=client)[0]
 gain = set_angle_p_gain.sync(servo.uid, client=client, body=AnglePGainValue(value=41))
-assert isinstance(gain, Reading) and gain.value == 41, gain
+assert isinstance(gain, IntegerReading) and gain.value == 41, gain
 outside = set_angle_p_gain.sync(servo.uid, client=client, body=AnglePGainValue(value=0))
 assert isinstance(outside, Problem) and outside.code == "out_of_range", outside
 lease = take_lease.sync(client=client, body=LeaseRequest(holder="generated", ttl_s=10.0))

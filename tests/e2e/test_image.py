@@ -95,6 +95,13 @@ def test_its_demo_answers_on_localhost_with_the_page_and_its_servos(demo: Runnin
         assert api.get("/viser/", follow_redirects=True).status_code == 200
 
 
+def test_it_has_the_documentation(demo: Running) -> None:
+    with httpx.Client(base_url=f"http://localhost:{demo.port}/", timeout=30) as web:
+        for path in ("docs/", "docs/tutorial.html", "docs/search.js", "docs/tokens.css"):
+            assert web.get(path).status_code == 200, path
+        assert "<h1" in web.get("docs/tutorial.html").text
+
+
 def test_it_answers_to_no_other_name(demo: Running) -> None:
     assert httpx.get(demo.url, headers={"Host": "rig.example"}).status_code == 403
 
@@ -129,7 +136,7 @@ def test_what_other_engines_do_not_know_is_not_in_the_dockerfile() -> None:
 def test_the_context_holds_nothing_that_was_built_or_installed_here() -> None:
     ignored = (ROOT / ".dockerignore").read_text(encoding="utf-8").split()
     assert ignored[0] == "*", "what is wanted is named, the rest stays out"
-    assert {"web/node_modules", "web/dist"} <= set(ignored)
+    assert {"web/node_modules", "web/dist", "docs/dist"} <= set(ignored)
 
 
 def test_the_compose_file_is_understood() -> None:

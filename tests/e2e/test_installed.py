@@ -102,7 +102,7 @@ def _answers(url: str) -> None:
     """REST, the page with each of its first scripts, and the 3D view."""
     with httpx.Client(base_url=url, timeout=30) as client:
         assert client.get("/api/v1/health").json()["demo"] is True
-        assert len(client.get("/api/v1/schema").json()["models"]) == 8
+        assert len(client.get("/api/v1/schema").json()["models"]) == 10
         page = client.get("/")
         assert "<title>" in page.text
         assets = re.findall(r'(?:src|href)="([^"]*assets/[^"]+)"', page.text)

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Dialog, Page, expect
 
 from e2e.conftest import Demo
 from e2e.test_access import PAGES
@@ -32,6 +32,38 @@ def test_the_browsers_language_is_taken_and_another_choice_is_kept(japanese: Pag
     expect(japanese.locator("html")).to_have_attribute("lang", "en")
     japanese.get_by_role("button", name="日本語").click()
     expect(japanese.get_by_role("heading", level=1)).to_have_text("サーボ")
+
+
+def test_what_is_staged_and_ticked_survives_another_language_unasked(page: Page, demo: Demo) -> None:
+    one, other = (str(servo["uid"]) for servo in demo.api.get("/servos").json()[:2])
+    asked: list[str] = []
+
+    def unexpected(dialog: Dialog) -> None:
+        asked.append(dialog.type)
+        dialog.accept()
+
+    page.on("dialog", unexpected)
+    for uid, typed in ((one, "33"), (other, "-5")):
+        page.goto(f"{demo.url}servos/{uid}/parameters?tab=limit")
+        page.get_by_test_id("input-angle_limit_cw").fill(typed)
+        page.get_by_test_id("input-angle_limit_cw").press("Enter")
+    page.get_by_role("link", name=re.compile("^Servos")).click()
+    page.get_by_test_id(f"select-{one}").check()
+    assert asked == ["beforeunload"], "an address that is typed leaves the page with staged edits"
+    asked.clear()
+
+    page.get_by_role("button", name="日本語").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("サーボ")
+    expect(page.get_by_test_id(f"select-{one}")).to_be_checked()
+    page.get_by_test_id(f"servo-row-{one}").locator(".row-link").click()
+    page.get_by_test_id("tab-limit").click()
+    expect(page.get_by_test_id("input-angle_limit_cw")).to_have_value("33.0")
+    expect(page.get_by_test_id("row-angle_limit_cw")).to_have_attribute("data-state", "staged")
+    page.get_by_test_id("choose-servo").select_option(other)
+    expect(page.get_by_test_id("message-angle_limit_cw")).to_contain_text("を下回っています")
+    page.get_by_role("button", name="English").click()
+    expect(page.get_by_test_id("message-angle_limit_cw")).to_contain_text("is below")
+    assert asked == []
 
 
 def test_in_english_no_japanese_is_fetched(page: Page, demo: Demo) -> None:

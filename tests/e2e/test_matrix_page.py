@@ -1,13 +1,13 @@
 """Many servos side by side: who stands out, one cell, a row, a column, the plan, and what became of each."""
 
-import time
 from collections.abc import Iterator
 
 import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo, running_demo
+from e2e.conftest import Demo, all_ready, running_demo
+from e2e.test_technician import wait_for
 
 MODEL = "BLA21-06U-A0"
 
@@ -21,10 +21,7 @@ def demo() -> Iterator[Demo]:
     ):
         for _ in range(3):
             api.post("/sim/servos", json={"model": MODEL, "firmware": "1.300"}).raise_for_status()
-        until = time.monotonic() + 60
-        while sum(one["state"] == "ready" for one in api.get("/servos").json()) < 4:
-            assert time.monotonic() < until, "not all servos are ready"
-            time.sleep(0.2)
+        all_ready(api, 4, 60)
         odd = api.get("/servos").json()[2]["uid"]
         api.put(f"/servos/{odd}/parameters/angle_p_gain", json={"value": 61}).raise_for_status()
         yield Demo(url, api)
@@ -81,6 +78,10 @@ def test_by_keyboard_cells_are_reached_edited_and_applied(page: Page, demo: Demo
 
 
 def test_a_row_is_set_on_all_and_saved_with_a_result_for_each(page: Page, demo: Demo, uids: list[str]) -> None:
+    # one horn is off 0°, where the restart turns it
+    demo.api.post(f"/servos/{uids[0]}/torque", json={"mode": "off"}).raise_for_status()
+    demo.api.patch(f"/sim/servos/{uids[0]}", json={"external_angle_deg": 30}).raise_for_status()
+    wait_for(lambda: (demo.api.get(f"/servos/{uids[0]}").json()["angle_deg"] or 0) > 20, 5, "it was not turned by hand")
     page.goto(f"{demo.url}servos/matrix?uids={','.join(uids)}")
     page.get_by_test_id("set-angle_d_gain").click()
     page.get_by_test_id("set-value").fill("44")
@@ -90,7 +91,7 @@ def test_a_row_is_set_on_all_and_saved_with_a_result_for_each(page: Page, demo: 
     page.get_by_test_id("plan-save").check()
     expect(page.get_by_test_id("plan-dialog")).to_contain_text("restarts")
     expect(page.get_by_test_id("plan-go")).to_be_disabled()
-    page.get_by_test_id("plan-free").check()
+    page.get_by_test_id("horn-free").check()
     page.get_by_test_id("plan-go").click()
     for uid in uids:
         expect(page.get_by_test_id(f"result-{uid}")).to_have_attribute("data-state", "ok", timeout=40_000)

@@ -23,12 +23,11 @@ ROM = {"speed_torque_control": 1, "timeout_action": 0, "soft_start": 0}
 
 
 def made(demo: Demo, label: str, servo_id: int) -> str:
-    """A servo of its own, ready, its position unit known."""
+    """A servo of its own, ready."""
     body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": servo_id, "rom": ROM}
     uid = str(demo.api.post("/sim/servos", json=body).json()["uid"])
     wait_for(lambda: state(demo, uid) == "ready", 25, "the new servo is not ready")
     demo.api.patch(f"/servos/{uid}", json={"label": label})
-    demo.api.put(f"/servos/{uid}/position-unit", json={"unit": "hundred_degrees"}).raise_for_status()
     return uid
 
 
@@ -211,7 +210,7 @@ def test_a_group_goes_to_one_angle_or_keeps_its_distances_and_all_of_it_ends(
     turn(demo, winch, 0)
     begin_group(page, demo, pair)
     page.get_by_test_id("jog-value").fill("24")
-    page.get_by_test_id("jog-value").press("Enter")
+    page.get_by_test_id("jog-go").click()
     for uid in pair:
         wait_for(lambda uid=uid: abs(angle(demo, uid) - 24) < 1.5, 6, f"{uid} did not go there")
     assert complaints(page) == []
@@ -389,6 +388,33 @@ def test_the_dial_is_a_slider_by_keys_and_everything_stays_in_sight(page: Page, 
             assert complaints(page) == []
             if size is TABLET:
                 assert too_small(page) == []
+
+
+@pytest.mark.parametrize("size", [WIDE, TABLET])
+def test_an_angle_past_a_limit_is_refused_by_the_limit_of_this_servo_and_moves_nothing_on_the_page(
+    size: ViewportSize, page: Page, demo: Demo, winch: str
+) -> None:
+    demo.api.put(f"/servos/{winch}/parameters/angle_limit_cw", json={"value": 60.0}).raise_for_status()
+    page.set_viewport_size(size)
+    begin(page, demo, winch)
+    dial = page.get_by_test_id("jog-dial")
+    expect(dial).to_be_focused()
+    assert dial.evaluate("one => getComputedStyle(one).outlineStyle") == "none", "a box round the dial"
+    assert dial.locator(".dial-focus").evaluate("one => getComputedStyle(one).visibility") == "visible"
+    places = """() => [...document.querySelectorAll('.jog-dial, .jog button, .jog input')]
+        .map(one => one.getBoundingClientRect().toJSON())"""
+    before = page.evaluate(places)
+    page.get_by_test_id("jog-value").fill("400")
+    page.get_by_test_id("jog-value").press("Enter")
+    said = page.get_by_test_id("jog-refusal")
+    expect(said).to_contain_text("+400.0° is past the CW angle limit of +60.0° (0x38). Not sent.")
+    expect(page.get_by_test_id("jog-value")).to_be_focused()
+    assert page.evaluate(places) == before, "the layout moved"
+    assert page.evaluate(CUT) == []
+    page.get_by_test_id("change-limit").click()
+    expect(page).to_have_url(re.compile(f"/servos/{winch}/parameters#angle_limit_cw$"))
+    wait_for(lambda: demo.api.get("/leases").json() == [], 10, "the page still has motion control")
+    demo.api.put(f"/servos/{winch}/parameters/angle_limit_cw", json={"value": 179.9}).raise_for_status()
 
 
 CUT = """() => {

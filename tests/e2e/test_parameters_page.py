@@ -1,28 +1,19 @@
 """The Parameters page: keys, wheel and slider, help, the question before a dangerous limit, and undo."""
 
 import re
-import time
 from collections.abc import Iterator
 
-import httpx
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
-from e2e.conftest import Demo, Watched, running_demo
+from e2e.conftest import Demo, Watched, ready_demo
 
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
     """A demo of this file's own: a servo's output is switched off in it."""
-    with (
-        running_demo("--servos", "1", "--seed", "1") as (_, url),
-        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
-    ):
-        until = time.monotonic() + 40
-        while not any(one["state"] == "ready" for one in api.get("/servos").json()):
-            assert time.monotonic() < until, "the servo is not ready"
-            time.sleep(0.2)
-        yield Demo(url, api)
+    with ready_demo(1, 40) as one:
+        yield one
 
 
 @pytest.fixture
@@ -54,9 +45,37 @@ def test_keys_step_the_wheel_only_in_the_box_that_has_the_focus_and_escape_takes
     box.press("Escape")
     expect(box).to_have_value("60.0")
     expect(page.get_by_test_id("save-bar")).to_have_count(0)
-    # Esc stops wherever it is pressed: taking back a value is no exception.
-    expect(page.get_by_test_id("stop-band")).to_be_visible()
-    demo.api.delete("/stop").raise_for_status()
+    assert demo.api.get("/stop").json()["latched"] is False, "nothing moves: Esc takes back what was typed, no more"
+
+
+def test_the_caret_stays_and_a_failed_write_is_said_across_tabs_and_searches(
+    context: BrowserContext, demo: Demo, uid: str
+) -> None:
+    page = context.new_page()
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_ccw")
+    box = page.get_by_test_id("input-angle_limit_ccw")
+    expect(box).to_be_focused()
+    box.fill("30")
+    box.press("Home")
+    box.press("-")
+    assert box.evaluate("box => [box.value, box.selectionStart]") == ["-30", 1]
+    box.press("Enter")
+    expect(box).to_have_value("−30.0")
+    problem = {"code": "busy", "status": 409, "title": "Busy", "detail": "The servo is busy."}
+    page.route("**/parameters", lambda route: route.fulfill(status=409, json=problem))
+    page.get_by_test_id("apply").click()
+    message = page.get_by_test_id("message-angle_limit_ccw")
+    expect(message).to_contain_text("Not written")
+    page.get_by_test_id("tab-control").click()
+    expect(box).to_have_count(0)
+    page.get_by_test_id("tab-limit").click()
+    expect(message).to_contain_text("Not written")
+    page.get_by_role("searchbox").fill("angle limit")
+    expect(message).to_contain_text("Not written")
+    page.get_by_role("heading").first.click()
+    page.keyboard.press("Control+z")
+    expect(page.get_by_test_id("save-bar")).to_have_count(0)
+    page.close()
 
 
 def middle(page: Page, testid: str) -> tuple[float, float]:
@@ -137,3 +156,33 @@ def test_a_limit_that_would_switch_the_servo_off_is_asked_about_written_and_undo
     assert value(demo, uid, "voltage_limit_lower") == 4.0
     # The browser itself says of each refused request that it was refused.
     watched.complaints[:] = [one for one in watched.complaints if "409" not in one]
+
+
+def test_a_power_cut_takes_the_undo_and_what_it_took_from_ram_is_staged_again_by_one_press(
+    page: Page, demo: Demo, uid: str
+) -> None:
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
+    page.get_by_test_id("input-angle_p_gain").fill("57")
+    page.get_by_test_id("input-angle_p_gain").press("Enter")
+    page.get_by_test_id("apply").click()
+    expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
+    expect(page.get_by_test_id("undo-line")).to_be_visible()
+
+    demo.api.patch(f"/sim/servos/{uid}", json={"power": "off"}).raise_for_status()
+    expect(page.get_by_test_id("servo-state")).to_have_attribute("data-state", "offline", timeout=15_000)
+    demo.api.patch(f"/sim/servos/{uid}", json={"power": "on"}).raise_for_status()
+    line = page.get_by_test_id("lost-line")
+    expect(line).to_contain_text("1 value in RAM was lost", timeout=25_000)
+    expect(line).to_contain_text("Angle P gain")
+    expect(page.get_by_test_id("undo-line")).to_have_count(0)
+    page.goto(f"{demo.url}servos")
+    page.get_by_test_id(f"lost-{uid}").click()
+    expect(line).to_be_visible()
+
+    page.get_by_test_id("stage-again").click()
+    page.get_by_role("searchbox").fill("angle p gain")
+    expect(page.get_by_test_id("input-angle_p_gain")).to_have_value("57")
+    assert value(demo, uid, "angle_p_gain") != 57, "nothing is sent before Apply"
+    page.get_by_test_id("apply").click()
+    expect(line).to_have_count(0)
+    assert value(demo, uid, "angle_p_gain") == 57

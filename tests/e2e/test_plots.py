@@ -2,6 +2,7 @@
 
 import csv
 import re
+import time
 from pathlib import Path
 
 import pytest
@@ -35,8 +36,20 @@ def wished(demo: Demo, uid: str) -> set[str]:
     return {key for one in wishes for key in one["channels"]}
 
 
+SEEN = """one => {
+    one.scrollIntoView({ block: "center" });
+    const { x, y, width, height } = one.getBoundingClientRect();
+    return one.contains(document.elementFromPoint(x + width / 2, y + height / 2));
+}"""
+
+
 def drag(page: Page, plot: Locator, start: float, end: float) -> None:
-    face = plot.locator(".u-over").first.bounding_box()
+    """Over the first lane that nothing covers."""
+    deadline = time.monotonic() + 10
+    while (lane := next((one for one in plot.locator(".u-over").all() if one.evaluate(SEEN)), None)) is None:
+        assert time.monotonic() < deadline, "every lane is covered"
+        page.wait_for_timeout(50)
+    face = lane.bounding_box()
     assert face is not None
     y = face["y"] + face["height"] / 2
     page.mouse.move(face["x"] + face["width"] * start, y)
@@ -139,7 +152,12 @@ def test_a_recording_is_opened_from_the_disk_and_a_file_that_is_none_is_refused(
 
 HEADS = """canvas => {
     const ratio = devicePixelRatio, high = Math.round(12 * ratio), left = Math.round(60 * ratio);
-    const { data, width } = canvas.getContext('2d').getImageData(left, 0, canvas.width - left, high);
+    const copy = document.createElement('canvas');
+    const context = copy.getContext('2d', { willReadFrequently: true });
+    copy.width = canvas.width - left;
+    copy.height = high;
+    context.drawImage(canvas, -left, 0);
+    const { data, width } = context.getImageData(0, 0, copy.width, high);
     const columns = new Set();
     for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 120) columns.add((i / 4) % width);
     return columns.size;

@@ -75,8 +75,9 @@ def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
     assert found["keeps_node_id"] is True
     wanted = body["restart_delay_s"]
     assert isinstance(wanted, float)
-    assert wanted <= found["restart_time_s"] < wanted + 0.3
-    assert wanted + 0.05 <= found["save_time_s"] < wanted + 0.35
+    late = 0.8  # a busy machine may stop for half a second; the two settings, 0.3 s and 1.2 s, are still told apart
+    assert wanted <= found["restart_time_s"] < wanted + late
+    assert wanted + 0.05 <= found["save_time_s"] < wanted + 0.05 + late
     assert 0.09 < found["status_interval_s"] < 0.11
     assert 0.9 < found["node_status_interval_s"] < 1.1
     assert found["status_unused_zero"] is True
@@ -91,7 +92,7 @@ def test_what_it_says_of_a_restart_and_a_save_is_how_the_servo_is_set(
 
 
 def test_without_consent_nothing_is_written_and_nothing_moves(server: Server, tmp_path: Path) -> None:
-    from hornbill.probe.evidence import Evidence
+    from hornbill.probe.evidence import ProbeEvidence
     from hornbill.wire.messages import ArrayCommand
     from hornbill.wire.services import ExecuteOpcodeRequest, RestartNodeRequest
     from hornbill.wire.value import ValueKind
@@ -101,7 +102,7 @@ def test_without_consent_nothing_is_written_and_nothing_moves(server: Server, tm
         probed = Probe(hornbill, servo, lambda _text: False, sleep=quick).run()
     assert probed.done == ["read"]
     (tmp_path / "x.log").write_bytes(probed.recording)
-    seen = Evidence.read(tmp_path / "x.log", range(1, 128)).told
+    seen = ProbeEvidence.read(tmp_path / "x.log", range(1, 128)).told
     asked = [one.structure for one in seen if isinstance(one.structure, GetSetRequest)]
     assert len(asked) > 50
     assert all(one.value.kind is ValueKind.EMPTY for one in asked)

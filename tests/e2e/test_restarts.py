@@ -1,6 +1,8 @@
 """A server that is killed amid a job: the next one on the same data says what became of it, and starts nothing."""
 
+import sqlite3
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 
 import httpx
@@ -18,6 +20,12 @@ def ready(server: Server) -> str:
     return server.ready(1)[0]
 
 
+def requests(folder: Path) -> int:
+    """How many requests with a key the server has noted."""
+    with closing(sqlite3.connect(folder / "hornbill.sqlite3")) as database:
+        return int(database.execute("SELECT count(*) FROM answers").fetchone()[0])
+
+
 def test_a_job_amid_which_the_server_was_killed_is_interrupted_and_its_key_starts_no_second_one(tmp_path: Path) -> None:
     words = serving(tmp_path, "--allocator", "on")
     with running(*words) as first, ThreadPoolExecutor() as elsewhere:
@@ -30,6 +38,7 @@ def test_a_job_amid_which_the_server_was_killed_is_interrupted_and_its_key_start
         job = started.json()["id"]
         waiting = elsewhere.submit(first.api.post, f"{save}?wait=true", headers=WAITING)
         until(lambda: first.api.get(f"/jobs/{job}").json()["step"] is not None, 5, "it does not begin")
+        until(lambda: requests(tmp_path) == 2, 5, "the second request is not there")
         assert not waiting.done()
         first.process.kill()
         first.process.wait(timeout=10)

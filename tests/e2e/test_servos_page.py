@@ -1,31 +1,22 @@
 """The list of servos: order, filter, ticks, and what is done to several at once."""
 
 import re
-import time
 from collections.abc import Iterator
 
-import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo, running_demo
+from e2e.conftest import Demo, ready_demo
 
 
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
     """A demo of this file's own: torque is turned off in it."""
-    with (
-        running_demo("--servos", "6", "--seed", "1") as (_, url),
-        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
-    ):
-        until = time.monotonic() + 40
-        while sum(one["state"] == "ready" for one in api.get("/servos").json()) < 6:
-            assert time.monotonic() < until, "not all six servos are ready"
-            time.sleep(0.2)
+    with ready_demo(6, 40) as one:
         labels = ("Delta", "Alpha", "Echo", "Bravo", "Foxtrot", "Charlie")
-        for one, label in zip(api.get("/servos").json(), labels, strict=True):
-            api.patch(f"/servos/{one['uid']}", json={"label": label}).raise_for_status()
-        yield Demo(url, api)
+        for servo, label in zip(one.api.get("/servos").json(), labels, strict=True):
+            one.api.patch(f"/servos/{servo['uid']}", json={"label": label}).raise_for_status()
+        yield one
 
 
 def names(page: Page) -> list[str]:

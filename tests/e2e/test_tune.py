@@ -67,10 +67,15 @@ def test_two_gains_are_compared_on_the_tune_page_and_the_way_back_is_one_press(
     gain = page.get_by_test_id("input-angle_p_gain")
     gain.fill("20")
     gain.press("Enter")
-    expect(page.get_by_test_id("step-go")).to_be_disabled()
-    page.get_by_test_id("gains-apply").click()
+    go = page.get_by_test_id("step-go")
+    expect(go).to_contain_text("Apply and run step")
+    before = page.get_by_test_id("step-plot").bounding_box()
+    go.click()
+    expect(page.get_by_test_id("step-cancel")).to_be_visible()
+    assert page.get_by_test_id("step-plot").bounding_box() == before, "the page jumps"
+    expect(page.get_by_test_id("legend-B")).to_be_visible(timeout=SLOW_MS)
+    expect(go).to_be_enabled()
     expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
-    run_step(page, "B")
     differs = page.get_by_test_id("differs-angle_p_gain")
     expect(differs).to_contain_text("40")
     expect(differs).to_contain_text("20")
@@ -97,6 +102,27 @@ def test_two_gains_are_compared_on_the_tune_page_and_the_way_back_is_one_press(
     page.get_by_role("link", name="Records").click()
     wait_for(lambda: demo.api.get("/leases").json() == [], 5, "motion control was not given back")
     assert demo.api.get(f"/servos/{servo}/parameters").json()["parameters"]["torque_mode"]["value"] == "off"
+
+
+def test_typing_starts_no_step_test_and_one_press_of_enter_sends_one_request(
+    page: Page, demo: Demo, servo: str
+) -> None:
+    sent: list[str] = []
+    page.on("request", lambda request: sent.append(request.url) if request.url.endswith("/step-test") else None)
+    page.goto(f"{demo.url}servos/{servo}/tune")
+    page.get_by_test_id("enable-motion").click()
+    page.get_by_test_id("step-dwell").fill("0.3")
+    for box in ("step-deg", "step-runs", "step-dwell", "step-note"):
+        page.get_by_test_id(box).press("Enter")
+    page.get_by_test_id("step-note").fill("bare horn")
+    page.get_by_test_id("step-note").press("Enter")
+    expect(page.get_by_test_id("step-go")).to_be_enabled()
+    assert sent == [], "Enter in a text field moved the horn"
+
+    page.get_by_test_id("step-go").press("Enter")
+    expect(page.get_by_test_id("legend-A")).to_be_visible(timeout=SLOW_MS)
+    assert len(sent) == 1
+    expect(page.get_by_test_id("step-problem")).to_have_count(0)
 
 
 def test_cancel_ends_a_step_test_and_says_so(page: Page, demo: Demo, servo: str) -> None:

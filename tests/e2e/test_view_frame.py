@@ -12,10 +12,10 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse
 from starlette.routing import Route
 
-from e2e.conftest import Demo
+from e2e.conftest import DRIVER, Demo
 from hornbill.view.proxy import routes, same_origin
 from hornbill.view.viewer import Viewer
-from hornbill.view.wish import Wish
+from hornbill.view.wish import ViewSettings
 from unit.view.servos import Servos, pose
 from unit.view.site import serving
 
@@ -23,8 +23,6 @@ pytestmark = [pytest.mark.scene, pytest.mark.alone]
 
 WIDTH, HEIGHT = 480, 300
 KEY = "5" * 32
-KNOWN = "'unsafe-eval' is not an allowed source of script"
-"""viser's page tries this once at its start, is refused, and goes on without."""
 
 
 @dataclass
@@ -51,7 +49,7 @@ class Shown:
 
 @pytest.fixture
 def shown(scene_browser: Browser) -> Iterator[Shown]:
-    """A page with the frame in it. It must end without a foreign request and without an unknown complaint."""
+    """A page with the frame in it. It must end without a foreign request and without a complaint in its console."""
 
     async def host(_: Request) -> HTMLResponse:
         source = f"/viser/{KEY}/?darkMode&quality=low&fixedDpr=1"
@@ -72,12 +70,11 @@ def shown(scene_browser: Browser) -> Iterator[Shown]:
         page.on("request", lambda request: None if request.url.startswith(ours) else foreign.append(request.url))
 
         def on_console(message: ConsoleMessage) -> None:
-            if message.type == "error" and KNOWN not in message.text:
+            if message.type in ("error", "warning") and DRIVER not in message.text:
                 complaints.append(message.text)
 
         def on_error(error: Error) -> None:
-            if KNOWN not in str(error):
-                complaints.append(str(error))
+            complaints.append(str(error))
 
         page.on("console", on_console)
         page.on("pageerror", on_error)
@@ -133,15 +130,17 @@ def test_a_click_selects_the_servo_under_it(shown: Shown) -> None:
     box = shown.page.locator("iframe").bounding_box()
     assert box is not None
     step = 24
-    for y in range(4, 70, step):
-        for x in range(4, WIDTH, step):
+    places = [(x, y) for y in range(4, 70, step) for x in range(4, WIDTH, step)]
+    # A slow machine draws a frame now and then: what is under a click is found when it has.
+    for pause_ms in (60, 200, 600):
+        for x, y in places:
             shown.page.mouse.click(box["x"] + x, box["y"] + y)
-            shown.page.wait_for_timeout(60)
+            shown.page.wait_for_timeout(pause_ms)
             if shown.selected:
                 break
+        shown.page.wait_for_timeout(300)
         if shown.selected:
             break
-    shown.page.wait_for_timeout(300)
     assert shown.selected
     assert shown.selected[0] in {servo.uid for servo in shown.servos.now[1:]}
 
@@ -163,7 +162,7 @@ def test_two_browsers_see_each_its_own_servo_theme_and_quality(scene_browser: Br
         for page, (own, other) in zip(pages, (("bla15-low", "bla21"), ("bla21-high", "bla15")), strict=True):
             page.wait_for_function(f"() => ({NODES})().includes('/hero/{own}')", timeout=30_000)
             assert not [node for node in page.evaluate(NODES) if node.startswith(f"/hero/{other}")]
-        viewer.show(wanted[1][0], Wish(selected=servos.now[0].uid, dark=False))
+        viewer.show(wanted[1][0], ViewSettings(selected=servos.now[0].uid, dark=False))
         pages[1].wait_for_function(f"() => ({NODES})().includes('/hero/bla15-high')")
         pages[0].wait_for_timeout(500)
         assert "/hero/bla15-high" not in pages[0].evaluate(NODES)

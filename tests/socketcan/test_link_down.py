@@ -13,8 +13,8 @@ from typing import Any
 import httpx
 import pytest
 
+from hornbill.bus.adapters.kernel_adapters import kernel_adapters
 from hornbill.bus.address import open_port
-from hornbill.bus.kernel_adapters import kernel_adapters
 from hornbill.bus.reopening import ReopeningPort
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame

@@ -11,9 +11,9 @@ import can
 import pytest
 from can.interfaces.socketcan import SocketcanBus
 
-from hornbill.bus import rawcan
 from hornbill.bus.address import open_port
-from hornbill.bus.rawcan import RawLink
+from hornbill.bus.ports import rawcan
+from hornbill.bus.ports.rawcan import RawLink
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState

@@ -18,7 +18,7 @@ import can
 import httpx
 import pytest
 
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from socketcan import can_utils
 from socketcan.processes import PATIENCE_S, hornbill, line, until
 
@@ -107,7 +107,10 @@ def test_list_read_change_save_move_and_stop_over_rest_and_candump_sees_it(bench
         values = {"angle_limit_cw": wanted, "timeout_time": 5000}
         changed = _json(bench.api.patch(f"/servos/{uid}/parameters", json={"values": values}))
         assert changed["outcome"] == "applied"
-        saved = _json(bench.api.post(f"/servos/{uid}/save?wait=true"))
+        # It was on before the server was, so what its ROM holds as torque mode is for the caller to say.
+        asked = bench.api.post(f"/servos/{uid}/save?wait=true")
+        assert (asked.status_code, asked.json()["choices"]) == (409, ["torque_on_in_rom", "torque_off_in_rom"])
+        saved = _json(bench.api.post(f"/servos/{uid}/save?wait=true", json={"confirm": ["torque_on_in_rom"]}))
         assert (saved["state"], saved["error"]) == ("succeeded", None)
         again = _json(bench.api.get(f"/servos/{uid}/parameters/angle_limit_cw"))
         assert (again["value"], again["rom"]) == (wanted, wanted)
@@ -133,7 +136,7 @@ def test_list_read_change_save_move_and_stop_over_rest_and_candump_sees_it(bench
 
 
 def test_a_python_can_program_joins_hears_the_servos_and_is_listed(bench: Bench) -> None:
-    alive = NodeStatus(1, Health.OK, Mode.OPERATIONAL, 0, 0).encode() + b"\xc0"
+    alive = NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL, 0, 0).encode() + b"\xc0"
     sources: set[int] = set()
     with can.Bus(interface="socketcan", channel="vcan0") as bus:
         period = bus.send_periodic(can.Message(arbitration_id=NODE_STATUS_ID | STRANGER, data=alive), 0.5)

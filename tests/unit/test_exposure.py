@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
+from hornbill.app.network_policy import LOCAL, NetworkPolicy, NotExposed, decide, in_container, may_open
+from hornbill.app.settings import Settings
 from hornbill.errors import PortOpenFailed
-from hornbill.exposure import LOCAL, Exposure, NotExposed, decide, in_container, may_open
-from hornbill.settings import Settings
 from hornbill.store.store import Store
 
 OUTSIDE = {"HORNBILL_CONTAINER": "0"}
@@ -22,7 +22,7 @@ def settings(folder: Path, **other: Any) -> Settings:
 @pytest.mark.parametrize("demo", [True, False])
 @pytest.mark.parametrize("host", sorted(LOCAL))
 def test_this_machine_needs_no_token(tmp_path: Path, demo: bool, host: str) -> None:
-    assert decide(settings(tmp_path, host=host), demo=demo, environment=OUTSIDE) == Exposure()
+    assert decide(settings(tmp_path, host=host), demo=demo, environment=OUTSIDE) == NetworkPolicy()
     assert decide(settings(tmp_path, host=host, token=LONG), demo=demo, environment=OUTSIDE).required
 
 
@@ -41,12 +41,12 @@ def test_anything_wider_is_refused_without_a_token_and_says_how_to_make_one(
 
 def test_with_a_token_of_the_data_folder_or_of_the_command_line_it_may_be_wider(tmp_path: Path) -> None:
     given = decide(settings(tmp_path, host="192.0.2.7", token=LONG), demo=False, environment=OUTSIDE)
-    assert given == Exposure(LOCAL | {"192.0.2.7"}, addresses=True, required=True)
+    assert given == NetworkPolicy(LOCAL | {"192.0.2.7"}, addresses=True, required=True)
     with Store(tmp_path) as store:
         store.tokens.add("me", "admin")
     wide = settings(tmp_path, host="0.0.0.0", allow_host="Bench.local, rig")
     kept = decide(wide, demo=False, environment=OUTSIDE)
-    assert kept == Exposure(LOCAL | {"bench.local", "rig"}, addresses=True, required=True)
+    assert kept == NetworkPolicy(LOCAL | {"bench.local", "rig"}, addresses=True, required=True)
 
 
 @pytest.mark.parametrize("demo", [True, False])
@@ -66,7 +66,7 @@ def test_an_empty_token_is_a_mistake_and_not_an_open_door() -> None:
 
 def test_a_demo_in_a_container_is_open_to_local_names_and_has_simulated_servos_only(tmp_path: Path) -> None:
     exposed = decide(settings(tmp_path, host="0.0.0.0"), demo=True, environment=INSIDE)
-    assert exposed == Exposure(simulated_only=True)
+    assert exposed == NetworkPolicy(simulated_only=True)
     assert exposed.hosts == LOCAL
     assert not exposed.addresses
     with pytest.raises(PortOpenFailed, match="simulated servos only"):
@@ -84,24 +84,24 @@ def test_a_server_in_a_container_makes_a_token_at_its_first_start_only(tmp_path:
 
 
 def test_over_a_network_only_recordings_of_the_data_folder_are_opened() -> None:
-    network = Exposure(required=True)
+    network = NetworkPolicy(required=True)
     may_open(network, None, "socketcan:can0")
     may_open(network, None, "file:run.log")
     may_open(network, "file:/srv/run.log", "file:/srv/run.log")
     for address in ("file:/etc/passwd", "file:../../secret.log", "bundle:C:\\x.zip", "file:.."):
         with pytest.raises(PortOpenFailed):
             may_open(network, None, address)
-    may_open(Exposure(), None, "file:/home/me/run.log")
+    may_open(NetworkPolicy(), None, "file:/home/me/run.log")
 
 
 @pytest.mark.parametrize("address", ["slcan:spy:///dev/null?file=/etc/motd", "serial:socket://192.0.2.1:22"])
 def test_over_a_network_no_adapter_behind_a_url_is_opened(address: str) -> None:
     with pytest.raises(PortOpenFailed, match="is named at start"):
-        may_open(Exposure(required=True), None, address)
+        may_open(NetworkPolicy(required=True), None, address)
     with pytest.raises(PortOpenFailed):
-        may_open(Exposure(simulated_only=True), None, address)
-    may_open(Exposure(required=True), address, address)
-    may_open(Exposure(), None, address)
+        may_open(NetworkPolicy(simulated_only=True), None, address)
+    may_open(NetworkPolicy(required=True), address, address)
+    may_open(NetworkPolicy(), None, address)
 
 
 PORTS = (
@@ -118,16 +118,16 @@ OTHERS = (
 
 @pytest.mark.parametrize("address", PORTS)
 def test_with_a_token_the_adapters_of_this_machine_are_opened(address: str) -> None:
-    may_open(Exposure(required=True), None, address)
+    may_open(NetworkPolicy(required=True), None, address)
 
 
 @pytest.mark.parametrize("address", OTHERS)
 def test_with_a_token_no_other_path_and_no_network_is_opened_unless_it_was_named_at_start(address: str) -> None:
     with pytest.raises(PortOpenFailed, match="at start, by --bus") as refused:
-        may_open(Exposure(required=True), None, address)
+        may_open(NetworkPolicy(required=True), None, address)
     assert refused.value.facts["address"] == address
-    may_open(Exposure(required=True), address, address)
-    may_open(Exposure(), None, address)
+    may_open(NetworkPolicy(required=True), address, address)
+    may_open(NetworkPolicy(), None, address)
 
 
 @pytest.mark.parametrize(("told", "found"), [("1", True), ("yes", True), ("0", False), ("", False)])

@@ -4,7 +4,7 @@ import asyncio
 import logging
 import socket
 
-from hornbill.serving import SPARING_S, Sparing, listen
+from hornbill.app.serving import SPARING_S, Sparing, listen
 
 
 def test_what_is_accepted_sends_at_once_and_waits_for_no_acknowledgement() -> None:

@@ -1,10 +1,12 @@
 /** Owns the frame: what stands round every page, and which page is inside. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
+import { MissingPage, MissingServo } from "./pages/missing";
 import { MotionPage } from "./pages/motion";
 import { ServosPage } from "./pages/servos";
 import { connectOpen } from "./state/connect";
 import { openDrift } from "./state/drift";
+import { servo } from "./state/fleet";
 import { onKey } from "./state/keys";
 import { link } from "./state/link";
 import { route } from "./state/route";
@@ -85,6 +87,7 @@ export function App() {
 
 function Page() {
   const { page, uid, hash } = route.value;
+  if (uid !== null && servo(uid) === undefined) return <MissingServo uid={uid} />;
   if (page === "parameters" && uid) return <ParametersPage key={uid} uid={uid} hash={hash} />;
   if (page === "matrix") return <MatrixPage hash={hash} />;
   if (page === "motion" && uid) return <MotionPage key={uid} uid={uid} />;
@@ -94,5 +97,6 @@ function Page() {
   if (page === "commission") return <CommissionPage />;
   if (page === "api") return <ApiPage />;
   if (page === "records") return <RecordsPage hash={hash} />;
+  if (page === "missing") return <MissingPage />;
   return <ServosPage />;
 }

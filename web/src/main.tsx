@@ -13,6 +13,7 @@ import "./style/save-bar.css";
 import "./style/side.css";
 import "./style/motion.css";
 import "./style/dialog.css";
+import "./style/narrow.css";
 import "./style/japanese.css";
 
 startLanguage()

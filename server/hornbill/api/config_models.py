@@ -5,10 +5,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from hornbill.api.bus_models import PendingAllocation
-from hornbill.api.models import Change, Confirmed, Model, ParametersPatched, Problem, Reading, Servo, UidField, Value
+from hornbill.api.models import ParametersPatched, Problem, Servo
+from hornbill.domain.change import Change, DriftRow, Forecast, LeftOut, LineVerdict, ReasonCode, SavePreview
+from hornbill.domain.fields import Confirmed, DryRun, Model, Params, SafetyConfirm, SaveAfter, UidField, UidText, Utc
+from hornbill.domain.servo import Reading
+from hornbill.schema.scale import Value
 
 Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^/\\\x00-\x1f]+$")]
-SafetyWord = Literal["supply", "temperature", "torque_off_in_rom"]
 OnAnomaly = Literal["stop", "continue"]
 
 
@@ -18,48 +21,56 @@ class Save(Model):
     confirm: Confirmed = Field(default=[])
     torque_on: bool = Field(
         default=False,
-        description=(
-            "ROM is to have torque on, whatever RAM has: it is turned on right before the write. The horn is held where"
-            " it stands until the servo restarts, and then does what the forecast says."
-        ),
+        description="ROM is to have torque on, whatever it holds now. Without it, ROM keeps the torque mode it holds.",
     )
+    dry_run: DryRun = False
+
+
+BY_HAND = "by hand"
+"""Reason of a snapshot that a user takes without giving one."""
 
 
 class Snapshot(Model):
     """What a servo held at one instant, in engineering values."""
 
-    id: int
+    id: int = Field(description="ID, as used in paths.")
     uid: UidField
-    at: float = Field(description="seconds since 1970 UTC")
-    reason: str
-    by: str
-    automatic: bool
-    model: str | None
-    firmware: str | None
+    at: float = Field(description="Time of the snapshot, seconds since 1970 UTC.")
+    reason: str = Field(description="Reason for the snapshot.")
+    reason_code: ReasonCode | None = Field(
+        description="Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words."
+    )
+    reason_params: Params
+    by: str = Field(description="Client that did it.")
+    automatic: bool = Field(description="Taken automatically before a change.")
+    model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
+    firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
     values: dict[str, Value] = Field(description="RAM, by key")
-    rom: dict[str, Value] = Field(description="what was known of ROM, by key")
+    rom: dict[str, Value] = Field(description="Values known to be in ROM, by key.")
 
 
 class NewSnapshot(Model):
     """A snapshot to take by hand."""
 
-    reason: str = Field(default="by hand", max_length=200)
+    reason: str = Field(default=BY_HAND, max_length=200, description="Reason, shown to users and written to the audit.")
 
 
 class RowsToWrite(Model):
     """Which rows to write; identity rows (0x44 to 0x46) and torque mode only when they are named or asked for."""
 
-    keys: list[str] | None = Field(default=None, min_length=1, description="null: every row the servo has")
-    identity: bool = False
-    dry_run: bool = False
-    save: bool = False
-    confirm: list[SafetyWord] = Field(default_factory=list[SafetyWord])
+    keys: list[str] | None = Field(
+        default=None, min_length=1, description="Keys of the rows. Null for all rows of the servo."
+    )
+    identity: bool = Field(default=False, description="Include origin, servo ID and node ID (0x44 to 0x46).")
+    dry_run: DryRun = False
+    save: SaveAfter = False
+    confirm: SafetyConfirm
 
 
 class Restore(RowsToWrite):
     """Write back what a snapshot holds of RAM, or what was known of ROM then."""
 
-    source: Literal["ram", "rom"] = "ram"
+    source: Literal["ram", "rom"] = Field(default="ram", description="Values to write: RAM, or what was known of ROM.")
 
 
 class Copy(RowsToWrite):
@@ -68,265 +79,240 @@ class Copy(RowsToWrite):
     from_: str = Field(
         alias="from",
         max_length=200,
-        description="servo:UID, rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME or default:MODEL[@FIRMWARE]",
+        description="Source: servo:UID, rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME or "
+        "default:MODEL[@FIRMWARE].",
     )
-
-
-class LeftOut(Model):
-    """A row that was not written, and why."""
-
-    key: str
-    why: str
 
 
 class Restored(ParametersPatched):
     """The outcome of a restore, as of a PATCH, and the rows that were left out of it."""
 
-    left_out: list[LeftOut]
-
-
-class Difference(Model):
-    """One row that differs: null is what a side does not have (`*_has` false), or what is not known of it."""
-
-    key: str
-    left: Value
-    right: Value
-    left_unit: str = Field(description="0x36 follows 0x37, so that the units may differ (section 4.30)")
-    right_unit: str
-    left_has: bool
-    right_has: bool
-    identity: bool
-
-
-class Comparison(Model):
-    """Two sides, row by row: `servo:UID`, `rom:UID`, `snapshot:ID`, `profile:NAME`, `default:MODEL[@FIRMWARE]`, …"""
-
-    left: str
-    right: str
-    same: int = Field(description="rows that both sides are known to hold alike")
-    differences: list[Difference]
+    left_out: list[LeftOut] = Field(description="Rows that were not written.")
 
 
 class Profile(Model):
     """A named set of values, in engineering units."""
 
-    name: Name
-    description: str = Field(default="", max_length=1000)
-    model: str | None = Field(default=None, description="model it was made for; null: any")
-    firmware: str | None = Field(default=None, description='firmware it was made for, e.g. "1.300"')
-    schema_revision: str = Field(description="tables it was written with")
-    values: dict[str, Value]
-    units: dict[str, str] = Field(description="unit of each number")
-    created_at: float
-    updated_at: float
+    name: Name = Field(description="Name of the profile.")
+    description: str = Field(default="", max_length=1000, description="Purpose of the profile.")
+    model: str | None = Field(default=None, description="Model it is made for. Null for any.")
+    firmware: str | None = Field(default=None, description="Firmware it is made for, such as `1.300`. Null for any.")
+    schema_revision: str = Field(description="Revision of the parameter tables at the time of writing.")
+    values: dict[str, Value] = Field(description="Values by key.")
+    units: dict[str, str] = Field(description="Units of the values, by key.")
+    created_at: Utc
+    updated_at: Utc
 
 
 class ProfilePut(Model):
     """A profile to keep: its values, or the servo (or snapshot) to take them from."""
 
-    description: str = Field(default="", max_length=1000)
-    model: str | None = None
-    firmware: str | None = None
-    values: dict[str, bool | int | float | str] | None = Field(default=None, min_length=1, max_length=200)
-    units: dict[str, str] | None = Field(
-        default=None, max_length=200, description="of values; null: those of the schema"
+    description: str = Field(default="", max_length=1000, description="Purpose of the profile.")
+    model: str | None = Field(default=None, description="Model it is made for. Null for any.")
+    firmware: str | None = Field(default=None, description="Firmware it is made for, such as `1.300`. Null for any.")
+    values: dict[str, bool | int | float | str] | None = Field(
+        default=None, min_length=1, max_length=200, description="Values by key, in the units of the parameter manual."
     )
-    from_uid: UidField | None = None
-    from_snapshot: int | None = None
-    keys: list[str] | None = Field(default=None, description="rows to take; null: all but identity")
-    identity: bool = Field(default=False, description="take the identity rows 0x44 to 0x46 as well")
-
-
-class LineVerdict(Model):
-    """What became of one line of an imported file. `ok`: kept; everything else keeps the whole file out."""
-
-    line: int = Field(description="from 1; 0 when the line is not known")
-    key: str
-    value: Value
-    verdict: Literal[
-        "ok", "unknown", "forbidden", "read_only", "identity", "out_of_range", "invalid", "not_in_this_model"
-    ]
-    text: str = Field(description="what is wrong and what to do; when ok, what is worth knowing")
+    units: dict[str, str] | None = Field(
+        default=None, max_length=200, description="Units of the values, by key. Null for the units of the tables."
+    )
+    from_uid: UidField | None = Field(default=None, description="Servo to take the values from, unique ID.")
+    from_snapshot: int | None = Field(default=None, description="ID of the snapshot to take the values from.")
+    keys: list[str] | None = Field(
+        default=None, description="Keys of the rows to store. Null for all rows but identity."
+    )
+    identity: bool = Field(default=False, description="Include the identity rows 0x44 to 0x46.")
 
 
 class Imported(Model):
     """The verdict on every line of a file; `profile` is null unless all were ok."""
 
-    profile: Profile | None
-    lines: list[LineVerdict]
+    profile: Profile | None = Field(description="Imported profile. Null unless all lines are ok.")
+    lines: list[LineVerdict] = Field(description="Verdict on each line.")
 
 
 class ProfileApply(Model):
     """Servos to bring to a profile, one by one in this order."""
 
-    uids: list[UidField] = Field(min_length=1, max_length=250)
-    dry_run: bool = False
-    save: bool = False
-    on_anomaly: OnAnomaly = Field(
-        default="stop", description="what to do after the first servo that did not do as told"
+    uids: list[UidField] = Field(
+        min_length=1, max_length=250, description="Servos in the order of writing, unique IDs."
     )
-    confirm: list[SafetyWord] = Field(default_factory=list[SafetyWord])
+    dry_run: DryRun = False
+    save: SaveAfter = False
+    on_anomaly: OnAnomaly = Field(
+        default="stop", description="After the first servo with an unexpected result: stop, or continue."
+    )
+    confirm: SafetyConfirm
 
 
 class BatchRead(Model):
     """Parameters × servos."""
 
-    servos: dict[str, "BatchServo"]
+    servos: dict[str, "BatchServo"] = Field(description="Results by unique ID.")
 
 
 class BatchServo(Model):
     """One servo's column of the matrix; `problem` instead of readings where there are none."""
 
-    revision: str | None
-    parameters: dict[str, Reading]
-    problem: Problem | None = None
+    revision: str | None = Field(description="Revision of the values, for If-Match.")
+    parameters: dict[str, Reading] = Field(description="Readings by key.")
+    problem: Problem | None = Field(default=None, description="Reason why there are none. Null otherwise.")
 
 
 class BatchPatch(Model):
     """Values by servo by key. All or nothing for each servo; identity rows may be swapped within the batch."""
 
-    servos: dict[str, dict[str, bool | int | float | str]] = Field(min_length=1, max_length=250)
-    revisions: dict[str, str] = Field(default_factory=dict[str, str], description="as If-Match, by uid")
-    dry_run: bool = False
-    save: bool = False
-    all_or_none: bool = Field(default=False, description="when one servo rejects its plan, none is written")
-    confirm: list[SafetyWord] = Field(default_factory=list[SafetyWord])
+    servos: dict[str, dict[str, bool | int | float | str]] = Field(
+        min_length=1, max_length=250, description="Values by unique ID and key."
+    )
+    revisions: dict[str, str] = Field(
+        default_factory=dict[str, str], description="Revisions as in If-Match, by unique ID."
+    )
+    dry_run: DryRun = False
+    save: SaveAfter = False
+    all_or_none: bool = Field(default=False, description="If one servo rejects its plan, write to none.")
+    confirm: SafetyConfirm
 
 
-class BatchOutcome(Model):
+class BatchOutcome(SavePreview):
     """What became of one servo of a batch; `problem` says why it was rejected or rolled back."""
 
-    uid: str
-    outcome: Literal["applied", "rolled_back", "planned", "rejected", "not_tried"]
-    changes: list[Change]
-    revision: str | None
-    job: str | None = Field(default=None, description="id of the save job, with save: true")
-    problem: Problem | None = None
+    uid: UidText
+    outcome: Literal["applied", "rolled_back", "planned", "rejected", "not_tried"] = Field(
+        description="rejected: nothing was written; not_tried: an earlier servo ended the batch."
+    )
+    changes: list[Change] = Field(description="Changes, row by row.")
+    revision: str | None = Field(description="Revision of the values afterwards. Null if nothing was read.")
+    job: str | None = Field(default=None, description="ID of the save job, with `save`. Null otherwise.")
+    problem: Problem | None = Field(default=None, description="Reason for rejected or rolled_back. Null otherwise.")
 
 
 class BatchPatched(Model):
     """Outcomes in the order of the request."""
 
-    servos: list[BatchOutcome]
-
-
-class DriftRow(Model):
-    """A row of ROM that changed under us."""
-
-    key: str
-    was: Value = Field(description="what ROM was known to hold")
-    now: Value = Field(description="what it was found to hold")
-    proved: bool = Field(
-        description="false: found in RAM of a servo that restarted while nobody watched, so most likely in ROM"
-    )
+    servos: list[BatchOutcome] = Field(description="One entry per servo.")
 
 
 class Drift(Model):
     """What ROM holds otherwise than we last knew. Empty when nothing does."""
 
     uid: UidField
-    rows: list[DriftRow]
+    rows: list[DriftRow] = Field(description="Rows that changed.")
 
 
 class DriftRestore(Model):
     """Write back what ROM held; with `save`, into ROM."""
 
-    save: bool = False
-    confirm: list[SafetyWord] = Field(default_factory=list[SafetyWord])
+    save: SaveAfter = False
+    confirm: SafetyConfirm
 
 
 class KnownServo(Model):
     """A servo ever seen, on the bus or not; instants in seconds since 1970 UTC."""
 
     uid: UidField
-    label: str
-    model: str | None
-    serial: str | None
-    firmware: str | None
-    hardware_version: int | None
-    production_date: str | None
-    node_id: int | None = Field(description="last known")
-    servo_id: int | None = Field(description="last known")
-    first_seen: float | None
-    last_seen: float | None
-    online: bool
-    rom: dict[str, Value] = Field(description="configuration last known to be in ROM")
-    snapshots: int
-    drift: list[str]
+    label: str = Field(description="Nickname. Empty if none.")
+    model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
+    serial: str | None = Field(description="Serial number: model number, dash, product number. Null if unknown.")
+    firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
+    hardware_version: int | None = Field(description="Hardware version from GetNodeInfo. Null if unknown.")
+    production_date: str | None = Field(description="Production date as the servo reports it. Null if unknown.")
+    node_id: int | None = Field(description="Last known node ID. Null if none.")
+    servo_id: int | None = Field(description="Last known servo ID (0x45). Null if unknown.")
+    first_seen: float | None = Field(description="First contact, seconds since 1970 UTC. Null if unknown.")
+    last_seen: float | None = Field(description="Last contact, seconds since 1970 UTC. Null if unknown.")
+    online: bool = Field(description="Received recently.")
+    rom: dict[str, Value] = Field(description="Values last known to be in ROM, by key.")
+    snapshots: int = Field(description="Number of stored snapshots.")
+    drift: list[str] = Field(description="Keys of rows whose ROM value changed unexpectedly.")
 
 
 class AuditRow(Model):
     """Who did what, with what came of it; values in engineering units."""
 
-    id: int
-    at: float
-    by: str
-    action: str
-    outcome: str
-    uid: str | None
-    key: str | None
-    before: Any = None
-    requested: Any = None
-    after: Any = None
-    detail: str
-    job: str | None
+    id: int = Field(description="ID, as used in paths.")
+    at: Utc
+    by: str = Field(description="Client that did it.")
+    action: str = Field(description="Action, such as `write` or `save`.")
+    outcome: str = Field(description="Result of the action.")
+    uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
+    key: str | None = Field(description="Parameter key. Null if the action concerns no row.")
+    before: Any = Field(default=None, description="Value before.")
+    requested: Any = Field(default=None, description="Requested value.")
+    after: Any = Field(default=None, description="Value afterwards.")
+    detail: str = Field(description="One sentence with the details.")
+    job: str | None = Field(description="ID of the job it was part of. Null if none.")
 
 
-class Forecast(Model):
-    """What a restart would do to the horn, and what speaks against it."""
+class Restart(Model):
+    """Options of a restart."""
 
-    moves: bool
-    from_deg: float | None
-    to_deg: float | None
-    takes_s: float | None = Field(description="about; at the 30 rpm of soft start (section 4.14)")
-    turn_count_lost: bool
-    text: str
-    warnings: list[str]
+    dry_run: DryRun = False
 
 
-class ResetPreview(Model):
-    """What a factory reset would change."""
+class RestartPreview(Model):
+    """What a restart would change."""
 
-    changes: list[Change]
-    kept: dict[str, Value] = Field(description="identity rows that stay")
+    lost: list[Change] = Field(description="Rows that are in RAM only. `requested` is the value after the restart.")
     restart: Forecast
 
 
 class FactoryReset(Model):
     """`keep_identity`: 0x44 to 0x46 stay. The result is saved, which restarts the servo."""
 
-    keep_identity: bool = True
+    keep_identity: bool = Field(default=True, description="Keep origin, servo ID and node ID.")
+    dry_run: DryRun = False
 
 
 class Candidate(Model):
     """A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free."""
 
     servo: Servo
-    servo_id: int | None
+    servo_id: int | None = Field(description="Next free servo ID. Null if none is free.")
 
 
 class Candidates(Model):
     """Servos to commission, in the order of their serials, and nodes that still wait for a node id."""
 
-    servos: list[Candidate]
-    pending: list[PendingAllocation]
+    servos: list[Candidate] = Field(description="One entry per servo.")
+    pending: list[PendingAllocation] = Field(description="Nodes that still wait for a node ID.")
 
 
 class CommissionServo(Model):
     """What one servo is to become; null and "" leave as it is."""
 
     uid: UidField
-    servo_id: int | None = Field(default=None, ge=1, le=254)
-    node_id: int | None = Field(default=None, ge=0, le=125, description="static node id; 0: dynamic")
-    label: str = Field(default="", max_length=64)
+    servo_id: int | None = Field(default=None, ge=1, le=254, description="Servo ID (0x45), 1 to 254. Null to keep it.")
+    node_id: int | None = Field(
+        default=None, ge=0, le=125, description="Static node ID. 0 for dynamic. Null to keep it."
+    )
+    label: str = Field(default="", max_length=64, description="Nickname.")
 
 
 class Commissioning(Model):
     """Servos to commission by one job, in this order."""
 
-    servos: list[CommissionServo] = Field(min_length=1, max_length=125)
-    profile: str | None = None
-    save: bool = True
-    identify: bool = Field(default=False, description="wiggle each horn before its servo is given its identity")
-    on_anomaly: OnAnomaly = "stop"
-    confirm: list[SafetyWord] = Field(default_factory=list[SafetyWord])
+    servos: list[CommissionServo] = Field(min_length=1, max_length=125, description="Servos to commission.")
+    profile: str | None = Field(default=None, description="Name of the profile to apply to all servos. Null for none.")
+    save: SaveAfter = True
+    identify: bool = Field(default=False, description="Wiggle each horn before the servo gets its identity.")
+    on_anomaly: OnAnomaly = Field(
+        default="stop",
+        description="After the first servo with an unexpected result: leave the remaining servos unchanged, or "
+        "continue.",
+    )
+    confirm: SafetyConfirm
+    dry_run: DryRun = False
+
+
+class CommissionPlan(SavePreview):
+    """What commissioning would do with one servo."""
+
+    uid: UidField
+    changes: list[Change] = Field(description="Rows to write.")
+
+
+class CommissioningPreview(Model):
+    """What commissioning would do, servo by servo, in the order of the request."""
+
+    servos: list[CommissionPlan] = Field(description="One entry per servo.")

@@ -4,11 +4,14 @@ from typing import Annotated
 
 from fastapi import Depends, Header, Path, Request
 
-from hornbill.bus.adapters import Adapters
-from hornbill.bus.bundles import BundleFolder
-from hornbill.bus.recorder import Recorder
+from hornbill.bus.listing import Adapters
+from hornbill.bus.recordings.bus_log import BusLog
+from hornbill.bus.recordings.folder import RecordingFolder
+from hornbill.domain.fields import UidField
+from hornbill.errors import Unknown
+from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
-from hornbill.servo.servo import Servo
+from hornbill.units import Uid
 
 
 async def _host(request: Request) -> Host:
@@ -30,29 +33,55 @@ async def _adapters(request: Request) -> Adapters:
 TheAdapters = Annotated[Adapters, Depends(_adapters)]
 
 
-async def _recorder(request: Request) -> Recorder:
-    recorder = request.app.state.recorder
-    assert isinstance(recorder, Recorder)
-    return recorder
+async def _bus_log(request: Request) -> BusLog:
+    bus_log = request.app.state.bus_log
+    assert isinstance(bus_log, BusLog)
+    return bus_log
 
 
-TheRecorder = Annotated[Recorder, Depends(_recorder)]
+TheBusLog = Annotated[BusLog, Depends(_bus_log)]
 
 
-async def _bundles(request: Request) -> BundleFolder:
+async def _bundles(request: Request) -> RecordingFolder:
     bundles = request.app.state.bundles
-    assert isinstance(bundles, BundleFolder)
+    assert isinstance(bundles, RecordingFolder)
     return bundles
 
 
-TheBundles = Annotated[BundleFolder, Depends(_bundles)]
+TheBundles = Annotated[RecordingFolder, Depends(_bundles)]
 
 
-async def _servo(host: TheHost, uid: Annotated[str, Path(description="unique id, 32 lower-case hex digits")]) -> Servo:
+async def _servo(host: TheHost, uid: Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.")]) -> Servo:
     return host.fleet.get(uid)
 
 
 TheServo = Annotated[Servo, Depends(_servo)]
 """The servo of `{uid}`; unknown_servo (404) where there is none."""
 
-LeaseHeader = Annotated[str | None, Header(alias="Lease", description="id of a live lease")]
+UidPath = Annotated[UidField, Path(description="Unique ID, 32 lower-case hex digits.")]
+"""A `{uid}` that need not be on the bus."""
+
+
+def known_uid(host: Host, uid: str) -> Uid:
+    """The unique ID of a servo on the bus or only remembered. Raises Unknown(unknown_servo) where neither is true."""
+    if not host.fleet.knows(uid) and host.store.servos.get(Uid(uid)) is None:
+        raise never_seen(uid)
+    return Uid(uid)
+
+
+def never_seen(uid: str) -> Unknown:
+    """The refusal of a servo that was never seen."""
+    return Unknown(
+        "unknown_servo", f"No servo {uid!r} was ever met.", request="GET /api/v1/inventory lists them.", uid=uid
+    )
+
+
+LeaseHeader = Annotated[str | None, Header(alias="Lease", description="ID of a valid lease.")]
+IfMatch = Annotated[
+    str | None,
+    Header(alias="If-Match", description="`revision` of the last read. If values have changed: `stale_revision`."),
+]
+JobId = Annotated[str, Path(description="ID of the job.")]
+LeaseId = Annotated[str, Path(description="ID of the lease.")]
+RequestId = Annotated[str, Path(description="ID of the request for motion control.")]
+StreamId = Annotated[str, Path(description="ID of the stream.")]

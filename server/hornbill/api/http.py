@@ -6,52 +6,29 @@ from pathlib import Path
 
 from fastapi import FastAPI
 from starlette.middleware import Middleware
-from starlette.routing import BaseRoute
+from starlette.routing import Route, WebSocketRoute
 
 from hornbill import __version__
-from hornbill.api import (
-    PREFIX,
-    access_routes,
-    audit,
-    batch,
-    bus,
-    commissioning,
-    docs,
-    drift,
-    event_stream,
-    faults,
-    identify,
-    inventory,
-    jobs,
-    lab,
-    leases,
-    live,
-    logs,
-    metrics,
-    motion,
-    nodes,
-    page,
-    parameters,
-    position_unit,
-    problems,
-    profiles,
-    recorder,
-    reports,
-    resetting,
-    schema,
-    servos,
-    sim,
-    snapshots,
-    stop,
-    streams,
-    telemetry,
-)
-from hornbill.api.access import Access
-from hornbill.api.document import document
-from hornbill.api.guard import Guard
+from hornbill.api import problems
+from hornbill.api.idempotency import Idempotency
+from hornbill.api.live import event_stream
+from hornbill.api.live import socket as live
 from hornbill.api.meter import Measures, Meter
-from hornbill.api.once import Once
-from hornbill.api.origin import Policy
+from hornbill.api.openapi.document import document
+from hornbill.api.pages import docs, page
+from hornbill.api.routes.bus import bus, logs, nodes
+from hornbill.api.routes.configuration import commissioning, drift, parameters, profiles, snapshots
+from hornbill.api.routes.configuration import matrix as batch
+from hornbill.api.routes.configuration import restart as resetting
+from hornbill.api.routes.motion import identify, lab, leases, motion, stop, streams
+from hornbill.api.routes.server import access as access_routes
+from hornbill.api.routes.server import audit, jobs, metrics, recorder, reports, schema, sim
+from hornbill.api.routes.servos import faults, inventory, position_unit, servos, telemetry
+from hornbill.api.routing import Routes
+from hornbill.api.security.access import Access
+from hornbill.api.security.guard import Guard
+from hornbill.api.security.origin import Policy
+from hornbill.api.security.roles import Role, RouteRole, RouteTable
 from hornbill.schema.catalog import Catalog
 
 Lifespan = Callable[[FastAPI], AbstractAsyncContextManager[None]]
@@ -67,7 +44,7 @@ def create_api(
     root_path: str = "",
     page_folder: Callable[[], Path | None] = lambda: None,
     docs_folder: Callable[[], Path | None] = lambda: None,
-    mounted: Sequence[BaseRoute] = (),
+    mounted: Sequence[Route | WebSocketRoute] = (),
     demo: bool = False,
 ) -> FastAPI:
     """The application. `lifespan` sets `app.state.host`; `mounted`: routes of other layers (the 3D view).
@@ -77,18 +54,21 @@ def create_api(
     """
     access = access or Access()
     measures = Measures()
+    table = table_of(catalog, page_folder, docs_folder, mounted)
     app = FastAPI(
         title="hornbill",
         version=__version__,
-        summary="Configure and drive BLA15 and BLA21 servos over DroneCAN",
+        summary="Configure and drive BLA15, BLA21 and BLA34 servos over DroneCAN",
         lifespan=lifespan,
-        openapi_url=f"{PREFIX}/openapi.json",
+        openapi_url=None,
         docs_url=None,
         redoc_url=None,
         middleware=[
-            Middleware(Meter, measures=measures, root_path=root_path),
-            Middleware(Guard, policy=policy, access=access, behind_proxy=behind_proxy, root_path=root_path),
-            Middleware(Once),
+            Middleware(Meter, measures=measures),
+            Middleware(
+                Guard, table=table, policy=policy, access=access, behind_proxy=behind_proxy, root_path=root_path
+            ),
+            Middleware(Idempotency),
         ],
         servers=[{"url": root_path}] if root_path else None,
         separate_input_output_schemas=False,
@@ -97,42 +77,59 @@ def create_api(
     app.state.access = access
     app.state.measures = measures
     problems.install(app)
-    for part in (
-        stop.router,  # routes are looked through in this order
-        parameters.router(catalog),  # a rig writes a thousand values a second
-        servos.router,
-        inventory.router,
-        drift.router,
-        faults.router,
-        jobs.router,
-        reports.router,
-        commissioning.router,
-        batch.router,
-        identify.router,
-        motion.router,
-        streams.router,
-        leases.router,
-        position_unit.router,
-        bus.router,
-        logs.router,
-        nodes.router,
-        schema.router(catalog),
-        profiles.router,
-        resetting.router,
-        telemetry.router,
-        snapshots.router,
-        audit.router,
-        lab.router,
-        recorder.router,
-        sim.router(catalog),
-        live.router,
-        event_stream.router,
-        access_routes.router,
-        metrics.router,
-    ):
-        app.router.routes.extend(part.routes)
-    app.router.routes.extend(mounted)
-    docs.install(app, docs_folder)
-    page.install(app, page_folder)
+    app.router.routes.extend(row.route for row in table.rows)
     app.openapi = lambda: document(app, catalog)
     return app
+
+
+def table_of(
+    catalog: Catalog,
+    page_folder: Callable[[], Path | None] = lambda: None,
+    docs_folder: Callable[[], Path | None] = lambda: None,
+    mounted: Sequence[Route | WebSocketRoute] = (),
+) -> RouteTable:
+    """Every route with its least role, in the order in which they are matched; the page takes what is left."""
+    return RouteTable(
+        [
+            *(row for part in _parts(catalog) for row in part.rows),
+            *(RouteRole(route, Role.VIEW) for route in mounted),
+            *docs.routes(docs_folder, page_folder).rows,
+            *page.routes(page_folder).rows,
+        ]
+    )
+
+
+def _parts(catalog: Catalog) -> list[Routes]:
+    return [
+        stop.routes,
+        parameters.routes(catalog),  # a rig writes a thousand values a second
+        servos.routes,
+        inventory.routes,
+        drift.routes,
+        faults.routes,
+        jobs.routes,
+        reports.routes,
+        commissioning.routes,
+        batch.routes,
+        identify.routes,
+        motion.routes,
+        streams.routes,
+        leases.routes,
+        position_unit.routes,
+        bus.routes,
+        logs.routes,
+        nodes.routes,
+        schema.routes(catalog),
+        profiles.routes,
+        resetting.routes,
+        telemetry.routes,
+        snapshots.routes,
+        audit.routes,
+        lab.routes,
+        recorder.routes,
+        sim.routes(catalog),
+        live.routes,
+        event_stream.routes,
+        access_routes.routes,
+        metrics.routes,
+    ]

@@ -1,4 +1,4 @@
-"""Owns Meter: how long requests take and how many sockets are open, by route, counted before anything else is done."""
+"""Durations of requests and open sockets, by route; outside the guard, so that refusals are counted."""
 
 from collections import Counter
 from time import perf_counter
@@ -6,8 +6,8 @@ from typing import Final
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from hornbill.api.roles import route_of
-from hornbill.servo.counting import Spread
+from hornbill.api.security.roles import ROW, RouteRole
+from hornbill.servo.runtime.histogram import Histogram
 
 BOUNDS_S: Final = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0, 60.0)
 
@@ -17,10 +17,10 @@ _GONE: Final = 499
 
 
 class Measures:
-    """What one application has counted. Bounded: routes come from the table of routes, never from a request."""
+    """What one application has counted. Bounded: routes are path templates, never paths of a request."""
 
     def __init__(self) -> None:
-        self.requests: dict[tuple[str, str, int], Spread] = {}
+        self.requests: dict[tuple[str, str, int], Histogram] = {}
         """By method, route and status."""
         self.under_way = 0
         self.sockets: Counter[str] = Counter()
@@ -30,18 +30,16 @@ class Measures:
         """One request was answered."""
         spread = self.requests.get((method, route, status))
         if spread is None:
-            spread = self.requests[method, route, status] = Spread(BOUNDS_S)
+            spread = self.requests[method, route, status] = Histogram(BOUNDS_S)
         spread.add(took_s)
 
 
 class Meter:
     """ASGI middleware, the outermost: what the guard refuses is counted too."""
 
-    def __init__(self, app: ASGIApp, measures: Measures, root_path: str = "") -> None:
-        """`root_path` as the guard's: where a proxy puts the application."""
+    def __init__(self, app: ASGIApp, measures: Measures) -> None:
         self._app = app
         self._measures = measures
-        self._root_path = root_path
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass it on, and note how it went."""
@@ -68,25 +66,26 @@ class Meter:
         finally:
             measures.under_way -= 1
             method = scope["method"] if scope["method"] in _METHODS else "other"
-            measures.took(method, self._route(scope), status, perf_counter() - began)
+            measures.took(method, _route(scope), status, perf_counter() - began)
 
     async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
-        route, open_now = self._route(scope), False
+        open_now = False
 
         async def sending(message: Message) -> None:
             nonlocal open_now
             if message["type"] == "websocket.accept":
                 open_now = True
-                self._measures.sockets[route] += 1
+                self._measures.sockets[_route(scope)] += 1
             await send(message)
 
         try:
             await self._app(scope, receive, sending)
         finally:
             if open_now:
-                self._measures.sockets[route] -= 1
+                self._measures.sockets[_route(scope)] -= 1
 
-    def _route(self, scope: Scope) -> str:
-        path, root = str(scope["path"]), self._root_path
-        below = path[len(root) :] if root and (path == root or path.startswith(root + "/")) else path
-        return route_of(scope.get("method", "GET"), below)
+
+def _route(scope: Scope) -> str:
+    """The path template of the route the guard has found; "other" where no route is declared."""
+    row: RouteRole | None = scope.get(ROW)
+    return "other" if row is None else row.route.path

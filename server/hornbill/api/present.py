@@ -1,15 +1,20 @@
 """Owns the step from the servo layer's objects to the JSON shapes of models.py."""
 
+from typing import Any, Literal
+
 from hornbill.api import bus_models, models, motion_models
 from hornbill.api.problems import problem
 from hornbill.schema.scale import to_value
-from hornbill.servo.host import Host
-from hornbill.servo.jobs import Job
-from hornbill.servo.leases import Lease
-from hornbill.servo.reading import Reading
-from hornbill.servo.servo import Servo
-from hornbill.servo.takeover import Asked
-from hornbill.wire.port import NO_PORT
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.host import Connection, Host
+from hornbill.servo.motion.takeover import TakeOverRequest
+from hornbill.servo.runs.restore_output import Prospect
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.leases import HeldLease
+from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
+
+FULL_FRAME_BITS = 140
+"""Of an extended frame with 8 bytes: 131 and the usual stuffing."""
 
 
 def servo(host: Host, one: Servo) -> models.Servo:
@@ -28,6 +33,7 @@ def servo(host: Host, one: Servo) -> models.Servo:
         label=one.label,
         name=one.name,
         model=model.name if model else None,
+        model_number=one.model_number,
         series=model.series if model else None,
         pwm=model.pwm if model else None,
         firmware=one.firmware_text,
@@ -35,6 +41,8 @@ def servo(host: Host, one: Servo) -> models.Servo:
         serial=one.serial,
         production_date=one.production_date,
         known_model=model is not None,
+        treated_as=models.TreatedAs(model=one.treated_as[0], firmware=one.treated_as[1]),
+        firmware_note=host.catalog.note_on(model, one.firmware),
         online=one.online,
         state=one.state.value,
         health=one.health.name.lower() if one.health is not None else None,  # pyright: ignore[reportArgumentType]
@@ -44,8 +52,11 @@ def servo(host: Host, one: Servo) -> models.Servo:
         command_deg=command,
         age_s=None if one.angle_at is None else round(now - one.angle_at, 3),
         position_unit=position_unit(host, one),
+        output=output(host, one),
+        activity=activity(host, one),
         unsaved=one.unsaved(),
         drift=list(one.drift),
+        lost=[models.LostValue(key=key, value=value, at=at) for key, value, at in host.lost_values.shown(one)],
         faults=models.FaultWords(
             notification=one.raw("fault_notification"),
             warning=one.raw("fault_warning"),
@@ -53,6 +64,38 @@ def servo(host: Host, one: Servo) -> models.Servo:
         ),
         unacknowledged=host.faults.unacknowledged(one.uid),
         bus=host.connection.port.address if host.connection and one.online else None,
+    )
+
+
+def output(host: Host, one: Servo) -> models.Output:
+    """What its motor gets, and why."""
+    found = one.output_state
+    since = None if found.since is None else host.base.utc(found.since)
+    return models.Output(state=found.state, reason=found.reason, by=found.by, since=since)
+
+
+def output_restore(host: Host, found: list[Prospect]) -> models.OutputRestorePreview:
+    """What restoring outputs would do, servo by servo."""
+    servos = [
+        models.RestorableOutput(
+            uid=one.servo.uid, title=one.servo.title, output=output(host, one.servo),
+            torque_pct=one.servo.raw("current_torque"), under_load=one.under_load, needs_lease=one.needs_lease,
+            problem=None if one.problem is None else problem(one.problem),
+        )
+        for one in found
+    ]  # fmt: skip
+    return models.OutputRestorePreview(clears_stop=host.stop.latched, servos=servos)
+
+
+def activity(host: Host, one: Servo) -> models.Activity:
+    """What its motor and horn do now."""
+    found = host.activities.of(one)
+    return models.Activity(
+        state=found.doing,
+        since=host.base.utc(found.since),
+        peak_to_peak_deg=found.peak_to_peak_deg,
+        torque_pct=found.torque_pct,
+        torque_limit_pct=found.torque_limit_pct,
     )
 
 
@@ -64,12 +107,7 @@ def position_unit(host: Host, one: Servo) -> models.PositionUnitState:
     )
 
 
-def reading(one: Reading) -> models.Reading:
-    """A reading as it is."""
-    return models.Reading.model_validate(one)
-
-
-def job(one: Job) -> models.Job:
+def job(one: RunningJob) -> models.Job:
     """A job with its steps; a failed one carries its problem."""
     return models.Job(
         id=one.id,
@@ -87,15 +125,16 @@ def job(one: Job) -> models.Job:
     )
 
 
-def lease(host: Host, one: Lease) -> models.Lease:
+def lease(host: Host, one: HeldLease) -> models.Lease:
     """A lease with the id that lets its holder use it."""
     return models.Lease(id=one.id, **lease_view(host, one).model_dump())
 
 
-def lease_view(host: Host, one: Lease) -> models.LeaseView:
+def lease_view(host: Host, one: HeldLease) -> models.LeaseView:
     """A lease as everybody may see it."""
     asked = host.takeovers.waiting
     return models.LeaseView(
+        shown_id=one.shown_id,
         holder=one.holder,
         ttl_s=one.ttl_s,
         expires_at=host.base.utc(one.expires_at),
@@ -106,7 +145,7 @@ def lease_view(host: Host, one: Lease) -> models.LeaseView:
     )
 
 
-def take_over(host: Host, one: Asked) -> motion_models.TakeOverState:
+def take_over(host: Host, one: TakeOverRequest) -> motion_models.TakeOverState:
     """A request for motion control, as whoever made it may see it."""
     now = host.base.now()
     current = host.leases.current(now)
@@ -153,10 +192,15 @@ def bus(host: Host) -> bus_models.Bus:
         bitrate=port.bitrate or None,
         sample_point=port.sample_point,
         trouble=port.trouble,
+        trouble_code=_trouble_code(port),
+        notes=[bus_models.AdapterNote.model_validate(one) for one in port.details.notes],
+        serial_line=None if connection is None else _serial_line(connection),
+        limited_by=None if connection is None else _limited_by(connection.port),
+        frame_gap_ms=round(port.details.frame_gap_s * 1000, 3),
         retry_in_s=port.retry_in_s,
         reopened=seen.reopened,
         load_pct=None if connection is None else round(connection.load_pct, 2),
-        load_cap_pct=host.polling.budget * 100,
+        load_cap_pct=round(host.polling.cap * 100, 2),
         rx_fps=0.0 if connection is None else round(connection.rx_fps, 1),
         tx_fps=0.0 if connection is None else round(connection.tx_fps, 1),
         rx_frames=seen.rx_frames,
@@ -171,6 +215,43 @@ def bus(host: Host) -> bus_models.Bus:
     )
 
 
+def _trouble_code(port: CanPort | NoPort) -> Any:
+    if port.trouble is None:
+        return None
+    match port.state:
+        case PortState.PASSIVE:
+            return "nothing_received" if port.details.nothing_received else "error_passive"
+        case PortState.BUS_OFF:
+            return "bus_off"
+        case PortState.ACTIVE:
+            return "recording_over"
+        case _:
+            return "adapter_lost"
+
+
+def _serial_line(connection: Connection) -> bus_models.SerialLine | None:
+    line, used = connection.port.details.serial_line, connection.line_pct
+    if line is None:
+        return None
+    return bus_models.SerialLine(
+        baud=line.baud,
+        budget=line.budget,
+        load_pct=None if used is None else round(used, 1),
+        found=line.found,
+        confirmed=line.confirmed,
+        serial_number=line.serial_number,
+        latency_ms=line.latency_ms,
+    )
+
+
+def _limited_by(port: CanPort) -> Literal["can", "serial_line"]:
+    """Frames of full length on the bus take FULL_FRAME_BITS, stuffing counted."""
+    line = port.details.serial_line
+    if line is None or line.budget is None:
+        return "can"
+    return "serial_line" if line.budget < port.bitrate / FULL_FRAME_BITS else "can"
+
+
 def allocator(host: Host) -> bus_models.AllocatorState:
     """What the node-id allocator is doing; without a bus, what it would."""
     one, now = host.allocating.allocator, host.base.now()
@@ -181,6 +262,7 @@ def allocator(host: Host) -> bus_models.AllocatorState:
         pending=len(one.pending(now)),
         free=one.free(now),
         rival_node_id=None if one.rival is None else one.rival.node_id,
+        own_id_shared=one.own_id_shared,
     )
 
 

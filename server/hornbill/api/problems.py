@@ -1,7 +1,7 @@
 """Owns the one table from errors to HTTP answers, as application/problem+json."""
 
 import json
-from typing import Any
+from typing import Any, Final
 
 import orjson
 from fastapi import FastAPI, Request
@@ -11,6 +11,7 @@ from starlette.responses import Response
 
 from hornbill import errors
 from hornbill.api.models import Problem
+from hornbill.domain.fields import Param
 
 STATUS: dict[str, int] = {
     "unknown_servo": 404,
@@ -71,8 +72,34 @@ STATUS: dict[str, int] = {
 """HTTP status of every code an error can carry; a test walks the error tree against it."""
 
 MEDIA_TYPE = "application/problem+json"
-_SHAPE = {"$ref": "#/components/schemas/Problem"}
-"""Named here and not given as a model: FastAPI would declare it as application/json, which no problem is."""
+_RESPONSE: Final = "#/components/responses/"
+_CONTENT = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}
+_LIMITED: Final = {
+    "Retry-After": {
+        "description": "With 429: time to wait before the next attempt, s.",
+        "schema": {"type": "integer", "minimum": 1},
+    }
+}
+COMMON: Final = (
+    "unauthorized", "forbidden_role", "forbidden_origin", "too_large", "unsupported_media_type", "too_many_attempts",
+    "internal",
+)  # fmt: skip
+"""Codes any request may be refused with before its route sees it."""
+
+
+def _common(*codes: str) -> str:
+    return f"Refused before it reached its operation: {', '.join(f'`{code}` ({STATUS[code]})' for code in codes)}."
+
+
+RESPONSES: Final[dict[str, Any]] = {
+    "Problem": {"description": "What went wrong, and what to do.", "content": _CONTENT},
+    "CommonProblem": {"description": _common(*COMMON), "headers": _LIMITED, "content": _CONTENT},
+    "StopProblem": {
+        "description": _common(*(code for code in COMMON if code != "too_many_attempts")),
+        "content": _CONTENT,
+    },
+}
+"""The responses that operations share, as components of the document; an operation adds its codes."""
 
 
 def problem(error: errors.HornbillError) -> Problem:
@@ -81,8 +108,13 @@ def problem(error: errors.HornbillError) -> Problem:
     facts = {key: value for key, value in error.facts.items() if key not in Problem.model_fields}
     return Problem(
         type=f"urn:hornbill:{error.code}", title=error.title, status=status, code=error.code,
-        detail=error.detail, **facts,
+        detail=error.detail, summary=error.summary, params=params_of(error), **facts,
     )  # fmt: skip
+
+
+def params_of(error: errors.HornbillError) -> dict[str, Param]:
+    """The plain values among the facts of an error."""
+    return {key: fact for key, fact in error.facts.items() if isinstance(fact, str | int | float)}
 
 
 def answer(error: errors.HornbillError) -> Response:
@@ -96,24 +128,15 @@ def answer(error: errors.HornbillError) -> Response:
     return Response(text, shown.status, headers, media_type=MEDIA_TYPE)
 
 
-def declared(*codes: str) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI responses for these codes, gathered by status."""
-    found: dict[int | str, dict[str, Any]] = {}
-    for code in codes:
-        entry = found.setdefault(STATUS[code], {"description": "", "content": {MEDIA_TYPE: {"schema": _SHAPE}}})
-        entry["description"] = ", ".join(filter(None, (entry["description"], f"`{code}`")))
-    return found
-
-
-def together(*tables: dict[int | str, dict[str, Any]]) -> dict[int | str, dict[str, Any]]:
-    """Several of `declared` as one; written side by side in a dict the last one of a status would hide the others."""
-    found: dict[int | str, dict[str, Any]] = {}
-    for table in tables:
-        for status, entry in table.items():
-            before = found.get(status, {}).get("description", "")
-            codes = dict.fromkeys(code for text in (before, entry["description"]) for code in text.split(", ") if code)
-            found[status] = {**entry, "description": ", ".join(codes)}
-    return found
+def declared(*codes: str, limited: bool = True) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI responses for these codes, gathered by status. `limited`: wrong tokens are refused for a while (429)."""
+    by_status: dict[int, list[str]] = {}
+    for code in dict.fromkeys(codes):
+        by_status.setdefault(STATUS[code], []).append(f"`{code}`")
+    own = {
+        status: {"$ref": f"{_RESPONSE}Problem", "description": ", ".join(named)} for status, named in by_status.items()
+    }
+    return {**own, "default": {"$ref": f"{_RESPONSE}{'CommonProblem' if limited else 'StopProblem'}"}}
 
 
 def install(app: FastAPI) -> None:
@@ -142,5 +165,6 @@ def install(app: FastAPI) -> None:
         shown = Problem(
             type=f"urn:hornbill:{code}", title=str(error.detail), status=error.status_code, code=code,
             detail=f"{request.method} {request.url.path}: {error.detail}. /api/v1/openapi.json lists what there is.",
+            summary=f"{request.method} {request.url.path}: {error.detail}.",
         )  # fmt: skip
         return Response(orjson.dumps(shown.model_dump()), error.status_code, media_type=MEDIA_TYPE)

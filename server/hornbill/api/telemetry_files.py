@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from hornbill.csv_text import Formatted, csv_text
 from hornbill.errors import NotAvailable
-from hornbill.servo.ring import Columns
-from hornbill.servo.timebase import TimeBase
+from hornbill.servo.monitoring.sample_ring import SampleColumns
+from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant
 
 ROWS_A_PIECE = 500
@@ -26,9 +27,9 @@ ROWS_A_GROUP = 65_536
 _Sample = tuple[Instant, int, float]
 
 
-async def csv(columns: Mapping[str, Columns], base: TimeBase) -> AsyncIterator[bytes]:
+async def csv(columns: Mapping[str, SampleColumns], base: TimeBase) -> AsyncIterator[bytes]:
     """One line a sample time: `t_utc`, `t_s` on the server's clock, and a cell a channel, empty where it has none."""
-    yield f"t_utc,t_s,{','.join(columns)}\n".encode()
+    yield csv_text([["t_utc", "t_s", *columns]], end="\n").encode()
     rows = _rows(columns)
     while True:
         piece = list(islice(rows, ROWS_A_PIECE))
@@ -36,14 +37,16 @@ async def csv(columns: Mapping[str, Columns], base: TimeBase) -> AsyncIterator[b
             return
         utc = np.array([base.utc(t) * 1e6 for t, _ in piece]).round().astype("datetime64[us]")
         told = np.datetime_as_string(utc, unit="us").tolist()
-        lines = [f"{at}Z,{t:.6f},{','.join(cells)}" for at, (t, cells) in zip(told, piece, strict=True)]
-        yield ("\n".join(lines) + "\n").encode()
+        lines = (
+            [Formatted(f"{at}Z"), Formatted(f"{t:.6f}"), *cells] for at, (t, cells) in zip(told, piece, strict=True)
+        )
+        yield csv_text(lines, end="\n").encode()
         await asyncio.sleep(0)
 
 
-def _rows(columns: Mapping[str, Columns]) -> Iterator[tuple[Instant, list[str]]]:
+def _rows(columns: Mapping[str, SampleColumns]) -> Iterator[tuple[Instant, list[float | None]]]:
     """Sample times in order, each with its cells."""
-    empty = [""] * len(columns)
+    empty: list[float | None] = [None] * len(columns)
     at, cells = -math.inf, list(empty)
     for t, place, value in heapq.merge(*_samples(columns), key=itemgetter(0)):
         if t != at:
@@ -51,13 +54,13 @@ def _rows(columns: Mapping[str, Columns]) -> Iterator[tuple[Instant, list[str]]]
                 yield at, cells
             at, cells = t, list(empty)
         if value == value:
-            cells[place] = repr(value)
+            cells[place] = value
     if at > -math.inf:
         yield at, cells
 
 
-def _samples(columns: Mapping[str, Columns]) -> list[Iterable[_Sample]]:
-    def of(place: int, one: Columns) -> Iterator[_Sample]:
+def _samples(columns: Mapping[str, SampleColumns]) -> list[Iterable[_Sample]]:
+    def of(place: int, one: SampleColumns) -> Iterator[_Sample]:
         for times, values in one.pieces:
             for t, value in zip(times.tolist(), values.tolist(), strict=True):
                 yield t, place, value
@@ -74,7 +77,7 @@ def need_parquet() -> None:
         )
 
 
-async def parquet(columns: Mapping[str, Columns], utc_offset: float) -> AsyncIterator[bytes]:
+async def parquet(columns: Mapping[str, SampleColumns], utc_offset: float) -> AsyncIterator[bytes]:
     """Rows of `channel`, `t` (seconds on the server's clock) and `value` (null is a gap), channel by channel.
 
     The file's metadata has `utc_offset`: add it to `t` for seconds since 1970 UTC.
@@ -89,17 +92,17 @@ async def parquet(columns: Mapping[str, Columns], utc_offset: float) -> AsyncIte
     yield sink.taken()
 
 
-def _groups(one: Columns) -> Iterator[tuple[Any, Any]]:
+def _groups(one: SampleColumns) -> Iterator[tuple[Any, Any]]:
     """Pieces put together to at most ROWS_A_GROUP samples and one piece."""
     waiting, rows = list[tuple[Any, Any]](), 0
     for piece in one.pieces:
         waiting.append(piece)
         rows += len(piece[0])
         if rows >= ROWS_A_GROUP:
-            yield Columns(tuple(waiting)).joined()
+            yield SampleColumns(tuple(waiting)).joined()
             waiting, rows = [], 0
     if waiting:
-        yield Columns(tuple(waiting)).joined()
+        yield SampleColumns(tuple(waiting)).joined()
 
 
 class _Writer:

@@ -1,15 +1,20 @@
-"""Owns open_port: from an address such as `socketcan:can0` to an open CanPort, or to the reason and its remedy."""
+"""open_port: from an address such as `socketcan:can0` to an open CanPort, or to the reason and its remedy."""
 
 import asyncio
 import threading
+from functools import partial
 from typing import Any
 
 import can
 
-from hornbill.bus import socketcan
-from hornbill.bus.diagnosis import diagnose
-from hornbill.bus.pythoncan import PythonCanPort
-from hornbill.bus.slcan import SlcanBus
+from hornbill.bus.adapters import socketcan
+from hornbill.bus.adapters.diagnosis import diagnose
+from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, BaudMemory, usb_of
+from hornbill.bus.ports.candle import CandleLink
+from hornbill.bus.ports.link import AdapterLink
+from hornbill.bus.ports.pythoncan import PythonCanPort
+from hornbill.bus.ports.slcan import SlcanBus, split_baud
+from hornbill.bus.ports.socketcand import SocketcandLink, parse_channel
 from hornbill.bus.threads import OwnThread
 from hornbill.errors import PortOpenFailed
 from hornbill.wire.port import CanPort, PortStatistics
@@ -20,6 +25,9 @@ OPEN_S = 8.0
 _HIGHEST_BITRATE = 1_000_000
 _HANGS = "Unplug the adapter, plug it in again and retry."
 _EXAMPLES = "for example socketcan:can0 or slcan:/dev/ttyACM0"
+_CANDLE = "candle"
+INTERFACES = can.VALID_INTERFACES | {_CANDLE}
+"""The words before the colon of an address."""
 
 
 def parse(address: str) -> tuple[str, str]:
@@ -29,11 +37,13 @@ def parse(address: str) -> tuple[str, str]:
         raise PortOpenFailed(
             f"{address!r} is not the address of a bus. Write INTERFACE:CHANNEL, {_EXAMPLES}.", address=address
         )
-    if interface not in can.VALID_INTERFACES:
-        known = ", ".join(sorted(can.VALID_INTERFACES))
+    if interface not in INTERFACES:
+        known = ", ".join(sorted(INTERFACES))
         raise PortOpenFailed(f"There is no interface {interface!r}. Known: {known}.", address=address)
-    if not channel:
+    if not channel and interface != _CANDLE:
         raise PortOpenFailed(f"{address!r} names no channel. Write INTERFACE:CHANNEL, {_EXAMPLES}.", address=address)
+    if interface == "socketcand":
+        parse_channel(channel)
     return interface, channel
 
 
@@ -54,21 +64,27 @@ async def open_port(
     bitrate: int = 1_000_000,
     deadline_s: float = OPEN_S,
     statistics: PortStatistics | None = None,
+    memory: BaudMemory | None = None,
 ) -> CanPort:
     """Open `INTERFACE:CHANNEL` at `bitrate` (bit/s, up to 1000000) with python-can.
 
     SocketCAN and the virtual interfaces take no bitrate from here; SocketCAN's must be right already. Opening runs
     in a thread; one that takes longer than `deadline_s` is given up, and closed again should it succeed later.
-    Counters go on in `statistics`, where given. Raises PortOpenFailed, whose text says what to do; facts: address,
-    and remedy.
+    Counters go on in `statistics`, where given. `memory` holds the baud rates of serial adapters. Raises
+    PortOpenFailed, whose text says what to do; facts: address, and remedy.
     """
     plain = check(address, bitrate)
     interface, _, channel = plain.partition(":")
     opening = _Opening(interface, channel, bitrate)
     limit = asyncio.timeout(deadline_s)
+    run = partial(asyncio.get_running_loop().run_in_executor, OwnThread("open bus"))
     try:
         async with limit:
-            await asyncio.get_running_loop().run_in_executor(OwnThread("open bus"), opening.run)
+            if interface == "slcan":
+                opening.usb = await run(usb_of, split_baud(channel)[0])
+                if memory is not None and opening.usb.serial_number:
+                    opening.first_baud = memory.baud(opening.usb.serial_number)
+            await run(opening.run)
     except asyncio.CancelledError:
         opening.give_up()
         raise
@@ -85,7 +101,10 @@ async def open_port(
         raise PortOpenFailed(
             f"{address} cannot be opened. {cause} {remedy}{said}", address=address, remedy=remedy
         ) from error
-    port = PythonCanPort(opening.take(), address=plain, bitrate=bitrate, statistics=statistics)
+    port = PythonCanPort(
+        opening.take(), address=plain, bitrate=bitrate, statistics=statistics,
+        on_baud=(lambda _serial_number, _baud: None) if memory is None else memory.remember_baud,
+    )  # fmt: skip
     port.sample_point = opening.sample_point
     return port
 
@@ -95,11 +114,13 @@ class _Opening:
 
     def __init__(self, interface: str, channel: str, bitrate: int) -> None:
         self.sample_point: float | None = None
+        self.usb = UNKNOWN_ADAPTER
+        self.first_baud: int | None = None
         self._interface = interface
         self._channel = channel
         self._bitrate = bitrate
         self._lock = threading.Lock()
-        self._bus: can.BusABC | None = None
+        self._bus: can.BusABC | AdapterLink | None = None
         self._given_up = False
 
     def run(self) -> None:
@@ -107,17 +128,7 @@ class _Opening:
         if self._interface == "socketcan":
             found = socketcan.check(self._channel, self._bitrate)
             self.sample_point = None if found is None else found.sample_point
-        options: dict[str, Any] = {"fd": False} if self._interface == "udp_multicast" else {}
-        if self._interface == "slcan":
-            bus = SlcanBus(self._channel, self._bitrate)  # python-can's own loses frames of a full bus
-        else:
-            bus = can.Bus(
-                interface=self._interface,
-                channel=self._channel,
-                bitrate=self._bitrate,
-                ignore_config=True,  # the address says it all: no file in the home folder may change it
-                **options,
-            )
+        bus = self._open()
         if self._interface == "socketcan":
             socketcan.keep_backlog_short(bus)
         with self._lock:
@@ -126,7 +137,30 @@ class _Opening:
                 return
         bus.shutdown()
 
-    def take(self) -> can.BusABC:
+    def _open(self) -> can.BusABC | AdapterLink:
+        match self._interface:
+            case "slcan":  # python-can's own loses frames of a full bus
+                return SlcanBus(
+                    self._channel, self._bitrate, usb=self.usb, first_baud=self.first_baud, wanted=self._is_wanted
+                )
+            case "socketcand":
+                return SocketcandLink(self._channel, self._is_wanted)
+            case "candle":
+                return CandleLink(self._channel, self._bitrate)
+            case _:
+                options: dict[str, Any] = {"fd": False} if self._interface == "udp_multicast" else {}
+                return can.Bus(
+                    interface=self._interface,
+                    channel=self._channel,
+                    bitrate=self._bitrate,
+                    ignore_config=True,  # the address says it all: no file in the home folder may change it
+                    **options,
+                )
+
+    def _is_wanted(self) -> bool:
+        return not self._given_up
+
+    def take(self) -> can.BusABC | AdapterLink:
         """The open bus, which is the caller's from now on."""
         with self._lock:
             bus, self._bus = self._bus, None

@@ -3,12 +3,16 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import replace
 
+from hornbill.bus.adapters.serial_ports import BaudMemory
 from hornbill.bus.address import check, open_port
+from hornbill.bus.ports.frame_gap import FrameGap, parse_frame_gap
+from hornbill.bus.transmit import check as check_frames
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import CanPort, FrameSink, PortState, PortStatistics
+from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics
 
 log = logging.getLogger(__name__)
 
@@ -30,17 +34,19 @@ BUS_OFF_S = 1.0
 _GONE = frozenset((PortState.LOST, PortState.DISCONNECTED))
 
 
-def adapter_port(address: str, bitrate: int = 1_000_000) -> "ReopeningPort":
-    """A port on the adapter at `INTERFACE:CHANNEL`, not open yet; `bitrate` in bit/s.
+def adapter_port(address: str, bitrate: int = 1_000_000, memory: BaudMemory | None = None) -> "ReopeningPort":
+    """A port on the adapter at `INTERFACE:CHANNEL[?frame_gap_ms=…]`, not open yet; `bitrate` in bit/s.
 
-    Raises PortOpenFailed for an address or a bit rate that never could be opened.
+    `memory` holds the baud rates of serial adapters. Raises PortOpenFailed for an address or a bit rate that never
+    could be opened.
     """
-    plain = check(address, bitrate)
+    plain, gap_s = parse_frame_gap(address)
+    plain = check(plain, bitrate)
 
     async def open_it(statistics: PortStatistics) -> CanPort:
-        return await open_port(plain, bitrate=bitrate, statistics=statistics)
+        return await open_port(plain, bitrate=bitrate, statistics=statistics, memory=memory)
 
-    return ReopeningPort(open_it, address=plain, bitrate=bitrate)
+    return ReopeningPort(open_it, address=plain, bitrate=bitrate, frame_gap_s=gap_s)
 
 
 class ReopeningPort:
@@ -52,8 +58,11 @@ class ReopeningPort:
     and the sink stays. All times are those of the running event loop.
     """
 
-    def __init__(self, opener: Opener, *, address: str, bitrate: int) -> None:
-        """Opens nothing yet. `address` and `bitrate` (bit/s) are those `opener` opens."""
+    def __init__(self, opener: Opener, *, address: str, bitrate: int, frame_gap_s: float = 0.0) -> None:
+        """Opens nothing yet. `address` and `bitrate` (bit/s) are those `opener` opens.
+
+        `frame_gap_s` is the pause between the frames of one transfer.
+        """
         self.address = address
         self.bitrate = bitrate
         self.statistics = PortStatistics()
@@ -65,6 +74,7 @@ class ReopeningPort:
         self._closed = False
         self._trouble: str | None = None
         self._due: Instant | None = None
+        self._gap = FrameGap(frame_gap_s, self._pass_on) if frame_gap_s > 0 else None
 
     async def open(self) -> None:
         """Open it for the first time, and keep it open from then on. Raises PortOpenFailed, and then that was all."""
@@ -108,6 +118,12 @@ class ReopeningPort:
             return None
         return 0.0 if self._due is None else max(0.0, self._due - asyncio.get_running_loop().time())
 
+    @property
+    def details(self) -> PortDetails:
+        """Those of the adapter, while it is open, with the frame gap of this port."""
+        inner = PLAIN if self._inner is None else self._inner.details
+        return inner if self._gap is None else replace(inner, frame_gap_s=self._gap.gap_s)
+
     def listen(self, sink: FrameSink) -> None:
         """Deliver received frames to `sink`, over every reopening."""
         self._sink = sink
@@ -119,6 +135,13 @@ class ReopeningPort:
 
         Raises BusDisconnected while it is lost, off the bus or closed; ValueError for an impossible frame.
         """
+        if self._gap is None:
+            self._pass_on(frames)
+        else:
+            check_frames(frames)
+            self._gap.send(frames)
+
+    def _pass_on(self, frames: Sequence[Frame]) -> None:
         inner = self._inner
         if inner is None or self._down is not None or inner.state is PortState.BUS_OFF:
             raise BusDisconnected(f"{self.address} is not connected. {self.trouble or 'Connect a bus and try again.'}")
@@ -128,6 +151,8 @@ class ReopeningPort:
         """Stop trying and close the adapter, in whatever it is doing. Twice is harmless."""
         self._closed = True
         self._down, self._trouble, self._sink = PortState.DISCONNECTED, None, None
+        if self._gap is not None:
+            self._gap.clear()
         keeper, self._keeper = self._keeper, None
         if keeper is not None:
             keeper.cancel()
@@ -195,6 +220,8 @@ class ReopeningPort:
 
     async def _let_go(self) -> None:
         """Close what was lost: most adapters cannot be opened twice. It stays ours until that is done."""
+        if self._gap is not None:
+            self._gap.clear()
         if self._inner is not None:
             try:
                 await self._inner.close()

@@ -1,11 +1,11 @@
-"""Owns SharedBus: one open port carried to many nodes of this process, for adapters that open only once."""
+"""SharedBus: one open port carried to many nodes of this process, for adapters that open only once."""
 
 import asyncio
 from collections.abc import Sequence
 
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import CanPort, FrameSink, PortState, PortStatistics
+from hornbill.wire.port import CanPort, FrameSink, PortState, PortStatistics, PortWrapper
 
 
 class SharedBus:
@@ -55,12 +55,12 @@ class SharedBus:
                 node.take(frames)
 
 
-class SharedPort:
+class SharedPort(PortWrapper):
     """A CanPort of a SharedBus; made by `SharedBus.port`. Its counters are its own, its state is the adapter's."""
 
     def __init__(self, bus: SharedBus, address: str) -> None:
+        super().__init__(bus.behind)
         self.address = address
-        self.bitrate = bus.behind.bitrate
         self.statistics = PortStatistics()
         self._bus = bus
         self._sink: FrameSink | None = None
@@ -68,22 +68,7 @@ class SharedPort:
     @property
     def state(self) -> PortState:
         """That of the adapter behind; disconnected once closed."""
-        return self._bus.behind.state if self._bus.has(self) else PortState.DISCONNECTED
-
-    @property
-    def sample_point(self) -> float | None:
-        """That of the adapter behind."""
-        return self._bus.behind.sample_point
-
-    @property
-    def trouble(self) -> str | None:
-        """That of the adapter behind."""
-        return self._bus.behind.trouble
-
-    @property
-    def retry_in_s(self) -> float | None:
-        """That of the adapter behind."""
-        return self._bus.behind.retry_in_s
+        return super().state if self._bus.has(self) else PortState.DISCONNECTED
 
     def listen(self, sink: FrameSink) -> None:
         """Deliver received frames to `sink`."""

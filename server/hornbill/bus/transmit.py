@@ -13,7 +13,7 @@ QUEUE_LIMIT = 4096
 _LAST_IDENTIFIER = 0x1FFF_FFFF
 
 
-class Waiting(NamedTuple):
+class QueuedFrame(NamedTuple):
     """One queued frame. The first two fields order it, negated so that the next to leave sorts last."""
 
     rank: int
@@ -32,7 +32,7 @@ class TransmitQueue:
     def __init__(self, limit: int = QUEUE_LIMIT) -> None:
         self._limit = limit
         self._turn = 0
-        self._waiting: list[Waiting] = []
+        self._waiting: list[QueuedFrame] = []
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -40,7 +40,7 @@ class TransmitQueue:
     def put(self, frame: Frame, since: Instant) -> int:
         """Queue `frame`; the number of frames dropped for it (0 or 1)."""
         self._turn -= 1
-        insort(self._waiting, Waiting(-frame.id, self._turn, frame, since))
+        insort(self._waiting, QueuedFrame(-frame.id, self._turn, frame, since))
         if len(self._waiting) <= self._limit:
             return 0
         del self._waiting[0]
@@ -50,11 +50,11 @@ class TransmitQueue:
         """The frame to leave next. Raises IndexError when nothing is queued."""
         return self._waiting[-1].frame
 
-    def take(self) -> Waiting:
+    def take(self) -> QueuedFrame:
         """Remove and return what leaves next. Raises IndexError when nothing is queued."""
         return self._waiting.pop()
 
-    def put_back(self, waiting: Waiting) -> None:
+    def put_back(self, waiting: QueuedFrame) -> None:
         """Return what was taken and could not be sent; it keeps its turn among its equals."""
         insort(self._waiting, waiting)
 

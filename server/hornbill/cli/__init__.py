@@ -2,28 +2,22 @@
 
 import typer
 
-from hornbill.cli import (
-    bench,
-    bus,
+from hornbill.cli import plain_text
+from hornbill.cli.bench import commands as bench
+from hornbill.cli.server import bus, doctor, jobs, records, starting, tokens, watching
+from hornbill.cli.servos import (
     commissioning,
-    connecting,
     faults,
     history,
-    jobs,
     measuring,
     moving,
     parameters,
-    plain_text,
     probing,
     profiles,
-    records,
     restarting,
-    starting,
-    tokens,
-    watching,
 )
 
-app = typer.Typer(no_args_is_help=True, help="Configure BLA15 and BLA21 servos over DroneCAN.")
+app = typer.Typer(no_args_is_help=True, help="Configure BLA15, BLA21 and BLA34 servos over DroneCAN.")
 
 for _name, _command in {
     "demo": starting.demo,
@@ -50,10 +44,10 @@ for _name, _command in {
     "position-unit": measuring.position_unit,
     "watch": watching.watch,
     "commission": commissioning.commission,
-    "doctor": bus.doctor,
+    "doctor": doctor.doctor,
     "probe": probing.probe,
-    "leases": connecting.leases,
-    "health": connecting.health,
+    "leases": bus.leases,
+    "health": bus.health,
     "audit": records.audit,
     "decode": starting.decode,
     "openapi": starting.openapi,
@@ -63,13 +57,14 @@ for _name, _group in {
     "profile": profiles.app,
     "snapshots": history.snapshots,
     "drift": history.drift,
+    "lost": history.lost,
     "faults": faults.app,
     "jobs": jobs.app,
     "runs": measuring.runs,
     "inventory": records.inventory,
-    "bus": connecting.bus,
-    "ids": connecting.ids,
-    "log": bus.log,
+    "bus": bus.bus,
+    "ids": bus.ids,
+    "log": doctor.log,
     "bundles": records.bundles,
     "token": tokens.app,
 }.items():

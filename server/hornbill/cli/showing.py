@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -95,3 +95,17 @@ def _value(value: Any, unknown: str) -> str:
     if value is None:
         return unknown
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def show_rom(
+    changes: Iterable[Mapping[str, Any]], unknown: Sequence[str], restart: Mapping[str, Any] | None, *, indent: str = ""
+) -> None:
+    """What a save would put into ROM, and what it does to the horn."""
+    for one in changes:
+        before = "?" if one["before"] is None else shown(one["before"])
+        print(f"{indent}ROM: {one['key']} {before} → {shown(one['after'])}")
+    if unknown:
+        print(f"{indent}ROM not known, saved as it is in RAM: {', '.join(unknown)}")
+    if restart is not None:
+        for line in (restart["text"], *restart["warnings"]):
+            print(f"{indent}{line}")

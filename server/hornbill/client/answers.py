@@ -9,232 +9,291 @@ class About(TypedDict):
     """What a bundle is of. Times in seconds since 1970 UTC; `utc_offset` turns the writer's own clock into them."""
 
     bus: BundleBus | None
-    """null: none was connected"""
+    """Bus that was connected. Null if none was."""
     ended_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     format: Literal[1]
-    """of the bundle"""
+    """Format version of the recording."""
     frames: int
-    """how many CAN frames"""
+    """Number of CAN frames."""
     incomplete: list[str]
-    """members that were cut because they would have become too large"""
+    """Members that were truncated at their size limit."""
     marks: list[Mark]
-    """why it was written, and what happened meanwhile"""
+    """Triggers of the recording."""
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
-    """why"""
+    """Type of trigger."""
     schema_revision: str
-    """of the parameter tables"""
+    """Revision of the parameter tables."""
     servos: list[BundleServo]
-    """one by one"""
+    """One entry per servo."""
     started_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
     utc_offset: float
-    """add to the writer's own clock for seconds since 1970 UTC"""
+    """Offset from the writer's clock to seconds since 1970 UTC, s."""
     version: str
-    """of hornbill"""
+    """Version of hornbill."""
+
+
+class Activity(TypedDict):
+    """What the motor and horn of a servo do now, told from what is received of it: Status and polled rows. At rest
+    means: the angle command has not changed for 0.6 s."""
+
+    peak_to_peak_deg: float | None
+    """Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 s. Null if unknown."""
+    since: float
+    """Start of this state, seconds since 1970 UTC."""
+    state: Literal[
+        "holding",
+        "moving",
+        "turning",
+        "hunting",
+        "saturated",
+        "soft_start",
+        "released",
+        "held_after_timeout",
+        "off",
+        "brake",
+        "unknown",
+    ]
+    """holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changes; turning: a speed
+    or torque command other than 0 is in force; hunting: at rest, and the angle has swung to and fro by 0.5°
+    or more for at least a second; saturated: at rest, steady, and torque at 90 % or more of what the servo
+    can give; soft_start: on the way to 0° after a start; released: the servo's own time-out (0x26 off,
+    0x27) took the output; held_after_timeout: it holds its last command though nobody commands it any more
+    (0x26 hold); off: output off for any other reason, see `output`; brake: output off, weak brake; unknown:
+    offline, being identified, saved or restarted, output not known, or no angle for 1 s"""
+    torque_limit_pct: float
+    """what the motor can give at rest on that side, %: the lowest of its torque limit (with 0x25 on), the
+    overcurrent limit as a share of its default, and the supply as a share of nominal"""
+    torque_pct: float | None
+    """Torque as last read from 0x0A, %. Null if never read."""
 
 
 class Adapter(TypedDict):
     """Something a bus can be opened on. `address` is what `PUT /bus` takes."""
 
     address: str
-    """as `PUT /bus` takes it"""
+    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
+    baud: int | None
+    """Baud rate of the last use of a serial adapter, bit/s. Null if unknown."""
     bitrate: int | None
-    """bit/s"""
+    """Bit rate, bit/s. Null if unknown."""
     channel: str
-    """of that interface, such as `can0`"""
+    """Channel of that interface, such as `can0`."""
     interface: str
-    """in python-can's words, such as `socketcan`"""
+    """python-can interface, such as `socketcan`."""
     name: str
-    """for people: product, serial number"""
+    """Display name: product, serial number."""
     reason: str | None
-    """why it cannot be used now, or what is odd about it; null when all is well"""
+    """Reason why it is unusable, or a peculiarity. Null if none."""
     remedy: str | None
-    """what to do about it; a command where one helps"""
+    """What to do about it, if possible as a command. Null if nothing."""
     sample_point: float | None
-    """0 to 1; null: not told"""
+    """Sample point, 0 to 1. Null if unknown."""
+    serial_number: str | None
+    """USB serial number"""
     state: Literal["ready", "connected", "down", "wrong_bitrate", "no_permission", "in_use", "no_driver"]
-    """how it stands"""
+    """Availability."""
     usable: bool
-    """it can be connected now"""
+    """It can be connected now."""
+
+
+class AdapterNote(TypedDict):
+    """Something unusual about an adapter that is used all the same."""
+
+    code: Literal["adapter_silent", "bit_rate_fixed", "baud_unknown", "adapter_echoes", "line_noise", "latency_timer"]
+    """Code for programs. Stable."""
+    params: dict[str, str | int | float]
+    """Values in the text, by name."""
+    text: str
+    """One sentence for users."""
 
 
 class Allocation(TypedDict):
     """One row of the allocation table."""
 
     last_seen: float | None
-    """seconds since 1970 UTC"""
+    """Last contact, seconds since 1970 UTC. Null if unknown."""
     node_id: int
-    """1 to 127"""
+    """Node ID, 1 to 127."""
     online: bool
-    """heard lately"""
+    """Received recently."""
     pinned: bool
-    """given by hand, and kept for it"""
+    """Assigned manually and reserved for this node."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
 
 
 class AllocationChange(TypedDict):
     """A row as it is now, or as it was before it was forgotten."""
 
     last_seen: float | None
-    """seconds since 1970 UTC"""
+    """Last contact, seconds since 1970 UTC. Null if unknown."""
     node_id: int
-    """1 to 127"""
+    """Node ID, 1 to 127."""
     note: str
-    """when the change takes effect"""
+    """Time at which the change takes effect, one sentence."""
     online: bool
-    """heard lately"""
+    """Received recently."""
     pinned: bool
-    """given by hand, and kept for it"""
+    """Assigned manually and reserved for this node."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
 
 
 class Allocations(TypedDict):
     """The allocation table and who is waiting."""
 
     allocations: list[Allocation]
-    """the table, a row a node"""
+    """Rows of the allocation table, one per node."""
     free: int
-    """ids that could be given to new nodes now"""
+    """Number of free node IDs."""
     pending: list[PendingAllocation]
-    """nodes that ask for an id now"""
+    """Nodes that request a node ID now."""
 
 
 class AllocatorState(TypedDict):
     """What the node-id allocator is doing."""
 
     free: int
-    """node ids that can still be given"""
+    """Number of free node IDs."""
     granted: int
-    """ids that are in the table"""
+    """Number of node IDs in the table."""
     mode: Literal["on", "off", "insist"]
-    """what was chosen; insist answers beside another allocator"""
+    """Selected mode. insist: responds beside another allocator, too."""
+    own_id_shared: bool
+    """another program uses hornbill's node id: unless told to insist, hornbill gives no node ids until a minute
+    after its last frame"""
     pending: int
-    """nodes that ask for an id now"""
+    """Number of nodes that request a node ID now."""
     rival_node_id: int | None
-    """another allocator that answers on this bus"""
+    """Node ID of a competing allocator on this bus. Null if none."""
     state: Literal["on", "off", "standing_down"]
-    """standing_down: another allocator answers"""
+    """standing_down: another allocator responds."""
 
 
 class AskedFor(TypedDict):
     """Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused."""
 
     by: str
-    """who did it"""
+    """Client that requests motion control."""
     expires_in_s: float
-    """motion control passes then, unless it is refused, s"""
+    """Time until motion control passes unless refused, s."""
     id: str
-    """what to refuse it by"""
+    """ID with which to refuse the request."""
     reason: str
-    """why"""
+    """Reason for the request."""
 
 
 class AuditRow(TypedDict):
     """Who did what, with what came of it; values in engineering units."""
 
     action: str
-    """what was done"""
+    """Action, such as `write` or `save`."""
     after: Any
-    """what it held afterwards"""
+    """Value afterwards."""
     at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     before: Any
-    """what it held before"""
+    """Value before."""
     by: str
-    """who did it"""
+    """Client that did it."""
     detail: str
-    """in a sentence"""
+    """One sentence with the details."""
     id: int
-    """what to name it by in a path"""
+    """ID, as used in paths."""
     job: str | None
-    """id of the job it was part of"""
+    """ID of the job it was part of. Null if none."""
     key: str | None
-    """of the row it was about; null: none"""
+    """Parameter key. Null if the action concerns no row."""
     outcome: str
-    """how it ended"""
+    """Result of the action."""
     requested: Any
-    """what was asked for"""
+    """Requested value."""
     uid: str | None
-    """unique id of the servo, 32 hex digits; null: it is about none"""
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
 class BatchOutcome(TypedDict):
     """What became of one servo of a batch; `problem` says why it was rejected or rolled back."""
 
     changes: list[Change]
-    """row by row"""
+    """Changes, row by row."""
     job: str | None
-    """id of the save job, with save: true"""
+    """ID of the save job, with `save`. Null otherwise."""
     outcome: Literal["applied", "rolled_back", "planned", "rejected", "not_tried"]
-    """rejected: nothing was written; not_tried: one before it ended the batch"""
+    """rejected: nothing was written; not_tried: an earlier servo ended the batch."""
     problem: Problem | None
-    """why it was rejected or rolled back; null: it was not"""
+    """Reason for rejected or rolled_back. Null otherwise."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
     revision: str | None
-    """of its values afterwards"""
+    """Revision of the values afterwards. Null if nothing was read."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[str]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
     uid: str
-    """unique id of the servo, 32 hex digits"""
+    """Unique ID of the servo, 32 hex digits."""
 
 
 class BatchPatched(TypedDict):
     """Outcomes in the order of the request."""
 
     servos: list[BatchOutcome]
-    """one by one"""
+    """One entry per servo."""
 
 
 class BatchRead(TypedDict):
     """Parameters × servos."""
 
     servos: dict[str, BatchServo]
-    """by uid"""
+    """Results by unique ID."""
 
 
 class BatchServo(TypedDict):
     """One servo's column of the matrix; `problem` instead of readings where there are none."""
 
     parameters: dict[str, Reading]
-    """readings by key"""
+    """Readings by key."""
     problem: Problem | None
-    """why there are none; null: there are"""
+    """Reason why there are none. Null otherwise."""
     revision: str | None
-    """changes with every value: what If-Match takes"""
+    """Revision of the values, for If-Match."""
 
 
 class Bundle(TypedDict):
     """A bundle in the data folder. `problem` says why one cannot be read; then little else is known of it."""
 
     at: float
-    """its first mark, seconds since 1970 UTC"""
+    """Time of its first trigger, seconds since 1970 UTC."""
     bytes: int
-    """size, bytes"""
+    """Size, bytes."""
     marks: list[BundleMark]
-    """why it was written, and what happened meanwhile"""
+    """Triggers of the recording."""
     name: str
-    """what it is called"""
+    """File name."""
     problem: str | None
-    """why it cannot be told; null: it can"""
+    """Reason why the file cannot be read. Null if it can."""
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"] | None
-    """why"""
+    """Type of trigger."""
     seconds: float | None
-    """how long it is, s; null: it cannot be read"""
+    """Duration, s. Null if the file cannot be read."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
 
 
 class BundleBus(TypedDict):
     """The bus that was connected: address as `PUT /bus` takes it, bit/s, our own node id."""
 
     address: str
-    """as `PUT /bus` takes it"""
+    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
     bitrate: int
-    """bit/s"""
+    """Bit rate, bit/s."""
     node_id: int
-    """1 to 127"""
+    """Node ID, 1 to 127."""
 
 
 class BundleContent(TypedDict):
@@ -242,141 +301,151 @@ class BundleContent(TypedDict):
 
     about: About
     complete: bool
-    """false when there was more telemetry than that"""
+    """false if there is more telemetry than that."""
     events: list[dict[str, Any]]
-    """what happened meanwhile"""
+    """Events during the recording."""
     telemetry: list[Columns]
-    """at most 500,000 samples"""
+    """Telemetry, at most 500,000 samples."""
     writes: list[dict[str, str]]
-    """what was written meanwhile"""
+    """Writes during the recording."""
 
 
 class BundleMark(TypedDict):
     """A moment for which a bundle was, or will be, written."""
 
     at: float
-    """seconds since 1970 UTC"""
+    """Time of the trigger, seconds since 1970 UTC."""
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
-    """why"""
+    """Type of trigger."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
     uid: str | None
-    """unique id of the servo, 32 hex digits; null: it is about none"""
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
 class BundleReading(TypedDict):
     """One register as last read before the first mark; `at` in seconds since 1970 UTC."""
 
     at: float | None
-    """when it was read, seconds since 1970 UTC"""
+    """Time of the read, seconds since 1970 UTC. Null if unknown."""
     raw: int
-    """the integer on the wire"""
+    """Integer on the wire."""
     unit: str
-    """of its value"""
+    """Unit of the value. Empty if none."""
     value: bool | int | float | str | None
-    """in engineering units, or the key of a choice"""
+    """Engineering value or choice key."""
 
 
 class BundleServo(TypedDict):
     """One servo as it was known at the first mark."""
 
     firmware: int | None
-    """version, as `1.300`"""
+    """Firmware version as read from 0x52, raw. Null if unknown."""
     hardware_version: int | None
-    """as GetNodeInfo gives it"""
+    """Hardware version from GetNodeInfo. Null if unknown."""
     label: str
-    """for people"""
+    """Nickname. Empty if none."""
     model_number: int | None
-    """as the servo says"""
+    """Model number as read from the servo."""
     name: str
-    """what it is called"""
+    """Node name from GetNodeInfo."""
     node_id: int | None
-    """1 to 127; null: none"""
+    """Node ID, 1 to 127. Null if none."""
     production_date: str | None
-    """as the servo gives it; null: not known"""
+    """Production date as the servo reports it. Null if unknown."""
     readings: dict[str, BundleReading]
-    """last known of RAM, by key"""
+    """Last known values in RAM, by key."""
     rom: dict[str, int]
-    """last known of ROM, by key"""
+    """Last known values in ROM, by key."""
     serial_number: int | None
-    """as the servo says"""
+    """Product number as read from the servo. Null if unknown."""
     state: str
-    """how it stands"""
+    """Operating state."""
     title: str
-    """what people call it"""
+    """Display name."""
     uid: str
-    """unique id of the servo, 32 hex digits"""
+    """Unique ID of the servo, 32 hex digits."""
 
 
 class BurstPart(TypedDict):
     """What one servo was told: the value it really gets, as a 16-bit float holds it."""
 
     clamped: bool
-    """a limit of the servo was sent in place of what was asked for"""
+    """A limit of the servo was sent instead of the requested value."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
     value: float
-    """°, rpm or %, as a 16-bit float holds it"""
+    """Sent value as a 16-bit float: angle (°), speed (rpm) or torque (%)."""
 
 
 class BurstSent(TypedDict):
     """A burst that has left. `start_skew_s`: between the first and the last message of it."""
 
     commands: list[BurstPart]
-    """what each servo was told"""
+    """Command sent to each servo."""
     messages: int
-    """how many ArrayCommands it took"""
+    """Number of ArrayCommand messages sent."""
     sent_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     start_skew_s: float
-    """between the first and the last of its messages, s"""
+    """Time between its first and last message, s."""
     warnings: list[str]
-    """what is worth knowing, in sentences"""
+    """Warnings, one sentence each."""
 
 
 class Bus(TypedDict):
     """The bus as the adapter and the counters show it."""
 
     address: str | None
-    """as `PUT /bus` takes it"""
+    """INTERFACE:CHANNEL, as `PUT /bus` takes it."""
     allocator: AllocatorState | None
-    """null where none runs"""
+    """State of the node ID allocator. Null without a bus."""
     bitrate: int | None
-    """bit/s"""
+    """Bit rate, bit/s. Null if unknown."""
     bus_offs: int
-    """how often the adapter went bus-off"""
+    """Number of times the adapter went bus-off."""
     error_frames: int
-    """errors seen on the wire, whoever sent"""
+    """Error frames seen on the bus from any node."""
     errors: int
-    """all that went wrong: error frames, and frames of ours that could not leave"""
+    """Error frames, and own frames that could not be sent."""
+    frame_gap_ms: float
+    """Pause between frames of one transfer, ms."""
     ignored: int
-    """standard, remote and CAN FD frames: not DroneCAN on classic CAN"""
+    """Standard, remote and CAN FD frames, which are not DroneCAN on classic CAN."""
+    limited_by: Literal["can", "serial_line"] | None
+    """The slower of CAN bus and serial line, whose budget limits polling. Null without a bus."""
     load_cap_pct: float
-    """load that polling keeps within, the budget of the bus"""
+    """Load limit of polling, %: the bus budget, or less on a slower serial line."""
     load_pct: float | None
-    """share of the bus in use, %; null: not known yet"""
+    """Bus load, %. Null without a bus."""
+    notes: list[AdapterNote]
+    """Unusual properties of the adapter."""
     reopened: int
-    """how often it was opened again by itself"""
+    """Number of automatic reconnects."""
     retry_in_s: float | None
-    """when it is opened again by itself; null while it works"""
+    """Time until the adapter is reopened automatically, s. Null while it works."""
     rx_dropped: int
-    """frames the adapter brought that we could not take"""
+    """RX overruns: received frames that were dropped."""
     rx_fps: float
-    """frames a second that came"""
+    """Frames received per second."""
     rx_frames: int
-    """frames that came"""
+    """Frames received."""
     sample_point: float | None
     """0..1, null where the adapter does not tell"""
+    serial_line: SerialLine | None
+    """Serial line. Null unless the adapter is a serial one."""
     state: Literal["disconnected", "connecting", "active", "passive", "bus_off", "lost"]
-    """how it stands"""
+    """State of the adapter."""
     trouble: str | None
-    """what is wrong with the adapter and what helps; null while it works"""
+    """Problem of the adapter and its remedy. Null while it works."""
+    trouble_code: Literal["nothing_received", "error_passive", "bus_off", "adapter_lost", "recording_over"] | None
+    """Kind of problem, for programs. Null while it works."""
     tx_fps: float
-    """frames a second that we sent"""
+    """Frames sent per second."""
     tx_frames: int
-    """frames that we sent"""
+    """Frames sent."""
     unacknowledged: int
-    """our transmissions nobody acknowledged"""
+    """Transmitted frames that no node acknowledged."""
 
 
 class Candidate(TypedDict):
@@ -384,102 +453,133 @@ class Candidate(TypedDict):
 
     servo: Servo
     servo_id: int | None
-    """the next that is free; null: none is"""
+    """Next free servo ID. Null if none is free."""
 
 
 class Candidates(TypedDict):
     """Servos to commission, in the order of their serials, and nodes that still wait for a node id."""
 
     pending: list[PendingAllocation]
-    """nodes that still wait for a node id"""
+    """Nodes that still wait for a node ID."""
     servos: list[Candidate]
-    """one by one"""
+    """One entry per servo."""
 
 
 class Caution(TypedDict):
     """Something to know before a command is sent."""
 
+    code: Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+    """Code for programs. Stable."""
     confirm: Literal["turns", "turn_count"] | None
-    """the word without which it is not sent; null: only said"""
+    """Confirmation code required to send it. Null if none."""
     level: Literal["warning", "failure"]
-    """failure: it may go on for ever"""
+    """failure: the motion may never end."""
+    params: dict[str, float]
+    """Values in the text, by name with unit."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
 
 
 class Change(TypedDict):
-    """What became of one key of a PATCH."""
+    """Result of one key. For torque_mode, `before` and `after` are configured values."""
 
     after: bool | int | float | str | None
-    """what it holds now, read back"""
+    """Value read back after writing. Null if the servo did not respond."""
     before: bool | int | float | str | None
-    """what it held"""
+    """Value before."""
     key: str
-    """name of the row, the same everywhere"""
+    """Parameter key."""
     requested: bool | int | float | str | None
-    """what was asked for"""
+    """Requested value."""
     verdict: Literal["planned", "applied", "clamped", "refused", "no_answer", "unchanged", "rolled_back"]
-    """what became of it"""
+    """Result. planned: of a dry run, or torque_mode on, which the following save writes."""
 
 
 class Choice(TypedDict):
     """One named value of a register that is a choice."""
 
     key: str
-    """what a program writes"""
+    """Value that programs write."""
     label: str
-    """for people"""
+    """Display name."""
     raw: int
-    """the integer on the wire"""
+    """Integer on the wire."""
 
 
 class Columns(TypedDict):
     """The samples of one channel: `t` in seconds since 1970 UTC, `v` in its unit, null for a gap."""
 
     channel: str
-    """key of the parameter"""
+    """Parameter key."""
     t: list[float]
-    """seconds since 1970 UTC"""
+    """Times, seconds since 1970 UTC."""
     uid: str
-    """unique id of the servo, 32 hex digits"""
+    """Unique ID of the servo, 32 hex digits."""
     v: list[float | None]
-    """a value each; null is a gap"""
+    """Values. Null is a gap."""
 
 
 class Commanded(TypedDict):
     """Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest."""
 
     angle_deg: float | None
-    """where the horn stands, °; + is clockwise"""
+    """Horn angle, °. Positive is clockwise."""
     clamped: bool
-    """a limit of the servo was sent in place of what was asked for"""
+    """A limit of the servo was sent instead of the requested value."""
+    in_band_s: float | None
+    """Time within the band at the end, s. Null if not waited for."""
     max_deviation_deg: float | None
-    """the farthest of them from the target"""
+    """Greatest deviation of these samples from the target, °. Null if none."""
     samples: int | None
-    """samples within the band in a row, up to the last one"""
+    """Number of consecutive samples within the band at the end. Null if not waited for."""
     sent_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     settle_time_s: float | None
-    """from sending it until the horn was at rest there, s; null: not waited for, or never"""
+    """Time from sending to settling, s. Null if not waited for or never settled."""
     settled: bool | None
-    """the horn came to rest there; null: not waited for"""
+    """The horn settled at the target. Null if not waited for."""
+    unmet: Literal["band", "dwell", "samples"] | None
+    """with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, not
+    yet for dwell_s; samples: the servo did not answer when its angle was read"""
     value: float
-    """what was sent: °, rpm or %"""
+    """Sent value, in steps of 0.1°, 1 rpm or 1 %."""
     warnings: list[str]
-    """what is worth knowing, in sentences"""
+    """Warnings, one sentence each."""
+
+
+class CommissionPlan(TypedDict):
+    """What commissioning would do with one servo."""
+
+    changes: list[Change]
+    """Rows to write."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[str]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+    uid: str
+    """Unique ID, 32 lower-case hex digits."""
+
+
+class CommissioningPreview(TypedDict):
+    """What commissioning would do, servo by servo, in the order of the request."""
+
+    servos: list[CommissionPlan]
+    """One entry per servo."""
 
 
 class Comparison(TypedDict):
     """Two sides, row by row: `servo:UID`, `rom:UID`, `snapshot:ID`, `profile:NAME`, `default:MODEL[@FIRMWARE]`, …"""
 
     differences: list[Difference]
-    """rows that are not the same"""
+    """Rows that differ, by address."""
     left: str
-    """what stands on the left"""
+    """Left side."""
     right: str
-    """what stands on the right"""
+    """Right side."""
     same: int
-    """rows that both sides are known to hold alike"""
+    """Number of rows known to be equal on both sides."""
 
 
 class Condition(TypedDict):
@@ -487,56 +587,56 @@ class Condition(TypedDict):
     is what it counts as on a servo whose model or firmware lacks `parameter`."""
 
     absent: bool
-    """what it counts as on a servo without that row"""
+    """Value to assume on a servo without that row, raw."""
     last_command: list[Literal["angle", "speed", "torque"]]
-    """true while the last command was one of these"""
+    """True while the last command was one of these."""
     parameter: str | None
-    """the row it looks at; null where it looks at the last command"""
+    """Key of the row to check. Null for conditions on the last command."""
     reads: list[int]
-    """true while the row reads one of these, raw"""
+    """True while the row has one of these values, raw."""
 
 
 class Difference(TypedDict):
-    """One row that differs: null is what a side does not have (`*_has` false), or what is not known of it."""
+    """A row that differs. A value is null if the side lacks the row (`*_has` false), or if it is unknown."""
 
     identity: bool
-    """says which servo it is: origin, servo id, node id (0x44 to 0x46)"""
+    """Part of the servo's identity: origin, servo ID, node ID (0x44 to 0x46)."""
     key: str
-    """name of the row, the same everywhere"""
+    """Parameter key."""
     left: bool | int | float | str | None
-    """value on the left"""
+    """Value on the left."""
     left_has: bool
-    """the left side has this row"""
+    """The left side has this row."""
     left_unit: str
-    """0x36 follows 0x37, so that the units may differ (section 4.30)"""
+    """Unit of the value on the left. 0x36 follows 0x37, so units may differ."""
     right: bool | int | float | str | None
-    """value on the right"""
+    """Value on the right."""
     right_has: bool
-    """the right side has this row"""
+    """The right side has this row."""
     right_unit: str
-    """of the value on the right"""
+    """Unit of the value on the right."""
 
 
 class Drift(TypedDict):
     """What ROM holds otherwise than we last knew. Empty when nothing does."""
 
     rows: list[DriftRow]
-    """those that changed"""
+    """Rows that changed."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
 
 
 class DriftRow(TypedDict):
-    """A row of ROM that changed under us."""
+    """A row whose ROM value changed unexpectedly."""
 
     key: str
-    """name of the row, the same everywhere"""
+    """Parameter key."""
     now: bool | int | float | str | None
-    """what it was found to hold"""
+    """Value found."""
     proved: bool
-    """false: found in RAM of a servo that restarted while nobody watched, so most likely in ROM"""
+    """false: found in RAM after an unobserved restart, so very likely in ROM."""
     was: bool | int | float | str | None
-    """what ROM was known to hold"""
+    """Value known to have been in ROM."""
 
 
 class EffectRule(TypedDict):
@@ -544,358 +644,583 @@ class EffectRule(TypedDict):
     `{last_command}` in it is the last command's kind. `why_absent` replaces it when a condition holds
     because the servo lacks the row. The rule is void on a servo that has `unless_row`."""
 
+    code: str
+    """Reason by name. It ends in `_absent` where `why_absent` is the reason."""
     inferred: bool
-    """follows from the document without being stated in it"""
+    """Follows from the specification without being stated in it."""
     parameters: list[str]
-    """they have no effect while every condition holds"""
+    """Keys of the rows without effect while every condition is met."""
     section: str
-    """of the servo's document"""
+    """Section of the specification."""
     unless_row: str | None
-    """the rule is void on a servo that has this row"""
+    """The rule does not apply to servos with this row. Null if it always applies."""
     when: list[Condition]
-    """all of these at once"""
+    """Conditions, all of which must be met."""
     why: str
-    """goes on from “No effect now”"""
+    """Reason, continuing “No effect now”."""
     why_absent: str
-    """in its place where the servo lacks the row"""
+    """Reason on a servo without the row. Null for the same reason."""
 
 
 class Fault(TypedDict):
-    """One fault bit of one servo, now or in the past (section 4.12)."""
+    """One fault bit of one servo, present or past (section 4.12)."""
 
     acknowledged_at: float | None
-    """when somebody said that they have seen it, seconds since 1970 UTC; null: nobody has"""
+    """Time of acknowledgement, seconds since 1970 UTC. Null if not acknowledged."""
     acknowledged_by: str | None
-    """who said that they have seen it"""
+    """Client that acknowledged it. Null if not acknowledged."""
     active: bool
-    """set, as the servo has just said"""
+    """Set in the last reading, which is fresh."""
     advice: str
-    """what to do about it"""
+    """What to do about it."""
     bit: int
-    """place in its register, from 0"""
+    """Bit number in its register, from 0."""
     count: int
-    """how often it came up"""
+    """Number of times it was set."""
     first_seen: float
-    """seconds since 1970 UTC"""
+    """First time it was read as set, seconds since 1970 UTC."""
     group: str
-    """which chapter of its table it stands in"""
+    """Group within its table."""
     key: str
-    """name of the row, the same everywhere"""
+    """Key of the bit."""
     label: str
-    """for people"""
+    """Display name."""
     last_seen: float
-    """seconds since 1970 UTC; when it went, to within a poll"""
+    """Last time it was read as set, seconds since 1970 UTC, to within one poll."""
     latched: bool
-    """active, and known to stay until the servo starts again, whatever its cause does"""
+    """Active, and stays set until the servo restarts, regardless of its cause."""
     level: Literal["notification", "warning", "failure"]
-    """how grave it is"""
+    """Severity."""
     past_event: bool
-    """tells of something before the servo's present start, not of a present state"""
+    """Describes something before the servo's last start."""
     stale: bool
-    """set when the servo said so last; whether it still is, is not known now"""
+    """Set in the last reading, which is too old to know the present state."""
 
 
 class FaultBit(TypedDict):
     """One documented bit of `parameter`. In the overview, `level` is the level the bit sums up."""
 
     advice: str
-    """what to do about it"""
+    """What to do about it."""
     bit: int
-    """place in the 32-bit register, from 0"""
+    """Bit number in the 32-bit register, from 0."""
     group: Literal["hardware", "software", "communication", "other"]
-    """which chapter of its table it stands in"""
+    """Group within its table."""
     key: str
-    """name of the row, the same everywhere"""
+    """Key of the bit."""
     label: str
-    """for people"""
+    """Display name."""
     latching: bool
-    """stays set until the servo starts again, whatever its cause does"""
+    """Stays set until the servo restarts, regardless of its cause."""
     level: Literal["notification", "warning", "failure"]
-    """how grave it is"""
+    """Severity."""
     limit: str | None
-    """the row that sets where it begins"""
+    """Parameter that sets its threshold. Null if none."""
+    older_firmware: bool
+    """Reported by older firmware only, and not in the specification."""
     output_off: bool
-    """the motor has no output while it is set"""
+    """The motor has no output while it is set."""
     parameter: str
-    """the register it stands in"""
+    """Key of its register."""
     past_event: bool
-    """tells of something before the servo's present start"""
+    """Describes something before the servo's last start."""
     pwm_only: bool
-    """always 0 on a model without PWM input"""
+    """Always 0 on models without PWM input."""
     section: str
-    """of the servo's document"""
+    """Section of the specification."""
 
 
 class FaultWords(TypedDict):
     """The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12)."""
 
     failure: int | None
-    """register of failures, raw; null while unread"""
+    """Failure register, raw. Null if never read."""
     notification: int | None
-    """register of notifications, raw; null while unread"""
+    """Notification register, raw. Null if never read."""
     warning: int | None
-    """register of warnings, raw; null while unread"""
+    """Warning register, raw. Null if never read."""
+
+
+class FaultsRead(TypedDict):
+    """The fault bits of several servos."""
+
+    servos: dict[str, ServoFaults]
+    """Results by unique ID."""
 
 
 class Finding(TypedDict):
-    """One thing the doctor looked at. `ok` only with `all=true`."""
+    """One check of the doctor. `ok` only with `all=true`."""
 
-    code: str
-    """what it is, for programs: it does not change"""
+    advice: (
+        Literal[
+            "connect_adapter",
+            "check_adapter",
+            "check_timing_and_wiring",
+            "find_short",
+            "set_bit_timing",
+            "set_bit_rate",
+            "check_wires",
+            "check_wires_and_baud",
+            "free_serial_line",
+            "check_plugs",
+            "slow_sender",
+            "free_computer",
+            "none_needed",
+            "renumber_node",
+            "change_own_node_id",
+            "close_program",
+            "give_servo_ids",
+            "silence_commander",
+            "renumber_servos",
+            "keep_one_allocator",
+            "turn_allocator_on",
+            "free_node_id",
+            "check_node_and_restart",
+            "check_node",
+            "check_cable_and_restart",
+            "check_worst_cable",
+            "check_computer",
+            "check_supply",
+        ]
+        | None
+    )
+    """Code of `remedy`. Null if there is none, or if the adapter gives it."""
+    code: Literal[
+        "adapter",
+        "bus_off",
+        "bit_rate",
+        "no_traffic",
+        "own_node_id",
+        "duplicate_node_id",
+        "duplicate_servo_id",
+        "servos_without_id",
+        "other_commands",
+        "second_allocator",
+        "allocation_stuck",
+        "frames_dropped",
+        "errors_rising",
+        "load_over_budget",
+        "serial_line_full",
+        "silent_node",
+        "answers_lost",
+        "answers_slow",
+        "servo_offline",
+        "foreign_frames",
+        "no_bus",
+        "adapter_failed",
+        "adapter_lost",
+        "interface_down",
+        "sample_point",
+        "only_errors",
+        "unacknowledged",
+        "nothing_received",
+        "makers_program",
+        "allocator_off",
+        "allocation_refused",
+        "adapter_silent",
+        "bit_rate_fixed",
+        "baud_unknown",
+        "adapter_echoes",
+        "line_noise",
+        "latency_timer",
+    ]
+    """Code for programs. Stable."""
     evidence: str
-    """what it was seen by"""
+    """Observed values."""
     node_ids: list[int]
-    """the nodes it concerns"""
+    """IDs of the nodes concerned."""
+    params: dict[str, str | int | float | bool | list[str | int | float]]
+    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
     remedy: str | None
-    """what to do about it"""
+    """What to do about it. Null if nothing."""
     severity: Literal["ok", "notice", "warning", "failure"]
-    """how grave it is"""
+    """Severity."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
     uids: list[str]
-    """unique ids of the servos it concerns"""
+    """Unique IDs of the servos concerned."""
 
 
 class Forecast(TypedDict):
-    """What a restart would do to the horn, and what speaks against it."""
+    """Effect of a restart on the horn, and its risks."""
 
+    code: Literal["no_torque", "brake", "holds", "unknown", "unknown_start", "stays", "moves"]
+    """Behaviour of the horn. unknown_start: it turns to 0° from an unknown angle."""
+    coded_warnings: list[ForecastWarning]
+    """`warnings`, each with its code."""
     from_deg: float | None
-    """where the horn stands, °"""
+    """Current horn angle within ±180°, °. Null if unknown."""
     moves: bool
-    """the horn turns at the start, or may"""
+    """The horn turns at the restart, or may turn."""
     takes_s: float | None
-    """about; at the 30 rpm of soft start (section 4.14)"""
+    """Approximate duration at the 30 rpm of soft start (section 4.14), s."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
     to_deg: float | None
-    """where the start takes it, °"""
+    """Angle after the restart, °. Null if the horn is not moved."""
     turn_count_lost: bool
-    """turns are counted from 0 again"""
+    """The turn count restarts from 0."""
     warnings: list[str]
-    """what is worth knowing, in sentences"""
+    """Warnings, one sentence each."""
+
+
+class ForecastWarning(TypedDict):
+    """A reason to wait with a restart."""
+
+    code: str
+    """Code for programs. Stable."""
+    params: dict[str, float]
+    """Values in the text, by name. Empty for texts without values."""
+    text: str
+    """One sentence for users."""
 
 
 class Group(TypedDict):
     """A chapter of the parameter list, as the document divides it (tables 3-1 to 3-11)."""
 
     description: str
-    """what its rows are for"""
+    """Purpose of its rows."""
     key: str
-    """name of the row, the same everywhere"""
+    """Key of the group."""
     label: str
-    """for people"""
+    """Display name."""
 
 
 class Health(TypedDict):
     """The server serves."""
 
     bus: str
-    """state of the bus"""
+    """State of the bus."""
     demo: bool
-    """simulated servos on an embedded bus"""
+    """Simulated servos on an embedded bus."""
     status: Literal["ok"]
-    """it serves"""
+    """State of the server."""
     uptime_s: float
-    """since it started, s"""
+    """Time since its start, s."""
     version: str
-    """of hornbill"""
+    """Version of hornbill."""
 
 
 class Imported(TypedDict):
     """The verdict on every line of a file; `profile` is null unless all were ok."""
 
     lines: list[LineVerdict]
-    """line by line"""
+    """Verdict on each line."""
     profile: Profile | None
-    """what was kept; null: nothing was"""
+    """Imported profile. Null unless all lines are ok."""
 
 
 class Job(TypedDict):
     """Something that takes time."""
 
     created_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     ended_at: float | None
-    """seconds since 1970 UTC; null: not yet"""
+    """End, seconds since 1970 UTC. Null until then."""
     error: Problem | None
-    """why it failed; null unless it did"""
+    """Reason for the failure. Null unless it failed."""
     id: str
-    """what to name it by in a path"""
-    kind: Literal["save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test"]
-    """what is done"""
+    """ID, as used in paths."""
+    kind: Literal[
+        "save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test", "restore_output"
+    ]
+    """Kind of job."""
     progress: float
-    """0 to 1"""
+    """Progress, 0 to 1."""
     result: dict[str, Any] | None
-    """what came of it, by kind; null until it has ended"""
+    """Result, depending on the kind. Null until the job has ended."""
     resumable: bool
     """POST …/resume goes on with what it has not done"""
     state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
-    """how it stands"""
+    """State of the job."""
     step: str | None
-    """what it is doing now"""
+    """Current step, for users. Null if none."""
     steps: list[JobStep]
-    """one by one, in their order"""
+    """Steps in order."""
     uid: str | None
-    """unique id of the servo, 32 hex digits; null: it is about none"""
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
 class JobStep(TypedDict):
     """One step of a job, with its evidence."""
 
+    ahead: str | None
+    """End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none."""
+    code: Literal[
+        "check",
+        "snapshot",
+        "write",
+        "silence",
+        "restart",
+        "back",
+        "soft_start",
+        "read_back",
+        "ask",
+        "torque_off",
+        "erase",
+        "read",
+        "identity",
+        "rows",
+        "save",
+        "verify",
+        "limit",
+        "wiggle",
+        "return",
+        "restore",
+        "there",
+        "numbers",
+        "plan",
+        "aside",
+        "away",
+        "identify",
+        "clear",
+    ]
+    """Code of the step; with the kind of the job it says what is done."""
     ended_at: float | None
-    """seconds since 1970 UTC; null: not yet"""
+    """End, seconds since 1970 UTC. Null until then."""
     evidence: str | None
-    """what it was seen by; null: nothing yet"""
+    """Observed values. Null if none yet."""
+    evidence_code: (
+        Literal[
+            "problem",
+            "interrupted",
+            "rows_read",
+            "snapshot_taken",
+            "snapshot_known",
+            "snapshot_failed",
+            "sent",
+            "asked",
+            "silent",
+            "restarted",
+            "restarted_when_asked",
+            "back_on_node",
+            "no_soft_start",
+            "soft_start_over",
+            "soft_start_aborted",
+            "read_back",
+            "all_rows_read",
+            "torque_off",
+            "erased",
+            "rows_differ",
+            "nothing_differs",
+            "rows_written",
+            "saved_by_job",
+            "rows_verified",
+            "at_rest",
+            "not_limited",
+            "limited",
+            "wiggled",
+            "angle_unknown",
+            "returned",
+            "restored",
+            "test_conditions",
+            "samples",
+            "run_stored",
+            "planned",
+            "written",
+            "saved",
+            "save_not_needed",
+            "identified",
+            "values_hold",
+            "values_still_hold",
+            "servo_id_parked",
+            "servo_id_put_back",
+            "servo_id_lost",
+            "node_id_parked",
+            "failed_before",
+            "job_ended",
+            "values_refused",
+            "other_refused",
+            "other_failed",
+            "latch_cleared",
+            "not_latched",
+            "held",
+        ]
+        | None
+    )
+    """Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none."""
+    evidence_params: dict[str, str | int | float | bool | list[str | int | float]]
+    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
     name: str
-    """what it is called"""
+    """Name for programs."""
+    params: dict[str, str | int | float | bool | list[str | int | float]]
+    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
     started_at: float | None
-    """seconds since 1970 UTC; null: not yet"""
+    """Start, seconds since 1970 UTC. Null until then."""
     state: Literal["waiting", "running", "done", "failed", "skipped"]
-    """how it stands"""
+    """State of the step."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
     uid: str | None
-    """the servo this step is about, in a job over several"""
+    """Servo of this step, in a job on several servos. Null otherwise."""
 
 
 class KnownServo(TypedDict):
     """A servo ever seen, on the bus or not; instants in seconds since 1970 UTC."""
 
     drift: list[str]
-    """keys of rows whose ROM changed under us"""
+    """Keys of rows whose ROM value changed unexpectedly."""
     firmware: str | None
-    """version, as `1.300`"""
+    """Firmware version, such as `1.300`. Null if unknown."""
     first_seen: float | None
-    """seconds since 1970 UTC"""
+    """First contact, seconds since 1970 UTC. Null if unknown."""
     hardware_version: int | None
-    """as GetNodeInfo gives it"""
+    """Hardware version from GetNodeInfo. Null if unknown."""
     label: str
-    """for people"""
+    """Nickname. Empty if none."""
     last_seen: float | None
-    """seconds since 1970 UTC"""
+    """Last contact, seconds since 1970 UTC. Null if unknown."""
     model: str | None
-    """as `BLA21-06U-A0`; null: not known"""
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
     node_id: int | None
-    """last known"""
+    """Last known node ID. Null if none."""
     online: bool
-    """heard lately"""
+    """Received recently."""
     production_date: str | None
-    """as the servo gives it; null: not known"""
+    """Production date as the servo reports it. Null if unknown."""
     rom: dict[str, bool | int | float | str | None]
-    """configuration last known to be in ROM"""
+    """Values last known to be in ROM, by key."""
     serial: str | None
-    """model number, dash, product number; null: not known"""
+    """Serial number: model number, dash, product number. Null if unknown."""
     servo_id: int | None
-    """last known"""
+    """Last known servo ID (0x45). Null if unknown."""
     snapshots: int
-    """how many are kept"""
+    """Number of stored snapshots."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
 
 
 class Lease(TypedDict):
     """The one writer's lease; renew before it ends, or torque goes off on what it commanded."""
 
     expires_at: float
-    """seconds since 1970 UTC"""
+    """Expiry, seconds since 1970 UTC."""
     expires_in_s: float
-    """it ends so soon unless it is renewed, s"""
+    """Time until it expires unless renewed, s."""
     holder: str
-    """who has motion control"""
+    """Client with motion control."""
     id: str
-    """what to name it by in a path"""
+    """ID, as used in paths."""
     request: AskedFor | None
-    """who asks for it; null: nobody"""
+    """Pending request for motion control. Null if none."""
+    shown_id: str
+    """First digits of `id`, visible to all clients."""
     ttl_s: float
-    """it lapses so long after its last renewal, s"""
+    """Time to live after each renewal, s."""
 
 
 class LeaseView(TypedDict):
     """A lease as others see it: without the id that lets one use it."""
 
     expires_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     expires_in_s: float
-    """it ends so soon unless it is renewed, s"""
+    """Time until it expires unless renewed, s."""
     holder: str
-    """who has motion control"""
+    """Client with motion control."""
     request: AskedFor | None
-    """who asks for it; null: nobody"""
+    """Pending request for motion control. Null if none."""
+    shown_id: str
+    """First digits of its ID, which distinguish leases but do not allow their use."""
     ttl_s: float
-    """it lapses so long after its last renewal, s"""
+    """Time to live after each renewal, s."""
 
 
 class LeftOut(TypedDict):
-    """A row that was not written, and why."""
+    """A row that was not written."""
 
     key: str
-    """of the row"""
+    """Parameter key."""
     why: str
-    """in a sentence"""
+    """Reason, one sentence."""
+
+
+class Limits(TypedDict):
+    """The two rows that bound a command, or a reading outside which output goes off."""
+
+    confirm: str | None
+    """Word that confirms a limit within the tolerance of the reading. Null for a command."""
+    lower: str
+    """Parameter that holds the lower limit."""
+    tolerance: int | None
+    """Error of the reading, raw. Null for a command."""
+    upper: str
+    """Parameter that holds the upper limit."""
 
 
 class LineVerdict(TypedDict):
-    """What became of one line of an imported file. `ok`: kept; everything else keeps the whole file out."""
+    """Verdict on one line of an imported file."""
 
     key: str
-    """name of the row, the same everywhere"""
+    """Parameter key."""
     line: int
-    """from 1; 0 when the line is not known"""
+    """Line number from 1. 0 if unknown."""
     text: str
-    """what is wrong and what to do; when ok, what is worth knowing"""
+    """Problem and remedy, or for ok a note. May be empty."""
     value: bool | int | float | str | None
-    """as the file has it"""
+    """Value in the file."""
     verdict: Literal[
         "ok", "unknown", "forbidden", "read_only", "identity", "out_of_range", "invalid", "not_in_this_model"
     ]
-    """ok: kept; all else keeps the whole file out"""
+    """ok: accepted. Any other verdict rejects the whole file."""
 
 
 class LogFile(TypedDict):
     """A log in the data folder."""
 
     bytes: int
-    """size, bytes"""
+    """Size, bytes."""
     modified_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     name: str
-    """what it is called"""
+    """File name."""
 
 
 class LogState(TypedDict):
     """The log of frames being written, or the last one that was."""
 
     bytes: int
-    """size, bytes"""
+    """Size, bytes."""
     dropped: int
-    """frames that could not be written in time"""
+    """Frames that could not be written in time."""
     format: Literal["candump", "asc", "blf", "csv"] | None
-    """of the file; null: none was written"""
+    """File format. Null if there is no log."""
     frames: int
-    """how many CAN frames"""
+    """Number of CAN frames."""
     limit_bytes: int
-    """it ends by itself at this size"""
+    """Size at which logging ends, bytes."""
     name: str | None
-    """of the file; null: none was written"""
+    """File name. Null if there is no log."""
     reason: str | None
-    """why it ended, unless it was stopped"""
+    """Reason why it ended. Null if stopped manually."""
     started_at: float | None
-    """seconds since 1970 UTC"""
+    """Start, seconds since 1970 UTC. Null if there is no log."""
     state: Literal["idle", "running", "stopped", "full", "failed"]
-    """how it stands"""
+    """State of the log."""
+
+
+class LostValue(TypedDict):
+    """A value that was only in RAM when the servo restarted without a save, and that RAM does not hold since."""
+
+    at: float
+    """Time the loss was found, seconds since 1970 UTC."""
+    key: str
+    """Parameter key."""
+    value: bool | int | float | str | None
+    """Engineering value or choice key, as PATCH takes it."""
 
 
 class Mark(TypedDict):
     """A moment for which the bundle was written; `at` in seconds since 1970 UTC."""
 
     at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
-    """why"""
+    """Type of trigger."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
     uid: str | None
-    """unique id of the servo, 32 hex digits; null: it is about none"""
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
 
 
 class Node(TypedDict):
@@ -904,644 +1229,836 @@ class Node(TypedDict):
     with node id 0."""
 
     age_s: float
-    """since it was heard, s"""
+    """Time since it was last received, s."""
     hardware_version: str | None
-    """from GetNodeInfo"""
+    """Hardware version from GetNodeInfo."""
     health: Literal["ok", "warning", "error", "critical"]
-    """as its NodeStatus says"""
+    """Health from NodeStatus."""
     kind: Literal["servo", "hornbill", "foreign", "unknown"]
-    """unknown: not asked yet, or it does not answer"""
+    """Kind of node. unknown: not identified yet, or no response."""
     mode: str
-    """as its NodeStatus says"""
+    """Mode from NodeStatus."""
     name: str | None
-    """from GetNodeInfo"""
+    """Name from GetNodeInfo. Null if unknown."""
     node_id: int
-    """1 to 127"""
+    """Node ID, 1 to 127. 0 for nodes without one."""
     note: str | None
-    """why it is not taken for a servo, or what is odd about it"""
+    """Reason why it is not a servo, or a peculiarity. Null if none."""
     online: bool
-    """heard lately"""
+    """Received recently."""
     restarts: int
-    """how often it was seen to start again"""
+    """Number of observed restarts."""
     software_version: str | None
-    """from GetNodeInfo"""
+    """Software version from GetNodeInfo. Null if unknown."""
     uid: str | None
-    """unique id of the servo, 32 hex digits; null: it is about none"""
+    """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
     uptime_s: int
-    """since it started, s"""
+    """Time since its start, s."""
+
+
+class Output(TypedDict):
+    """What the motor of a servo gets, and why. Session state: no change of it is an edit of parameter 0x20."""
+
+    by: str | None
+    """Client that switched it. Null if none or unknown."""
+    reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"]
+    """configured: as the servo started, or as 0x20 was written as configuration; stop: Stop; lease: a lease ended
+    or expired; command: a client or another tool switched it; timeout: the servo's own time-out (0x26,
+    0x27); protection: its limits of temperature or voltage, or a motor failure"""
+    since: float | None
+    """Time of the switch, seconds since 1970 UTC. Null if unknown."""
+    state: Literal["on", "off", "brake", "unknown"]
+    """Output of the motor. unknown: offline, or not read since the start."""
+
+
+class OutputRestorePreview(TypedDict):
+    """What restoring outputs would do."""
+
+    clears_stop: bool
+    """Would first clear a latched stop."""
+    servos: list[RestorableOutput]
+    """One entry per servo."""
 
 
 class Parameter(TypedDict):
     """One register. `default`, `minimum` and `maximum` are raw; an engineering value is raw / per_unit."""
 
     access: Literal["rw", "r", "w"]
-    """read and write, read alone, or run by writing"""
+    """Read and write, read only, or executed by writing."""
     action: bool
     """Whether it does something when written and means nothing when read (0x10 to 0x12)."""
     address: int
-    """register, 0x00 to 0x5F"""
+    """Register address, 0x00 to 0x5F."""
     advice: str
-    """what to know before touching an expert's row"""
+    """What to know before changing an expert row. Empty otherwise."""
     after_restart: bool
-    """takes effect at the next start"""
+    """Takes effect after a restart."""
     choices: list[Choice]
-    """of a row of kind `choice`"""
+    """Choices of a row of kind `choice`."""
     default: int | None
-    """raw, where all models have the same"""
+    """Default, raw. Null if it depends on the model."""
     description: str
-    """what it does"""
+    """What it does."""
     dummy: bool
-    """does nothing"""
+    """May read 555,555,555, which means inactive."""
     expert: bool
-    """folded away unless asked for"""
+    """Hidden by default."""
     forbidden: bool
-    """never written nor read: the servo would need its maker"""
+    """Never written or read, because the servo would need factory repair."""
     group: str
-    """which chapter of its table it stands in"""
+    """Group within its table."""
     identity: bool
-    """says which servo it is: origin, servo id, node id (0x44 to 0x46)"""
+    """Part of the servo's identity: origin, servo ID, node ID (0x44 to 0x46)."""
     key: str
-    """name of the row, the same everywhere"""
+    """Parameter key."""
     kind: Literal["number", "choice", "switch", "bits"]
-    """a number, a choice, a switch, or bits"""
+    """Number, choice, switch or bits."""
     label: str
-    """for people"""
+    """Display name."""
+    limits: Limits | None
+    """The rows that bound it. Null where none do."""
+    live: bool
+    """Changes without being written, and is read before a save, restart or reset."""
     maximum: int | None
-    """raw, where all models have the same"""
+    """Maximum, raw. Null if it depends on the model."""
     minimum: int | None
-    """raw, where all models have the same"""
+    """Minimum, raw. Null if it depends on the model."""
+    moves_horn: bool
+    """A change moves a held horn, so torque must be off."""
     name: str
     """The four ASCII characters GetSet knows the register by: `0x2A` (table 2-14)."""
     per_unit: int
-    """raw steps of one unit"""
+    """Raw steps per unit."""
+    poll_s: float | None
+    """Period at which every servo is asked for it, s. Null: only on request."""
     pwm_only: bool
-    """only on models with PWM input"""
+    """Only on models with PWM input."""
     rom: bool
     """Whether a ROM write keeps it: 0x20 to 0x4F (section 4.11)."""
     section: str
-    """of the servo's document"""
+    """Section of the specification."""
+    shapes_output: bool
+    """No effect while the motor has no output."""
     since: str
-    """first firmware that has it"""
+    """First firmware with this row."""
+    smallest: int | None
+    """Smallest usable magnitude other than 0, raw. Null if none is known."""
+    soft_start: int | None
+    """Temporary value during soft start, raw. Null: soft start leaves it alone."""
+    unique: UniqueNumber | None
+    """The number is that of one servo alone. Null where servos may share it."""
     unit: str
-    """of its engineering value"""
+    """Unit of the engineering value. Empty if none."""
     unit_when: UnitWhen | None
-    """another unit, while another row reads a value"""
+    """Another unit, in force while another row has a certain value. Null if none."""
 
 
 class Parameters(TypedDict):
     """Every row this model and firmware has."""
 
     parameters: dict[str, Reading]
-    """readings by key"""
+    """Readings by key."""
     revision: str
-    """changes with every value: what If-Match takes"""
+    """Revision of the values, for If-Match."""
 
 
 class ParametersPatched(TypedDict):
-    """The outcome of a PATCH; with save, the job that saves."""
+    """The outcome of a PATCH; with save, the job that saves, or what a dry run of it found."""
 
     changes: list[Change]
-    """row by row"""
+    """Changes, row by row."""
     failure: str | None
-    """why it was rolled back"""
+    """Reason for rolled_back, one sentence. Null otherwise."""
     job: str | None
-    """id of the save job, with save: true"""
+    """ID of the save job, with `save`. Null otherwise."""
     outcome: Literal["applied", "rolled_back", "planned"]
-    """all of it, or none: rolled_back is as before"""
+    """All changes, or none: rolled_back restores the earlier values."""
     problem: Problem | None
-    """the same for programs: with its code and its facts"""
+    """Reason for rolled_back, with code and facts. Null otherwise."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
     revision: str
-    """changes with every value: what If-Match takes"""
+    """Revision of the values, for If-Match."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[str]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
 class PendingAllocation(TypedDict):
     """A node heard asking for an id, and how far it has come."""
 
     age_s: float
-    """since it was heard, s"""
+    """Time since it was last received, s."""
     attempts: int
-    """how often it has begun to ask"""
+    """Number of allocation attempts started."""
     refusal: str | None
-    """why it gets none; null: it will"""
+    """Reason why it gets no node ID. Null if it will get one."""
     stage: int
-    """how many of the three parts were heard"""
+    """Number of parts received, 0 to 3."""
     uid_part: str
-    """what is known of the unique id, in hex"""
+    """Known part of the unique ID, hex."""
     waiting_s: float
-    """since it was heard first, s"""
+    """Time since the first request, s."""
 
 
 class PendingBundle(TypedDict):
     """A bundle that still takes in what happens."""
 
     marks: list[BundleMark]
-    """why it was written, and what happened meanwhile"""
+    """Triggers of the recording."""
     ready_in_s: float
-    """it is written then, s"""
+    """Time until it is written, s."""
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
-    """why"""
+    """Type of trigger."""
     text: str
-    """in a sentence, for people"""
+    """One sentence for users."""
 
 
 class PositionUnitState(TypedDict):
     """What position 1.0 means on a servo, and how that is known."""
 
     evidence: str
-    """how that is known, for people"""
+    """Evidence, one sentence for users."""
     state: Literal["assumed", "confirmed", "forced", "conflict"]
-    """assumed: not measured yet; conflict: Status and 0x08 agree in no unit, or in two"""
+    """assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in
+    another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client"""
     unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
-    """in force for what is broadcast"""
+    """Unit of positions in broadcasts."""
 
 
 class Problem(TypedDict):
     """application/problem+json: what went wrong, the code to branch on, and what to do."""
 
     code: str
-    """what it is, for programs: it does not change"""
+    """Code for programs. Stable."""
     detail: str
-    """in a sentence"""
+    """One sentence with the details."""
+    params: dict[str, str | int | float | bool | list[str | int | float]]
+    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
     status: int
-    """of HTTP"""
+    """HTTP status."""
+    summary: str
+    """`detail` without requests for programs."""
     title: str
-    """the code as a phrase"""
+    """Error code as a phrase."""
     type: str
-    """a reference to the kind of problem"""
+    """URI reference of the problem type."""
 
 
 class Profile(TypedDict):
     """A named set of values, in engineering units."""
 
     created_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     description: str
-    """what it is for"""
+    """Purpose of the profile."""
     firmware: str | None
-    """firmware it was made for, e.g. "1.300"""
+    """Firmware it is made for, such as `1.300`. Null for any."""
     model: str | None
-    """model it was made for; null: any"""
+    """Model it is made for. Null for any."""
     name: str
-    """what it is called"""
+    """Name of the profile."""
     schema_revision: str
-    """tables it was written with"""
+    """Revision of the parameter tables at the time of writing."""
     units: dict[str, str]
-    """unit of each number"""
+    """Units of the values, by key."""
     updated_at: float
-    """seconds since 1970 UTC"""
+    """Seconds since 1970 UTC."""
     values: dict[str, bool | int | float | str | None]
-    """by key"""
+    """Values by key."""
 
 
 class Reading(TypedDict):
-    """One parameter as last read from RAM, beside what is known of ROM and what this model allows."""
+    """One parameter as last read from RAM, with its ROM value and this model's limits."""
 
     address: int
-    """register"""
+    """Register address."""
     age_s: float | None
-    """since it was read, s; null: never"""
+    """Time since it was read, s. Null if never read."""
     at: float | None
-    """when it was read, seconds since 1970 UTC"""
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: bool | int | float | str | None
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
     default: bool | int | float | str | None
-    """of this model"""
+    """Default of this model. Null if none or unknown."""
     differs_from_default: bool | None
-    """RAM beside the model's default; null where that is not known, or there is none"""
+    """`configured` differs from the default. Null if either is unknown or there is none."""
     in_effect: bool | None
-    """false: has no effect now; null: not known"""
+    """false: the row has no effect now. Null if unknown."""
     key: str
-    """name of the row, the same everywhere"""
+    """Parameter key."""
     maximum: float | None
-    """of this model"""
+    """Maximum of this model. Null if none or unknown."""
     minimum: float | None
-    """of this model"""
+    """Minimum of this model. Null if none or unknown."""
     raw: int | None
-    """integer on the wire; null while never read"""
+    """Integer on the wire. Null if never read."""
     rom: bool | int | float | str | None
-    """value known to be in ROM; null when not known"""
+    """Value known to be in ROM. Null if unknown."""
     stale: bool
-    """too old, or of a servo that is silent: not for certain what it holds"""
+    """Too old, or the servo is offline: the servo may hold another value."""
     unit: str
-    """of its value"""
+    """Unit of the value. Empty if none."""
     unsaved: bool | None
-    """RAM differs from ROM; null where one is not known, or ROM does not keep the row"""
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
     value: bool | int | float | str | None
-    """engineering value or choice key; null for the dummy and while unknown"""
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
     why_not: str | None
-    """why it has no effect now, in a sentence"""
+    """Reason why it has no effect now. Null if it has."""
 
 
 class RecorderState(TypedDict):
     """The recorder of the last ten minutes; it needs no starting."""
 
     before_s: float
-    """seconds a bundle holds before its first mark"""
+    """Time a recording covers before its first trigger, s."""
     bytes: int
-    """memory it takes"""
+    """Memory in use, bytes."""
     frames: int
-    """how many CAN frames"""
+    """Number of CAN frames."""
     pending: PendingBundle | None
-    """a bundle that still takes in what happens; null: none"""
+    """Recording that is not complete yet. Null if none."""
     reach_s: float
-    """how far it reaches back; less than 600 when memory was full or it began lately"""
+    """Time span recorded, s. Less than 600 after a start or if memory is full."""
     recording: bool
-    """false while a recording is played: that is not recorded again"""
+    """false while a recording is played."""
 
 
 class Recycled(TypedDict):
     """Rows that were freed, as they were."""
 
     free: int
-    """ids that could be given to new nodes now"""
+    """Number of free node IDs."""
     freed: list[Allocation]
-    """rows that are no longer in the table, as they were"""
+    """Removed rows, as they were."""
 
 
 class ResetPreview(TypedDict):
-    """What a factory reset would change."""
+    """Effect of a factory reset."""
 
     changes: list[Change]
-    """rows that would not stay as they are"""
+    """Rows that would change."""
     kept: dict[str, bool | int | float | str | None]
-    """identity rows that stay"""
+    """Values of identity rows that stay, by key."""
     restart: Forecast
+    """Effect of the restart on the horn."""
+
+
+class RestorableOutput(TypedDict):
+    """One servo whose output would be switched on."""
+
+    needs_lease: bool
+    """The servo's timeout (0x26) would switch it off again. It stays on until the lease ends."""
+    output: Output
+    problem: Problem | None
+    """Reason why it would stay off. Null if none."""
+    title: str
+    """Display name."""
+    torque_pct: int | None
+    """Current torque as just read, %. Null if unknown."""
+    uid: str
+    """Unique ID of the servo, 32 hex digits."""
+    under_load: bool
+    """Braked, turning or above 20 % torque. Requires confirmation."""
 
 
 class Restored(TypedDict):
     """The outcome of a restore, as of a PATCH, and the rows that were left out of it."""
 
     changes: list[Change]
-    """row by row"""
+    """Changes, row by row."""
     failure: str | None
-    """why it was rolled back"""
+    """Reason for rolled_back, one sentence. Null otherwise."""
     job: str | None
-    """id of the save job, with save: true"""
+    """ID of the save job, with `save`. Null otherwise."""
     left_out: list[LeftOut]
-    """rows that were not written"""
+    """Rows that were not written."""
     outcome: Literal["applied", "rolled_back", "planned"]
-    """all of it, or none: rolled_back is as before"""
+    """All changes, or none: rolled_back restores the earlier values."""
     problem: Problem | None
-    """the same for programs: with its code and its facts"""
+    """Reason for rolled_back, with code and facts. Null otherwise."""
+    restart: Forecast | None
+    """Effect of the save on the horn."""
     revision: str
-    """changes with every value: what If-Match takes"""
+    """Revision of the values, for If-Match."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[str]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
+
+
+class RomChange(TypedDict):
+    """A row that ROM will hold differently."""
+
+    after: bool | int | float | str | None
+    """Value that the save writes."""
+    before: bool | int | float | str | None
+    """Value known to be in ROM. Null if unknown."""
+    key: str
+    """Parameter key."""
 
 
 class RowRange(TypedDict):
     """What one model allows in one row, raw."""
 
     default: int | None
-    """raw"""
+    """Default, raw."""
     maximum: int | None
-    """raw"""
+    """Maximum, raw."""
     minimum: int | None
-    """raw"""
+    """Minimum, raw."""
 
 
 class RunOverlay(TypedDict):
     """Runs side by side; `differences`: the parameters that are not the same in all of them, in their order."""
 
     differences: dict[str, list[bool | int | float | str | None]]
-    """rows that are not the same in all runs, a value a run"""
+    """Rows that differ, one value per run."""
     runs: list[StepRun]
-    """as asked for"""
+    """Runs in the requested order."""
+
+
+class SavePreview(TypedDict):
+    """Effect of a save. Empty if nothing would be saved."""
+
+    restart: Forecast | None
+    """Effect of the save on the horn."""
+    rom_changes: list[RomChange]
+    """Rows that ROM is known to hold differently, and requested rows."""
+    rom_unknown: list[str]
+    """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
 class SchemaDocument(TypedDict):
     """Every table: rows, models, firmware steps, fault bits, effect rules."""
 
     effects: list[EffectRule]
-    """rows that have no effect while others stand in their way"""
+    """Conditions under which rows have no effect."""
     faults: list[FaultBit]
-    """bits of the three fault registers"""
+    """Bits of the three fault registers."""
     firmware: list[str]
-    """versions the tables know"""
+    """Known firmware versions."""
+    firmware_notes: dict[str, str]
+    """What users of a firmware should know, by version."""
     groups: list[Group]
-    """chapters of the parameter list"""
+    """Groups of the parameter list."""
     models: list[SchemaModel]
-    """each with its own ranges"""
+    """Models, each with its own ranges."""
     overview: list[FaultBit]
-    """bits of the register that sums the others up"""
+    """Bits of the summary register."""
     parameters: list[Parameter]
-    """every row"""
+    """All rows."""
     revision: str
-    """changes when a table does"""
+    """Revision of the tables."""
     specification: str
-    """the document the tables are made from"""
+    """Document the tables are made from."""
 
 
 class SchemaModel(TypedDict):
     """One servo model and its own numbers; `rows` has every row it offers at its newest firmware."""
 
+    firmware: list[str]
+    """Firmware versions of this model."""
     hardware_version: int
-    """as a servo of it says in GetNodeInfo"""
+    """Hardware version from GetNodeInfo."""
     model_number: int
-    """as a servo of it says"""
+    """Model number as read from the servo."""
     name: str
-    """what it is called"""
+    """Model name."""
     pwm: bool
-    """has an input for PWM"""
+    """The model has a PWM input."""
     rows: dict[str, RowRange]
-    """those it has at its newest firmware, by key"""
+    """Ranges of the rows of its newest firmware, by key."""
     series: str
-    """BLA15 or BLA21"""
+    """BLA15, BLA21 or BLA34."""
     voltage_class: str
-    """what supply it is made for"""
+    """Supply voltage class."""
+
+
+class SerialLine(TypedDict):
+    """The serial line between this computer and a serial adapter."""
+
+    baud: int
+    """Baud rate, bit/s."""
+    budget: int | None
+    """Full frames per second that the line carries. Null for USB adapters without a serial line."""
+    confirmed: bool
+    """Well-formed data was received at this baud rate."""
+    found: bool
+    """hornbill detected the baud rate. false if the address gives it."""
+    latency_ms: int | None
+    """Latency timer of an FTDI chip, ms. Null if the system does not report it."""
+    load_pct: float | None
+    """Share of the line used for receiving, %. Null without a budget."""
+    serial_number: str | None
+    """USB serial number of the adapter"""
 
 
 class Servo(TypedDict):
     """One servo, known by its unique id."""
 
+    activity: Activity
     age_s: float | None
-    """age of angle_deg in seconds"""
+    """Age of `angle_deg`, s. Null if never received."""
     angle_deg: float | None
-    """where the horn stands, °; + is clockwise"""
+    """Horn angle, °. Positive is clockwise."""
     bus: str | None
-    """address of the bus it is on; null while it is offline"""
+    """Address of the bus. Null while offline."""
     command_deg: float | None
-    """angle command as last known; null while inactive"""
+    """Last known angle command, °. Null while inactive."""
     drift: list[str]
-    """keys whose ROM somebody else changed; GET …/drift shows from what"""
+    """Keys of rows that another tool changed in ROM. Details: `GET …/drift`."""
     faults: FaultWords
     firmware: str | None
-    """as in the tables, e.g. "1.300"""
+    """Firmware version, such as `1.300`. Null if unknown."""
+    firmware_note: str | None
+    """What users of this firmware should know, in English. Null if nothing."""
     hardware_version: int | None
-    """as GetNodeInfo gives it"""
+    """Hardware version from GetNodeInfo. Null if unknown."""
     health: Literal["ok", "warning", "error", "critical"] | None
-    """as its NodeStatus says"""
+    """Health from NodeStatus. Null if unknown."""
     known_model: bool
-    """the tables have it"""
+    """The tables contain its series. Servos of other series are read-only."""
     label: str
-    """nickname, kept by the server"""
+    """Nickname, stored by the server."""
+    lost: list[LostValue]
+    """RAM values lost in a restart. A value leaves when RAM holds it again, all of them leave after a successful
+    save and DELETE …/lost"""
     mode: str | None
-    """as its NodeStatus says"""
+    """Mode from NodeStatus. Null if unknown."""
     model: str | None
-    """as `BLA21-06U-A0`; null: not known"""
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
+    model_number: int | None
+    """Model number (0x50), which determines the series. Null if unknown."""
     name: str
-    """node name as GetNodeInfo gives it"""
+    """Node name from GetNodeInfo."""
     node_id: int | None
-    """present node id 1..127; null while it has none"""
+    """Current node ID, 1 to 127. Null while it has none."""
     online: bool
-    """heard lately"""
+    """Received recently."""
+    output: Output
     position_unit: PositionUnitState
     production_date: str | None
     """YYYY-MM-DDTHH:MM, time zone not stated by the servo"""
     pwm: bool | None
-    """has an input for PWM; null: not known"""
+    """The servo has a PWM input. Null if unknown."""
     serial: str | None
-    """model number, dash, product number"""
+    """Serial number: model number, dash, product number. Null if unknown."""
     series: str | None
-    """BLA15 or BLA21; null: not known"""
+    """BLA15, BLA21 or BLA34. Null if unknown."""
     servo_id: int | None
-    """actuator id, parameter 0x45; 0 cannot be addressed by ArrayCommand"""
+    """Servo ID (0x45). ArrayCommand cannot address 0. Null if unknown."""
     state: Literal["identifying", "ready", "soft_start", "saving", "restarting", "updating", "protected", "offline"]
-    """what it is doing, as this server knows it"""
+    """Operating state."""
+    treated_as: TreatedAs
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
     unacknowledged: int
-    """warnings and failures that nobody has acknowledged since they came up last"""
+    """Number of warnings and failures not acknowledged since they last occurred."""
     unsaved: list[str]
-    """keys whose RAM differs from what is known to be in ROM"""
+    """Keys of rows configured differently from ROM. Switching the output does not count."""
     uptime_s: int | None
-    """since it started, s"""
+    """Time since its start, s. Null if unknown."""
+
+
+class ServoFaults(TypedDict):
+    """The fault bits of one of several servos; `problem` instead of them where there is no such servo."""
+
+    faults: list[Fault]
+    """Failures, then warnings, then notifications. Active before past."""
+    problem: Problem | None
+    """Reason why there are none. Null otherwise."""
 
 
 class Snapshot(TypedDict):
     """What a servo held at one instant, in engineering values."""
 
     at: float
-    """seconds since 1970 UTC"""
+    """Time of the snapshot, seconds since 1970 UTC."""
     automatic: bool
-    """taken before a change, not asked for"""
+    """Taken automatically before a change."""
     by: str
-    """who did it"""
+    """Client that did it."""
     firmware: str | None
-    """version, as `1.300`"""
+    """Firmware version, such as `1.300`. Null if unknown."""
     id: int
-    """what to name it by in a path"""
+    """ID, as used in paths."""
     model: str | None
-    """as `BLA21-06U-A0`; null: not known"""
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
     reason: str
-    """why"""
+    """Reason for the snapshot."""
+    reason_code: (
+        Literal[
+            "by_hand",
+            "saving",
+            "factory_reset",
+            "drift_undone",
+            "change",
+            "commissioning",
+            "matrix",
+            "profile",
+            "restore",
+        ]
+        | None
+    )
+    """Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words."""
+    reason_params: dict[str, str | int | float | bool | list[str | int | float]]
+    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
     rom: dict[str, bool | int | float | str | None]
-    """what was known of ROM, by key"""
+    """Values known to be in ROM, by key."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
     values: dict[str, bool | int | float | str | None]
     """RAM, by key"""
 
 
 class StepMetrics(TypedDict):
-    """Numbers of one step; times in seconds, each ± `sample_s`; null where the step never got there. `hunting_hz`:
-    full swings a second after settling, `hunting_rms_deg` their size."""
+    """Metrics of one step; all times ± `sample_s`. Null if the step never got that far. `hunting_hz` is also
+    measured at the end of a step that never settles because the horn oscillates. It is null with fewer than
+    100 samples per second."""
 
     crossing_s: float | None
-    """until the target is first reached"""
+    """Time until the target is first reached, s."""
     delay_s: float | None
-    """until the horn begins to move, s"""
+    """Time until the horn starts to move, s."""
     hunting: Literal["none", "slight", "hunting"]
-    """how much it swings after settling"""
+    """Oscillation after settling."""
     hunting_hz: float | None
-    """full swings a second after settling"""
+    """Oscillation frequency after settling, Hz."""
     hunting_rms_deg: float | None
-    """size of those swings, RMS, °"""
+    """Oscillation amplitude, RMS, °."""
     overshoot_pct: float | None
-    """beyond the target, in % of the step"""
+    """Overshoot, % of the step."""
     peak_deg: float | None
-    """the farthest it went, °"""
+    """Farthest angle, °."""
     peak_speed_rpm: float | None
-    """the fastest it went, rpm"""
+    """Greatest speed, rpm."""
     rise_s: float | None
-    """from 10 % to 90 % of the step"""
+    """Time from 10 % to 90 % of the step, s."""
     sample_s: float
-    """between two samples: how exact all times are, s"""
+    """Longest time between two samples, which is the resolution of all times, s."""
     settling_s: float | None
-    """until the angle stays within the band"""
+    """Settling time: until the angle stays within the band, s."""
     steady_state_error_deg: float | None
-    """from the target, once at rest, °"""
+    """Deviation from the target after settling, °."""
 
 
 class StepRun(TypedDict):
     """A finished step test, with what it was measured under."""
 
     achieved_hz: float
-    """samples a second"""
+    """Samples per second."""
     at: float
-    """seconds since 1970 UTC"""
+    """Time of the test, seconds since 1970 UTC."""
     band_deg: float
-    """how near the target counts as there, °"""
+    """Settling band around the target, °."""
     firmware: str | None
-    """version, as `1.300`"""
+    """Firmware version, such as `1.300`. Null if unknown."""
     id: int
-    """what to name it by in a path"""
+    """ID, as used in paths."""
     model: str | None
-    """as `BLA21-06U-A0`; null: not known"""
+    """Model, such as `BLA21-06U-A0`. Null if unknown."""
     note: str
-    """what somebody wrote of it"""
+    """Note of the user."""
     parameters: dict[str, bool | int | float | str | None]
-    """all rows it was measured under, by key"""
+    """Values of all rows during the test, by key."""
     step_deg: float
-    """how far, °"""
+    """Step size, °."""
     steps: list[StepTrace]
-    """one by one, in their order"""
+    """Steps in order."""
     temperature_c: float | None
-    """of the servo then, °C"""
+    """Servo temperature during the test, °C. Null if unknown."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
     voltage_v: float | None
-    """at the servo then, V"""
+    """Supply voltage during the test, V. Null if unknown."""
     warnings: list[str]
-    """what is worth knowing, in sentences"""
+    """Warnings, one sentence each."""
 
 
 class StepTrace(TypedDict):
     """One step: samples from the command on."""
 
     angle_deg: list[float]
-    """a sample each, °"""
+    """Angle of each sample, °."""
     direction: Literal["there", "back"]
-    """to the target, or back"""
+    """Towards the target, or back."""
     from_deg: float
-    """°"""
+    """Start angle, °."""
     metrics: StepMetrics
     t: list[float]
-    """of each sample, s from the command on"""
+    """Time of each sample after the command, s."""
     to_deg: float
-    """°"""
+    """Target angle, °."""
 
 
 class Stop(TypedDict):
     """The stop latch."""
 
     at: float | None
-    """seconds since 1970 UTC"""
+    """Time of the stop, seconds since 1970 UTC. Null while not latched."""
     by: str | None
-    """who did it"""
+    """Client that stopped. Null while not latched."""
     latched: bool
-    """nothing moves until somebody clears it"""
+    """Motion is blocked until the stop is cleared."""
     mode: Literal["off", "brake"] | None
-    """torque off, or the brake; null while nothing is stopped"""
+    """Torque off or brake. Null while not latched."""
     nodes: list[StopNode]
-    """nodes that broadcast an actuator's status and may be servos"""
+    """Nodes that broadcast actuator status and may be servos."""
     reason: str | None
-    """why"""
+    """Reason of the client. Null while not latched."""
     servos: list[StopServo]
-    """one by one"""
+    """One entry per servo."""
 
 
 class StopNode(TypedDict):
     """How stop went on a node that may be a servo and has not been identified."""
 
     confirmed: bool
-    """it answered that it is so"""
+    """The response to torque off (or brake) was received."""
     ms: float | None
-    """from the request to the node's answer"""
+    """Time from the request to the response, ms. Null until then."""
     node_id: int
-    """1 to 127"""
+    """Node ID, 1 to 127."""
 
 
 class StopServo(TypedDict):
     """How stop went on one servo."""
 
     confirmed: bool
-    """it answered that it is so"""
+    """The response to torque off (or brake) was received."""
     label: str
-    """for people"""
+    """Nickname. Empty if none."""
     ms: float | None
-    """from the request to the servo's answer"""
+    """Time from the request to the response, ms. Null until then."""
     uid: str
-    """unique id, 32 lower-case hex digits"""
+    """Unique ID, 32 lower-case hex digits."""
 
 
 class Stream(TypedDict):
     """A stream and how well it keeps time."""
 
     bus_share: float
-    """share of the bus it takes, 0..1"""
+    """Share of the bus, 0 to 1."""
     ended: str | None
-    """why it ended; null while it runs"""
+    """Reason why it ended. Null while it runs."""
+    ended_summary: str | None
+    """`ended` without requests for programs. Null while it runs."""
     holder: str
-    """who has motion control"""
+    """Client with motion control."""
     id: str
-    """what to name it by in a path"""
+    """ID, as used in paths."""
     misses: int
-    """slots that passed without a burst in time"""
+    """Number of slots without a burst in time."""
     moving: bool
-    """a servo of it is on its way to where a profile takes it"""
+    """A servo is still following its profile."""
     rate_hz: float
-    """bursts a second"""
+    """Bursts per second."""
     sent: int
-    """bursts sent"""
+    """Number of bursts sent."""
     type: Literal["angle", "speed", "torque"]
-    """what its values are: °, rpm or %"""
+    """Type of the values: angle (°), speed (rpm) or torque (%)."""
     uids: list[str]
-    """servos that are commanded together"""
+    """Servos that are commanded together, unique IDs."""
     worst_late_ms: float
-    """the latest a burst left after its time, ms"""
+    """Greatest delay of a burst, ms."""
     worst_skew_ms: float
-    """worst time between first and last message of one burst"""
+    """Longest time between the first and last message of a burst, ms."""
 
 
 class Telemetry(TypedDict):
     """What is polled of a servo, and for whom."""
 
     budget: float
-    """share of the bus all polling may take, 0..1"""
+    """Share of the bus available to polling, 0 to 1."""
     channels: dict[str, TelemetryChannel]
-    """by key of the parameter"""
+    """Channels by parameter key."""
     wishes: list[TelemetryGrant]
-    """who wants what, and what they get"""
+    """Subscriptions and their granted rates."""
 
 
 class TelemetryChannel(TypedDict):
     """One channel: how often it is to be polled, and how often it really is."""
 
     age_s: float | None
-    """age of the last sample; null when there never was one"""
+    """Age of the last sample, s. Null if there is none."""
     background_hz: float | None
-    """polled so often whether wished or not; null when it is not"""
+    """Rate of background polling, Hz. Null if not polled."""
     granted_hz: float | None
-    """of what is wished; null when nobody wishes it"""
+    """Granted rate of the subscriptions, Hz. Null without a subscription."""
     marks: list[TelemetryMark]
-    """of what is kept, the newest thousand"""
+    """Newest 1000 marks."""
     measured_hz: float
-    """samples a second over the last five, broadcast ones included"""
+    """Samples per second over the last 5 s, including broadcasts."""
 
 
 class TelemetryGrant(TypedDict):
-    """What the bus budget allows of it."""
+    """Rate of one subscription within the bus budget."""
 
     bus_share: float
-    """share of the bus this takes, 0..1"""
+    """Share of the bus, 0 to 1."""
     channels: list[str]
-    """keys of parameters"""
+    """Parameter keys."""
     expires_in_s: float | None
-    """null: stays until it is replaced"""
+    """Time until it expires, s. Null if it does not."""
     granted_hz: float
-    """what the budget of the bus leaves of it, 1/s"""
+    """Rate within the bus budget, Hz."""
     note: str | None
-    """why nothing is polled now, if nothing is"""
+    """Reason why nothing is polled now. Null if polled."""
     owner: str
-    """who wants it"""
+    """Owner of the subscription."""
     requested_hz: float
-    """what is wanted, 1/s"""
+    """Requested rate, Hz."""
 
 
 class TelemetryMark(TypedDict):
     """Something to know of a channel at an instant: `t` in seconds on the server's clock."""
 
     kind: Literal["wrap", "inactive", "gap", "restart"]
-    """what happened there"""
+    """What happened."""
     t: float
-    """on the server's clock, s"""
+    """Time on the server's clock, s."""
+
+
+class TreatedAs(TypedDict):
+    """The known model and firmware that stand for what the tables do not have."""
+
+    firmware: str | None
+    """Firmware to assume. Null if the firmware is known."""
+    model: str | None
+    """Model to assume. Null if the model is known."""
+
+
+class UniqueNumber(TypedDict):
+    """A number that no two servos share, and the range that is proposed (raw). 0 is "none yet" and may be shared."""
+
+    highest: int
+    """Highest number that is proposed."""
+    lowest: int
+    """Lowest number that is proposed."""
 
 
 class UnitWhen(TypedDict):
     """Another unit, in force while `parameter` reads `raw` (0x36 follows 0x37, section 4.30)."""
 
     parameter: str
-    """the row that decides"""
+    """Key of the row that decides."""
     per_unit: int
-    """raw steps of one such unit"""
+    """Raw steps per unit."""
     raw: int
-    """what that row reads then"""
+    """Value of that row for this unit, raw."""
     unit: str
-    """of its value"""
+    """Unit of the value. Empty if none."""
+
+
+class Why(TypedDict):
+    """A reason by code, for programs and other languages."""
+
+    code: str
+    """Name of the reason."""
+    params: dict[str, str]
+    """Values in the sentence. `parameter` is the row that decides."""

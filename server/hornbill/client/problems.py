@@ -6,7 +6,7 @@ from typing import Any
 from hornbill import errors
 from hornbill.errors import HornbillError
 
-MEMBERS = frozenset(("type", "title", "status", "code", "detail"))
+MEMBERS = frozenset(("type", "title", "status", "code", "detail", "summary", "params"))
 """What every problem has; whatever else it says are facts."""
 
 

@@ -5,11 +5,12 @@ is placed on the straight line between the two samples around it, and the true o
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, Literal
 
 import numpy as np
+
+from hornbill.domain.servo import StepMetrics
 
 DELAY_AT: Final = 0.05
 RISE_FROM, RISE_TO = 0.10, 0.90
@@ -19,38 +20,24 @@ DWELL_S: Final = 0.2
 """How long the angle has to stay within the band before it counts as settled."""
 
 HUNTING_HZ: Final = 1.0
-"""Changes of sign of the error a second, outside a quarter of the band, from which a settled horn is said to hunt."""
+"""Full swings a second, outside a quarter of the band, from which a horn is said to hunt."""
+
+CYCLE: Final = 3
+"""Changes of sign that a horn which never settled needs to hunt: a full swing, so that a single one proves nothing."""
+
+LASTING: Final = 0.7
+"""Share of a swing that must be left in the second half of the time looked at, or it dies away."""
+
+FASTEST_HZ: Final = 50.0
+"""No horn is taken to swing faster. With fewer than two samples in such a swing a faster one would look like a slower
+one, so no frequency is told."""
 
 Hunting = Literal["none", "slight", "hunting"]
 
 
-@dataclass(frozen=True, slots=True)
-class Metrics:
-    """Numbers of one step; None where it never got there. `sample_s` is the widest gap between two samples that
-    matter: the error of every time.
-
-    `peak_deg` is the angle farthest along the step; `overshoot_pct` what of it is beyond the target, in % of the step.
-    `steady_state_error_deg`: mean of (angle - target) over the dwell after settling. `hunting_rms_deg`: RMS about that
-    mean from settling to the end; `hunting_hz` its changes of sign a second, halved.
-    """
-
-    sample_s: float
-    delay_s: float | None
-    rise_s: float | None
-    crossing_s: float | None
-    peak_deg: float | None
-    overshoot_pct: float | None
-    settling_s: float | None
-    steady_state_error_deg: float | None
-    peak_speed_rpm: float | None
-    hunting: Hunting
-    hunting_rms_deg: float | None
-    hunting_hz: float | None
-
-
 def of_step(
     t: Sequence[float], angle_deg: Sequence[float], from_deg: float, to_deg: float, *, band_deg: float
-) -> Metrics:
+) -> StepMetrics:
     """The numbers of one step from `from_deg` to `to_deg`, of samples in order from the command (t = 0) on.
 
     Raises ValueError without a step, with fewer than two samples, or when the times do not increase.
@@ -65,14 +52,15 @@ def of_step(
     share = (angles - from_deg) / step  # 0 at the start, 1 at the target, whichever way it goes
     farthest = float(share.max())
     settled = _settled(times, angles - to_deg, band_deg)
-    after = slice(len(times), None) if settled is None else slice(settled, None)
-    hunting, rms, hertz = _hunting(times[after], angles[after] - to_deg, band_deg)
+    crossing = _crossing(times, share, 1.0)
+    after = _tail(times, crossing or 0.0) if settled is None else slice(settled, None)
+    hunting, rms, hertz = _hunting(times[after], angles[after] - to_deg, band_deg, settled=settled is not None)
     begin, end = _crossing(times, share, RISE_FROM), _crossing(times, share, RISE_TO)
-    return Metrics(
+    return StepMetrics(
         sample_s=float(gaps.max()),
         delay_s=_crossing(times, share, DELAY_AT),
         rise_s=None if begin is None or end is None else end - begin,
-        crossing_s=_crossing(times, share, 1.0),
+        crossing_s=crossing,
         peak_deg=float(from_deg + farthest * step),
         overshoot_pct=None if farthest < RISE_TO else max(0.0, farthest - 1.0) * 100,
         settling_s=None if settled is None else float(times[settled]),
@@ -112,15 +100,36 @@ def _mean_over_dwell(times: np.ndarray, error: np.ndarray, settled: int | None) 
     return float(error[within].mean())
 
 
-def _hunting(times: np.ndarray, error: np.ndarray, band_deg: float) -> tuple[Hunting, float | None, float | None]:
-    """Whether a settled horn still goes to and fro: RMS about its mean, and full swings a second."""
+def _tail(times: np.ndarray, since: float) -> slice:
+    """The last half of the time from an instant on."""
+    middle = (since + float(times[-1])) / 2
+    return slice(int((times < middle).sum()), None)
+
+
+def _hunting(
+    times: np.ndarray, error: np.ndarray, band_deg: float, *, settled: bool
+) -> tuple[Hunting, float | None, float | None]:
+    """Whether a horn still goes to and fro: RMS about its mean, and full swings a second."""
     if len(times) < 2:
         return "none", None, None
     swing = error - error.mean()
     rms = float(np.sqrt((swing**2).mean()))
-    sides = [value > 0 for value in swing if abs(value) > band_deg / 4]
-    turns = sum(one != other for one, other in pairwise(sides))
-    hertz = float(turns / 2 / (times[-1] - times[0]))
-    if hertz < HUNTING_HZ:
-        return "none", rms, hertz
+    outside: list[int] = np.flatnonzero(np.abs(swing) > band_deg / 4).tolist()
+    turns = [at for before, at in pairwise(outside) if swing[before] * swing[at] < 0]
+    rate = len(turns) / 2 / float(times[-1] - times[0])
+    if not settled and (len(turns) < CYCLE or not _lasts(swing)):
+        return "none", None, None
+    if rate < HUNTING_HZ:
+        return "none", rms, rate
+    hertz: float | None = rate
+    if len(turns) >= CYCLE:  # from turn to turn, so that it does not matter where the samples begin and end
+        hertz = (len(turns) - 1) / 2 / float(times[turns[-1]] - times[turns[0]])
+    if float(np.median(np.diff(times))) > 1 / (2 * FASTEST_HZ):
+        hertz = None
     return ("hunting" if rms > band_deg / 2 else "slight"), rms, hertz
+
+
+def _lasts(swing: np.ndarray) -> bool:
+    """Whether the second half swings about as far as the first."""
+    half = len(swing) // 2
+    return float(np.ptp(swing[half:])) >= LASTING * float(np.ptp(swing[:half]))

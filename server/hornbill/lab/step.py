@@ -2,20 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Final
+from typing import Final, cast
 
+from hornbill.domain.fields import known
+from hornbill.domain.servo import StepMetrics
 from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoAnswer
 from hornbill.lab import metrics
-from hornbill.lab.metrics import Metrics
 from hornbill.schema.scale import Value
-from hornbill.servo.asking import POLL, Asker
-from hornbill.servo.identification import read_rows
-from hornbill.servo.jobs import Job, Jobs, Step
-from hornbill.servo.motion import Motion
-from hornbill.servo.reading import readings
-from hornbill.servo.servo import Servo
-from hornbill.servo.timebase import TimeBase
-from hornbill.store.runs import Runs
+from hornbill.servo.device.identification import read_rows
+from hornbill.servo.device.reading import readings
+from hornbill.servo.device.requests import POLL, ServoRequests
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.runtime.jobs import Jobs, RunningJob, Step
+from hornbill.servo.runtime.steps import Evidence
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.store.store import Store
 
 LARGEST_DEG: Final = 45.0
 """A step test is a small move beside a person; what a large one needs is a program of its own."""
@@ -38,7 +40,7 @@ STEPS: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class StepPlan:
     """What to do: `step_deg` from where the horn stands and back, `runs` times, each side watched for `dwell_s`.
 
     `band_deg` is the settling band; None takes 0.5° or the servo's own dead band (0x2E), whichever is larger.
@@ -60,7 +62,7 @@ class Trace:
     to_deg: float
     t: list[float]
     angle_deg: list[float]
-    numbers: Metrics
+    numbers: StepMetrics
 
 
 class StepTests:
@@ -70,14 +72,14 @@ class StepTests:
     was, if the lease and the servo still allow that; where they do not, torque is off already.
     """
 
-    def __init__(self, asker: Asker, motion: Motion, base: TimeBase, jobs: Jobs, runs: Runs) -> None:
-        self._asker = asker
+    def __init__(self, requests: ServoRequests, motion: Motion, base: TimeBase, jobs: Jobs, store: Store) -> None:
+        self._requests = requests
         self._motion = motion
         self._base = base
         self._jobs = jobs
-        self._runs = runs
+        self._store = store
 
-    def begin(self, servo: Servo, lease_id: str | None, wish: Wish) -> Job:
+    def begin(self, servo: Servo, lease_id: str | None, wish: StepPlan) -> RunningJob:
         """Start a test. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, InvalidValue; nothing was sent."""
         if not 0 < abs(wish.step_deg) <= LARGEST_DEG:
             raise InvalidValue(f"A step of {wish.step_deg:g}° is no step test. Enter up to ±{LARGEST_DEG:g}°, not 0.")
@@ -85,13 +87,15 @@ class StepTests:
         steps = [Step(name, text) for name, text in STEPS.items()]
         return self._jobs.start("step_test", servo.uid, steps, lambda job: self._work(job, servo, lease_id, wish))
 
-    async def _work(self, job: Job, servo: Servo, lease_id: str | None, wish: Wish) -> dict[str, object]:
+    async def _work(self, job: RunningJob, servo: Servo, lease_id: str | None, wish: StepPlan) -> dict[str, object]:
         job.begin("check")
         home = await self._angle(servo)
         under = await self._record(servo)
         band = wish.band_deg or max(0.5, _number(under["parameters"], "angle_dead_band"))
         await self._motion.command(servo, lease_id, "angle", home, clamp=False)  # its own command decides what is legal
-        job.done("check", f"horn at {home:+.1f}°, {under['voltage_v']} V, band ±{band:g}°")
+        supply = cast("float | None", under["voltage_v"])
+        text = f"horn at {home:+.1f}°, {supply} V, band ±{band:g}°"
+        job.done("check", Evidence("test_conditions", text, known(angle_deg=home, supply_v=supply, band_deg=band)))
         job.begin("there")
         traces: list[Trace] = []
         try:
@@ -105,14 +109,18 @@ class StepTests:
             raise
         samples = sum(len(one.t) for one in traces)
         rate = samples / sum(one.t[-1] for one in traces)
-        job.done("there", f"{len(traces)} steps, {samples} samples, {rate:.0f} a second")
+        text = f"{len(traces)} steps, {samples} samples, {rate:.0f} a second"
+        values = {"steps": len(traces), "samples": samples, "rate_hz": round(rate)}
+        job.done("there", Evidence("samples", text, values))
         job.begin("numbers")
         under["warnings"] = [*_warnings(servo), *await self._touched(servo)]
         document = {**under, "step_deg": wish.step_deg, "band_deg": band, "achieved_hz": round(rate, 1)}
         document["steps"] = [_plain(one) for one in traces]
-        run = self._runs.add(servo.uid, wish.note, document)  # pyright: ignore[reportArgumentType] - plain JSON
+        run = await self._store.run(self._store.runs.add, servo.uid, wish.note, document)  # pyright: ignore[reportArgumentType] - plain JSON
         first = traces[0].numbers
-        job.done("numbers", f"run {run.id}: {_in_words(first)}")
+        text = f"run {run.id}: {_in_words(first)}"
+        values = known(run=run.id, rise_s=first.rise_s, overshoot_pct=first.overshoot_pct, settling_s=first.settling_s)
+        job.done("numbers", Evidence("run_stored", text, {**values, "sample_s": first.sample_s}))
         return {"run": run.id, "metrics": asdict(first)}
 
     async def _step(
@@ -150,12 +158,12 @@ class StepTests:
 
     async def _angle(self, servo: Servo) -> float:
         row = servo.registers["current_angle"].parameter
-        return await self._asker.read(servo, row, POLL) / row.per_unit
+        return await self._requests.read(servo, row, POLL) / row.per_unit
 
     async def _record(self, servo: Servo) -> dict[str, object]:
         """What the numbers depend on: every row that ROM keeps, supply and temperature."""
         unknown = [key for key, one in servo.registers.items() if one.parameter.rom and one.at is None]
-        await read_rows(self._asker, servo, [*unknown, *(key for key in UNDER if key in servo.registers)])
+        await read_rows(self._requests, servo, [*unknown, *(key for key in UNDER if key in servo.registers)])
         shown = readings(servo, self._base)
         kept: dict[str, Value] = {key: one.value for key, one in shown.items() if servo.registers[key].parameter.rom}
         return {
@@ -169,7 +177,7 @@ class StepTests:
     async def _touched(self, servo: Servo) -> list[str]:
         """Whether a limit of the servo acted: then the numbers are those of the limit, not of the loop."""
         try:
-            bits = await self._asker.read(servo, servo.registers["fault_notification"].parameter, POLL)
+            bits = await self._requests.read(servo, servo.registers["fault_notification"].parameter, POLL)
         except HornbillError:
             return ["Whether a limit acted is not known: the notifications could not be read."]
         return ["A limit of the servo acted, so these are its numbers, not the loop's."] if bits & LIMIT_BITS else []
@@ -199,8 +207,15 @@ def _plain(trace: Trace) -> dict[str, object]:
     return made
 
 
-def _in_words(one: Metrics) -> str:
+def _unsettled(one: StepMetrics) -> str:
+    if one.hunting == "none":
+        return "not settled"
+    rate = "" if one.hunting_hz is None else f" at {one.hunting_hz:.1f} Hz"
+    return f"not settled: it hunts{rate}, {one.hunting_rms_deg or 0.0:.2f}° RMS"
+
+
+def _in_words(one: StepMetrics) -> str:
     rise = "no rise" if one.rise_s is None else f"rise {one.rise_s * 1000:.0f} ms"
     over = "target not reached" if one.overshoot_pct is None else f"overshoot {one.overshoot_pct:.1f} %"
-    settled = "not settled" if one.settling_s is None else f"settled after {one.settling_s * 1000:.0f} ms"
+    settled = _unsettled(one) if one.settling_s is None else f"settled after {one.settling_s * 1000:.0f} ms"
     return f"{rise}, {over}, {settled}, ± {one.sample_s * 1000:.1f} ms"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from hornbill.errors import BusDisconnected
 from hornbill.node.allocator import ANSWER_PRIORITY, Allocator
 from hornbill.node.participant import Participant
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
 
 log = logging.getLogger(__name__)
@@ -16,13 +16,16 @@ def serve_allocation(participant: Participant, allocator: Allocator) -> Callable
     """Let `allocator` answer on the participant's bus from now on; returns what ends it."""
     allocator.listening_since = participant.clock()
 
-    def answer(transfer: Transfer, message: Allocation) -> None:
+    def answer(transfer: Transfer, message: AllocationMessage) -> None:
         reply = allocator.handle(message, transfer, participant.clock())
-        if reply is None:
-            return
+        if reply is not None:
+            send(reply)
+
+    def send(reply: AllocationMessage) -> None:
         try:
             participant.broadcast(reply, priority=ANSWER_PRIORITY)
         except BusDisconnected:
             log.debug("no bus to answer an allocation request on")
 
-    return participant.subscribe(Allocation, answer)
+    allocator.on_answer.append(send)
+    return participant.subscribe(AllocationMessage, answer)

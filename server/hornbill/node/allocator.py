@@ -1,15 +1,16 @@
 """Owns Allocator: which node id a node without one is given, as a function of what it sends and when."""
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, StrEnum
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 from hornbill.node.hooks import Hooks
 from hornbill.node.node_ids import HIGHEST_DYNAMIC, find_free
-from hornbill.node.waiting import Pending, Waiting
+from hornbill.node.waiting import AllocationRequest, AllocationRequests
 from hornbill.units import Instant, NodeId, Uid
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
 
 log = logging.getLogger(__name__)
@@ -37,8 +38,20 @@ _RIVAL_GONE_AFTER: Final = 3
 """First parts without an answer, after which another allocator is taken for gone."""
 
 
+class Lasting(Protocol):
+    """A change that is on its way to where it lasts; an asyncio.Future is one."""
+
+    def add_done_callback(self, fn: Callable[[Any], object], /) -> None:
+        """Call `fn` when the change lasts, or cannot."""
+        ...
+
+    def exception(self) -> BaseException | None:
+        """Why it cannot; once it is done."""
+        ...
+
+
 class AllocationTable(Protocol):
-    """Who has which node id: `record` and `forget` must last before they return."""
+    """Who has which node id."""
 
     def entries(self) -> dict[Uid, NodeId]:
         """Every unique id that ever got a node id or was pinned to one."""
@@ -48,8 +61,8 @@ class AllocationTable(Protocol):
         """Whether a person chose this node's id, so that no other may be given."""
         ...
 
-    def record(self, uid: Uid, node_id: NodeId) -> None:
-        """Keep that a node was given an id now."""
+    def record(self, uid: Uid, node_id: NodeId) -> Lasting | None:
+        """Keep that a node was given an id now; None when that lasts already."""
         ...
 
     def idle(self, longer_than_s: float) -> list[Uid]:
@@ -94,7 +107,10 @@ class Rival:
     answers: int
 
 
-class AllocatorMode(StrEnum):
+_NOT_KEPT: Final = "The allocation table cannot be read or written. Check the data folder."
+
+
+class AllocationMode(StrEnum):
     """What was chosen: to answer unless another allocator does, never, or whoever else answers."""
 
     ON = "on"
@@ -102,7 +118,7 @@ class AllocatorMode(StrEnum):
     INSIST = "insist"
 
 
-class AllocatorState(StrEnum):
+class AllocatorStatus(StrEnum):
     """What the allocator does, in one word."""
 
     ON = "on"
@@ -125,7 +141,7 @@ class Allocator:
     id to the one it would like, searching upward first; without a wish the id it was met at before, else the
     highest free one up to 125. An id somebody else uses is never given. When none is left, the id of the
     node that was away for longest, RECYCLE_AFTER_S at least, goes to the new one; without such a node it is
-    refused. While another allocator answers, this one is silent unless it insists.
+    refused. While another allocator answers, or another program has our node id, this one is silent unless it insists.
     """
 
     def __init__(
@@ -134,7 +150,7 @@ class Allocator:
         *,
         own_ids: frozenset[int],
         residents: Residents,
-        mode: AllocatorMode = AllocatorMode.ON,
+        mode: AllocationMode = AllocationMode.ON,
         listening_since: Instant = float("-inf"),
     ) -> None:
         """`own_ids` are never given; `listening_since` is when `residents` began to hear the bus."""
@@ -142,8 +158,12 @@ class Allocator:
         """When off, requests are followed and shown all the same."""
         self.listening_since = listening_since
         self.rival: Rival | None = None
+        self.own_id_shared = False
+        """Another program speaks with our node id: a node cannot tell its answers from ours."""
+        self.on_answer: Hooks[AllocationMessage] = Hooks()
+        """Called with the answer that gives a node its id, when that lasts only after `handle` has returned."""
         self.on_granted: Hooks[Uid, NodeId] = Hooks()
-        self.on_refused: Hooks[Pending] = Hooks()
+        self.on_refused: Hooks[AllocationRequest] = Hooks()
         """Called once for each reason a node cannot be given an id; its `partial` is the whole unique id."""
         self.on_recycled: Hooks[Uid, NodeId] = Hooks()
         """Called with the node that lost an id to another, and that id."""
@@ -160,29 +180,32 @@ class Allocator:
         self._gathered = b""
         self._last_activity: Instant = float("-inf")
         self._began: Instant = float("-inf")
-        self._waiting = Waiting()
+        self._waiting = AllocationRequests()
+        self._keeping: set[Uid] = set()
         self._unanswered = 0
         # Two of us on one bus stand down for each other; they must not come back at the same request.
         self._patience = _RIVAL_GONE_AFTER + (127 - max(own_ids, default=127)) % 8
 
     @property
-    def state(self) -> AllocatorState:
+    def state(self) -> AllocatorStatus:
         """Off by choice, standing down for another allocator, or on."""
         match self.mode:
-            case AllocatorMode.OFF:
-                return AllocatorState.OFF
-            case AllocatorMode.ON if self.rival is not None:
-                return AllocatorState.STANDING_DOWN
+            case AllocationMode.OFF:
+                return AllocatorStatus.OFF
+            case AllocationMode.ON if self.rival is not None or self.own_id_shared:
+                return AllocatorStatus.STANDING_DOWN
             case _:
-                return AllocatorState.ON
+                return AllocatorStatus.ON
 
     def free(self, now: Instant) -> int:
         """How many node ids can still be given to nodes that never had one."""
         taken = self._own_ids | set(self._table.entries().values()) | self._residents.occupied(now)
         return sum(each not in taken for each in range(1, HIGHEST_DYNAMIC + 1))
 
-    def handle(self, message: Allocation, transfer: Transfer, now: Instant) -> Allocation | None:
+    def handle(self, message: AllocationMessage, transfer: Transfer, now: Instant) -> AllocationMessage | None:
         """Take one Allocation message from the bus, ours excepted; the answer to broadcast at once, or None.
+
+        A node is told its id when the table keeps it for good: at once, or by `on_answer`.
 
         Never raises: a node is refused when the table fails.
         """
@@ -201,30 +224,31 @@ class Allocator:
         self._gathered += message.unique_id
         self._last_activity = now
         self._waiting.note(self._gathered, stage, now)
-        if self.state is not AllocatorState.ON:
+        if self.state is not AllocatorStatus.ON:
             return None
         unique_id = self._gathered
         if stage < len(_PARTS):
-            return Allocation(0, False, unique_id)
+            return AllocationMessage(0, False, unique_id)
         self._gathered = b""
         try:
             node_id = self._grant(unique_id, message.node_id, now)
-        except Exception:  # a full disk, or another server that was quicker in a shared database
+        except Exception:  # a full disk must not end the answers to others
             log.exception("the allocation table failed")
-            self._refuse(unique_id, "The allocation table cannot be read or written. Check the data folder.")
+            self._refuse(unique_id, _NOT_KEPT)
             return None
-        return None if node_id is None else Allocation(node_id, False, unique_id)
+        return None if node_id is None else AllocationMessage(node_id, False, unique_id)
 
-    def pending(self, now: Instant) -> list[Pending]:
+    def pending(self, now: Instant) -> list[AllocationRequest]:
         """Nodes heard asking within the last minute that have no id yet, the longest waiting first."""
         return self._waiting.all(now)
 
     def resume(self) -> None:
-        """Answer again although another allocator was heard; the next answer of it silences us again."""
+        """Answer again although another allocator or our own node id was heard; hearing it again silences us again."""
         self.rival = None
+        self.own_id_shared = False
         self._unanswered = 0
 
-    def _stage(self, message: Allocation) -> int:
+    def _stage(self, message: AllocationMessage) -> int:
         """Which part of a unique id this is, 1 to 3; 0 when it fits nothing we wait for.
 
         A first part always begins anew: hearing it has already made every other node give up its turn.
@@ -263,13 +287,30 @@ class Allocator:
             return None
         return self._give(uid, unique_id, NodeId(found))
 
-    def _give(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> NodeId:
-        """Keep it first: whoever hears the answer has the id, whatever becomes of us."""
-        self._table.record(uid, node_id)
+    def _give(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> NodeId | None:
+        """Keep it first: whoever hears the answer has the id, whatever becomes of us. None: it is not kept yet."""
+        if uid in self._keeping:
+            return None  # it asks again because the store is slow: one answer is enough
+        lasting = self._table.record(uid, node_id)
+        if lasting is not None:
+            self._keeping.add(uid)
+            lasting.add_done_callback(lambda done: self._kept(done, uid, unique_id, node_id))
+            return None
+        self._given(uid, unique_id, node_id)
+        return node_id
+
+    def _given(self, uid: Uid, unique_id: bytes, node_id: NodeId) -> None:
         self._waiting.drop(unique_id)
         log.info("node id %d given to %s", node_id, uid)
         self.on_granted.tell(uid, node_id)
-        return node_id
+
+    def _kept(self, done: Lasting, uid: Uid, unique_id: bytes, node_id: NodeId) -> None:
+        self._keeping.discard(uid)
+        if done.exception() is not None:
+            self._refuse(unique_id, _NOT_KEPT)
+        elif self.state is AllocatorStatus.ON:
+            self._given(uid, unique_id, node_id)
+            self.on_answer.tell(AllocationMessage(node_id, False, unique_id))
 
     def _find(self, unique_id: bytes, preferred: int, kept: set[NodeId], now: Instant) -> int | None:
         """A node id for a node that has none in the table, or None when every one belongs to somebody."""
@@ -313,7 +354,7 @@ class Allocator:
             log.warning("no node id for %s: %s", unique_id.hex(), why)
             self.on_refused.tell(entry)
 
-    def _meet(self, node_id: int, message: Allocation, now: Instant) -> None:
+    def _meet(self, node_id: int, message: AllocationMessage, now: Instant) -> None:
         """Another allocator answered: its exchange is not ours, and two must not answer one node."""
         before, self.rival = self.rival, Rival(node_id, now, self.rival.answers + 1 if self.rival else 1)
         if before is None:
@@ -334,5 +375,6 @@ class Allocator:
         if self._unanswered > self._patience:
             gone = self.rival
             log.warning("node %d no longer allocates node ids", gone.node_id)
-            self.resume()
+            self.rival = None
+            self._unanswered = 0
             self.on_rival_gone.tell(gone)

@@ -7,7 +7,7 @@ from typing import Final
 from hornbill.node.hooks import Hooks
 from hornbill.node.participant import Participant
 from hornbill.units import Instant
-from hornbill.wire.messages import Allocation, NodeStatus
+from hornbill.wire.messages import AllocationMessage, NodeStatus
 from hornbill.wire.services import GetNodeInfoResponse
 from hornbill.wire.transfer import Transfer
 
@@ -67,7 +67,7 @@ class Directory:
         self._traffic = participant.heard
         leave = (
             participant.subscribe(NodeStatus, self._hear_transfer),
-            participant.subscribe(Allocation, self._hear_allocation),
+            participant.subscribe(AllocationMessage, self._hear_allocation),
         )
 
         def end() -> None:
@@ -163,6 +163,6 @@ class Directory:
         if transfer.source:
             self.hear(transfer.source, status, transfer.at)
 
-    def _hear_allocation(self, transfer: Transfer, _message: Allocation) -> None:
+    def _hear_allocation(self, transfer: Transfer, _message: AllocationMessage) -> None:
         if not transfer.source:
             self.anonymous_heard = transfer.at

@@ -1,4 +1,4 @@
-"""Owns GuardedPort: the last place before the wire, where 0x49 and every unlisted write are refused."""
+"""GuardedPort: the last place before the wire, where 0x49 and every unlisted write are refused."""
 
 import re
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from typing import Final
 from hornbill.errors import ForbiddenParameter, OutOfRange
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import ArrayCommand
-from hornbill.wire.port import CanPort, FrameSink, PortState
+from hornbill.wire.port import CanPort, FrameSink, PortWrapper
 from hornbill.wire.services import GetSetRequest
 from hornbill.wire.transfer import END, START, TOGGLE
 
@@ -17,6 +17,10 @@ BOOT_LOADER: Final = 0x49
 
 ALL_ACTUATORS: Final = 255
 """The actuator id of ArrayCommand that moves every servo on the bus (table 2-20)."""
+
+NEW_ACTUATOR: Final = 0
+"""The actuator id of every servo that was given none: senders use 1 to 254 (table 2-20), and the maker's program moves
+a new servo by it, so that an entry for it may move all of them together."""
 
 # Service flag, request flag and the low byte of the service id; for a message, three bits of its type. One
 # test of these bits lets everything but two data types and a few foreign ones pass at once.
@@ -42,14 +46,14 @@ class _Begun:
     gathered: bytes
 
 
-class GuardedPort:
+class GuardedPort(PortWrapper):
     """A CanPort that refuses what no servo may be sent, before any frame of it leaves.
 
     Refused with ForbiddenParameter, read or write alike: register 0x49 under its name, under index 73, or
     under any name that is not plainly another register (`0x` and two hex digits), because how a servo's
     firmware reads an odd spelling is not known; a write to a name that is not in `writable` (exactly as
     printed: "0x2A"); and a GetSet request that is malformed or whose frames are not in order. Refused with
-    OutOfRange: ArrayCommand for actuator 255, unless `allow_broadcast`.
+    OutOfRange: ArrayCommand for actuator 0, and for 255 unless `allow_broadcast`.
 
     Either all frames of a call leave or none. A transfer handed over in several calls is followed; the frame
     that would complete it is refused.
@@ -60,37 +64,14 @@ class GuardedPort:
         for name in writable:
             if not _names_another_register(name.encode()):
                 raise ValueError(f"{name!r} cannot be made writable. Give registers as printed, 0x49 excepted.")
-        self.address = port.address
-        self.bitrate = port.bitrate
-        self.statistics = port.statistics
-        self._port = port
+        super().__init__(port)
         self._writable = frozenset(name.encode() for name in writable)
         self._allow_broadcast = allow_broadcast
         self._begun: dict[int, _Begun] = {}
 
-    @property
-    def state(self) -> PortState:
-        """The state of the port behind."""
-        return self._port.state
-
-    @property
-    def sample_point(self) -> float | None:
-        """That of the port behind."""
-        return self._port.sample_point
-
-    @property
-    def trouble(self) -> str | None:
-        """That of the port behind."""
-        return self._port.trouble
-
-    @property
-    def retry_in_s(self) -> float | None:
-        """That of the port behind."""
-        return self._port.retry_in_s
-
     def listen(self, sink: FrameSink) -> None:
         """Received frames pass untouched."""
-        self._port.listen(sink)
+        self._behind.listen(sink)
 
     def send(self, frames: Sequence[Frame]) -> None:
         """Hand frames on, all or none.
@@ -102,7 +83,7 @@ class GuardedPort:
         try:
             for frame in suspects:
                 self._follow(frame)
-            self._port.send(frames)
+            self._behind.send(frames)
         except Exception:
             # What was begun is cut off: its remaining frames might complete something else.
             for frame in suspects:
@@ -112,7 +93,7 @@ class GuardedPort:
     async def close(self) -> None:
         """Close the port behind."""
         self._begun.clear()
-        await self._port.close()
+        await self._behind.close()
 
     def _follow(self, frame: Frame) -> None:
         """Take one more frame of a watched type; check the transfer when this completes it."""
@@ -169,7 +150,17 @@ class GuardedPort:
         """Table 2-20, without the length of CAN FD. Raises OutOfRange, or ForbiddenParameter."""
         if len(payload) % 4:
             raise _malformed()
-        if ALL_ACTUATORS in payload[::4] and not self._allow_broadcast:
+        addressed = payload[::4]
+        if NEW_ACTUATOR in addressed:
+            raise OutOfRange(
+                "Actuator id 0 is that of every servo without a servo id: all of them may move together. Give the "
+                "servo an id (parameter 0x45), and use that: 1 to 254.",
+                minimum=1,
+                maximum=254,
+                unit="",
+                requested=NEW_ACTUATOR,
+            )
+        if ALL_ACTUATORS in addressed and not self._allow_broadcast:
             raise OutOfRange(
                 "Actuator id 255 would move every servo on the bus. Use 1 to 254.",
                 minimum=1,

@@ -11,6 +11,7 @@ from hornbill.node.backlog import Backlog
 from hornbill.node.hooks import Hooks
 from hornbill.node.presence import Presence
 from hornbill.node.requests import RequestCounters, Requests, anything
+from hornbill.node.shared_id import SharedNodeId
 from hornbill.node.subscriptions import Subscriptions
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
@@ -34,6 +35,14 @@ log = logging.getLogger(__name__)
 
 M = TypeVar("M", bound=Structure)
 
+ON_LINE_S: Final = 0.025
+"""How long the answers to all requests on their way may take on a serial line: well within a timeout, and within what
+an adapter has room for when some are answers to GetNodeInfo, four times as long."""
+ANSWER_BYTES: Final = 77
+"""Of a GetSet answer on a serial line, with the acknowledgement of its request; a write is about as long."""
+LINE_LATENCY_S: Final = 0.02
+"""What a USB serial chip may hold an answer back for, where it does not say: 16 ms with those of FTDI."""
+
 STATUS_PRIORITY: Final = 24
 """Of our own NodeStatus: after everything a servo broadcasts."""
 
@@ -55,11 +64,9 @@ _ANSWERS: Final[dict[int, type[Structure]]] = {
 
 @dataclass(slots=True)
 class ParticipantCounters:
-    """Since the participant was made. `own_id_heard` are transfers of another node with our node id."""
+    """Since the participant was made."""
 
     transfers: int = 0
-    own_id_heard: int = 0
-    own_id_heard_at: Instant | None = None
 
 
 class Participant:
@@ -90,6 +97,8 @@ class Participant:
         self.clock = clock or asyncio.get_running_loop().time
         self.counters = ParticipantCounters()
         self.subscriptions = Subscriptions()
+        self.shared_id = SharedNodeId(node_id)
+        """What others say with our node id."""
         self.on_frames: Hooks[Sequence[Frame], bool] = Hooks()
         """Called with every batch of frames and whether we sent it; sent frames carry the instant the port
         took them."""
@@ -128,6 +137,7 @@ class Participant:
         if self._running:
             return
         self._running = True
+        self._fit_line()
         self.port.listen(self._receive)
         self._say_status(asyncio.get_running_loop().time())
 
@@ -223,13 +233,15 @@ class Participant:
             return
         if self.on_frames:
             self.on_frames.tell(frames, False)
-        transfers = self._reassembler.feed(frames, self.clock())
+        heard, own, now = self.heard, self.node_id, self.clock()
+        shared = [frame for frame in frames if frame.id & 0x7F == own]
+        if shared:
+            self._hear_own_id(shared, now)
+        transfers = self._reassembler.feed(frames, now)
         self.counters.transfers += len(transfers)
-        heard, own = self.heard, self.node_id
         for transfer in transfers:
             source = transfer.source
             if source == own:
-                self._note_own_id(transfer)
                 continue
             if source:
                 heard[source] = transfer.at
@@ -250,13 +262,30 @@ class Participant:
         except BusDisconnected:
             log.debug("no bus to answer node %d on", asked.source)
 
-    def _note_own_id(self, transfer: Transfer) -> None:
-        if self.counters.own_id_heard == 0 and not self.port.address.startswith(RECORDINGS):
+    def _hear_own_id(self, frames: Sequence[Frame], now: Instant) -> None:
+        if self.port.address.startswith(RECORDINGS):
+            return  # what we said ourselves when it was recorded
+        known = self.shared_id.frames > 0
+        self.shared_id.hear(frames, now)
+        if not known and self.shared_id.frames:
             log.warning("another node uses our node id %d", self.node_id)
-        self.counters.own_id_heard += 1
-        self.counters.own_id_heard_at = transfer.at
+
+    def _fit_line(self) -> None:
+        """Have no more requests on their way than a serial line brings the answers of in time, and wait for those.
+
+        Without the wait an urgent request would be repeated before its answer can be there, and fill the line.
+        """
+        line = self.port.details.serial_line
+        rate = None if line is None else line.bytes_per_s
+        if line is None or rate is None:
+            return
+        requests = self._requests
+        requests.most_open = max(2, int(rate * ON_LINE_S / ANSWER_BYTES))
+        requests.line_answer_s = 2 * ANSWER_BYTES / rate
+        requests.line_latency_s = LINE_LATENCY_S if line.latency_ms is None else line.latency_ms / 1000
 
     def _say_status(self, due: Instant) -> None:
+        self._fit_line()
         try:
             self.broadcast(self._presence.status(self.clock()), priority=STATUS_PRIORITY)
         except BusDisconnected:
@@ -288,5 +317,6 @@ class Participant:
         now = self.clock()
         self._backlog.handing(len(frames), now)  # before sending: a port may count them at once
         self.port.send(frames)
+        self.shared_id.sent(frames, now)
         if self.on_frames:
             self.on_frames.tell([frame._replace(at=now) for frame in frames], True)

@@ -1,7 +1,7 @@
 """Owns Presence: what our own node says of itself, as NodeStatus and in answer to GetNodeInfo."""
 
 from hornbill.units import Instant
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import GetNodeInfoResponse, HardwareVersion, SoftwareVersion
 
 _HARDWARE = (1, 0)
@@ -21,7 +21,7 @@ class Presence:
 
     def status(self, now: Instant) -> NodeStatus:
         """Table 2-17, with the whole seconds since `born`."""
-        return NodeStatus(int(now - self.born), Health.OK, Mode.OPERATIONAL)
+        return NodeStatus(int(now - self.born), NodeHealth.OK, Mode.OPERATIONAL)
 
     def info(self, now: Instant) -> GetNodeInfoResponse:
         """Table 2-6."""

@@ -20,6 +20,8 @@ _TRANSFER_IDS: Final = 32
 _AT_A_TIME: Final = 4
 """Requests given to the port in one go: enough that the bus never waits for us."""
 
+_MOST_OPEN: Final = 127
+
 _PUMP_PERIOD_S: Final = 0.001
 """How often to look whether the port is ready, when nothing is heard from the bus."""
 
@@ -92,6 +94,10 @@ class Requests:
 
         `is_port_idle` says whether everything handed to the port is out.
         """
+        self.most_open = _MOST_OPEN
+        """How many requests may be on their way at once; fewer where answers come over a slow line."""
+        self.line_latency_s = self.line_answer_s = 0.0
+        """What a serial line adds to the time until an answer: by itself, and for each request on its way."""
         self.counters = RequestCounters()
         self.on_round_trip: Hooks[int, float] = Hooks()
         """Called with the node and the seconds from sending to answer of every try that was answered."""
@@ -107,6 +113,7 @@ class Requests:
         self._unanswered: dict[_Key, Instant] = {}
         self._next_ids: dict[tuple[int, int], int] = {}
         self._alive: set[_Exchange] = set()
+        self._held_lanes = 0
 
     @property
     def waiting(self) -> int:
@@ -193,7 +200,7 @@ class Requests:
             return
         if self._is_port_idle():
             for _ in range(_AT_A_TIME):
-                if not self._send_next():
+                if self._held_lanes >= self.most_open or not self._send_next():
                     break
         if self._lanes and self._pump_timer is None:
             self._pump_timer = asyncio.get_running_loop().call_later(_PUMP_PERIOD_S, self._pump_again)
@@ -218,6 +225,7 @@ class Requests:
         if exchange is None:
             return False
         exchange.holds_lane = True
+        self._held_lanes += 1
         if exchange.done.done():
             self._release(exchange)
             return True
@@ -249,7 +257,7 @@ class Requests:
         exchange.tries -= 1
         exchange.sent[transfer_id] = now
         self._open[exchange.destination, exchange.data_type.id, transfer_id] = exchange
-        exchange.due = now + exchange.patience_s
+        exchange.due = now + exchange.patience_s + self.line_latency_s + self.line_answer_s * len(self._open)
         self._ring_at(exchange.due)
 
     def _ring_at(self, due: Instant) -> None:
@@ -286,6 +294,7 @@ class Requests:
             if exchange.holds_lane and self._lanes.give_way(exchange.destination, exchange.priority, exchange):
                 # Motion does not wait for all the tries of a read. An answer that is late still counts.
                 exchange.holds_lane, exchange.due = False, _WAITS
+                self._held_lanes -= 1
                 self.pump()
                 return
             try:
@@ -327,6 +336,7 @@ class Requests:
             exchange.sent.clear()
         if exchange.holds_lane:
             exchange.holds_lane = False
+            self._held_lanes -= 1
             self._lanes.free(exchange.destination)
             if self._lanes:
                 self._pump_soon()

@@ -1,4 +1,4 @@
-"""Owns Waiting: which nodes ask for a node id, how far each has come, and why one gets none."""
+"""Owns AllocationRequests: which nodes ask for a node id, how far each has come, and why one gets none."""
 
 from dataclasses import dataclass, replace
 from typing import Final
@@ -11,7 +11,7 @@ _KEY_BYTES: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
-class Pending:
+class AllocationRequest:
     """A node that waits for an id. `partial` is what is known of its unique id, in hex (12, 24 or 32 digits).
 
     `stage` is how many of the three parts were heard when it got furthest, `attempts` counts first parts,
@@ -26,11 +26,11 @@ class Pending:
     refusal: str | None = None
 
 
-class Waiting:
+class AllocationRequests:
     """Nodes heard asking within the last minute, at most 256. Those with the same first six bytes share an entry."""
 
     def __init__(self) -> None:
-        self._entries: dict[bytes, Pending] = {}
+        self._entries: dict[bytes, AllocationRequest] = {}
 
     def note(self, gathered: bytes, stage: int, now: Instant) -> None:
         """A node was heard at `stage` 1..3; `gathered` is its unique id so far (6, 12 or 16 bytes)."""
@@ -39,7 +39,7 @@ class Waiting:
         if before is None:
             if len(self._entries) >= _MOST:
                 del self._entries[min(self._entries, key=lambda each: self._entries[each].last_heard)]
-            before = Pending("", 0, now, now, 0)
+            before = AllocationRequest("", 0, now, now, 0)
         partial = gathered.hex()
         further = len(partial) > len(before.partial) or not before.partial.startswith(partial)
         self._entries[key] = replace(
@@ -50,7 +50,7 @@ class Waiting:
             attempts=before.attempts + (stage == 1),
         )
 
-    def refuse(self, unique_id: bytes, why: str) -> Pending | None:
+    def refuse(self, unique_id: bytes, why: str) -> AllocationRequest | None:
         """A node noted just now gets no id; its entry when that reason is new, else None."""
         key = unique_id[:_KEY_BYTES]
         before = self._entries[key]
@@ -61,7 +61,7 @@ class Waiting:
         """A node got an id. One that was not noted is no error."""
         self._entries.pop(unique_id[:_KEY_BYTES], None)
 
-    def all(self, now: Instant) -> list[Pending]:
+    def all(self, now: Instant) -> list[AllocationRequest]:
         """The longest waiting first."""
         self._entries = {key: each for key, each in self._entries.items() if now - each.last_heard < KEPT_S}
         return sorted(self._entries.values(), key=lambda each: each.first_heard)

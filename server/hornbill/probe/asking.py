@@ -15,9 +15,11 @@ from typing import Final, TypeAlias
 
 from hornbill.client import Hornbill, Servo, TookTooLong
 from hornbill.errors import Conflict, HornbillError, Stopped
-from hornbill.probe.evidence import Evidence
-from hornbill.probe.judging import Answer
+from hornbill.probe.evidence import ProbeEvidence
+from hornbill.probe.judging import ProbeAnswer
 from hornbill.probe.judging import answers as judged
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.effect import COMMANDS
 
 Agree: TypeAlias = Callable[[str], bool]
 Tell: TypeAlias = Callable[[str], None]
@@ -31,8 +33,6 @@ MARK: Final = "angle_dead_band"
 """The row that is written to RAM to see it go: it moves nothing by a step of one."""
 LOG_MB: Final = 50.0
 READY_WITHIN_S: Final = 30.0
-COMMANDS: Final = ("command_angle", "command_speed", "command_torque")
-RAMPED: Final = ("speed_limit_cw", "speed_limit_ccw", "torque_limit_cw", "torque_limit_ccw")
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Probed:
     began: float
     done: list[str] = field(default_factory=list[str])
     left_out: dict[str, str] = field(default_factory=dict[str, str])
-    answers: list[Answer] = field(default_factory=list[Answer])
+    answers: list[ProbeAnswer] = field(default_factory=list[ProbeAnswer])
     recording: bytes = b""
 
 
@@ -64,7 +64,7 @@ class Probe:
         self._tell = tell
         self._sleep = sleep
         self._nodes: set[int] = set()
-        self._extra: list[Answer] = []
+        self._extra: list[ProbeAnswer] = []
 
     def run(self) -> Probed:
         """Do what is agreed to and answer what can be.
@@ -83,7 +83,7 @@ class Probe:
         with tempfile.TemporaryDirectory(prefix="hornbill-probe-") as folder:
             file = Path(folder) / "probe.log"
             file.write_bytes(probed.recording)
-            probed.answers = [*judged(Evidence.read(file, self._nodes)), *self._extra]
+            probed.answers = [*judged(ProbeEvidence.read(file, self._nodes)), *self._extra]
         return probed
 
     def _look_first(self) -> None:
@@ -146,18 +146,18 @@ class Probe:
             self._hornbill.command_many([(self._servo, "angle", target)])
         except HornbillError as error:
             for key, question in (("array_command_obeyed", obeyed), ("array_command_shows", shows)):
-                self._extra.append(Answer(key, question, None, error.detail))
+                self._extra.append(ProbeAnswer(key, question, None, error.detail))
             return
         self._watch(1.0)
         there, command = self._angle(), self._servo.read("command_angle")
         near = abs(there - target) < 1
         self._extra.append(
-            Answer("array_command_obeyed", obeyed, near, "Yes." if near else "No.",
+            ProbeAnswer("array_command_obeyed", obeyed, near, "Yes." if near else "No.",
                    f"commanded {target:.1f}°, stands at {there:.1f}°")
         )  # fmt: skip
         told = isinstance(command, (int, float)) and abs(command - target) < 0.2
         self._extra.append(
-            Answer("array_command_shows", shows, told, "Yes." if told else "No.", f"it reads {command}",
+            ProbeAnswer("array_command_shows", shows, told, "Yes." if told else "No.", f"it reads {command}",
                    "array_command_shows")
         )  # fmt: skip
 
@@ -181,7 +181,7 @@ class Probe:
         self._begin("restart")
         after = self._servo.read(MARK)
         self._extra.append(
-            Answer("restart_loses_ram", "Is what was not saved gone after a restart?", after == value,
+            ProbeAnswer("restart_loses_ram", "Is what was not saved gone after a restart?", after == value,
                    "Yes." if after == value else "No.", f"{MARK} {value} → {other:g} in RAM, {after} after the restart")
         )  # fmt: skip
         self._watch(2.5)
@@ -194,6 +194,7 @@ class Probe:
 
     def _begin(self, kind: str) -> None:
         """A job, and while the servo starts softly the rows that are said to change then."""
+        ramped = [key for key, row in Catalog.load().parameters.items() if row.soft_start is not None]
         job = str(self._hornbill.ask("POST", f"/servos/{self._servo.uid}/{kind}")["id"])
         asked = False
         until = time.monotonic() + READY_WITHIN_S
@@ -202,7 +203,7 @@ class Probe:
             self._note_node()
             if not asked and self._servo.known["state"] == "soft_start":
                 asked = True
-                for key in RAMPED:
+                for key in ramped:
                     self._quietly(key)
             if seen["state"] not in ("queued", "running"):
                 break
@@ -211,7 +212,7 @@ class Probe:
             self._sleep(0.1)
         if seen["state"] != "succeeded":
             raise Conflict(f"The {kind} did not succeed: {(seen['error'] or {}).get('detail', seen['state'])}")
-        for key in RAMPED:
+        for key in ramped:
             self._quietly(key)
 
     def _watch(self, seconds: float) -> None:

@@ -1,11 +1,11 @@
-"""Owns Evidence: what one recording tells of one servo, transfer by transfer. Judges nothing."""
+"""Owns ProbeEvidence: what one recording tells of one servo, transfer by transfer. Judges nothing."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple, TypeVar
 
-from hornbill.bus.recording import Recording
+from hornbill.bus.recordings.reader import Recording
 from hornbill.units import Instant
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import ActuatorStatus, NodeStatus
@@ -32,7 +32,7 @@ class Told(NamedTuple):
         return self.transfer.at
 
 
-class Asked(NamedTuple):
+class Exchange(NamedTuple):
     """A request to the servo and its answer, if one came."""
 
     request: Told
@@ -45,14 +45,14 @@ class Asked(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ProbeEvidence:
     """Everything known transfers told in a recording, in order; `nodes` are the ids the servo had meanwhile."""
 
     told: list[Told]
     nodes: frozenset[int]
 
     @classmethod
-    def read(cls, file: Path, nodes: Iterable[int]) -> "Evidence":
+    def read(cls, file: Path, nodes: Iterable[int]) -> "ProbeEvidence":
         """From a recording of the bus. Raises LogFailed when it cannot be read."""
         recording = Recording.open(file)
         try:
@@ -76,12 +76,12 @@ class Evidence:
         """uavcan.protocol.NodeStatus, one a second (table 2-2)."""
         return self.said(NodeStatus)
 
-    def asked(self, shape: type[object]) -> list[Asked]:
+    def asked(self, shape: type[object]) -> list[Exchange]:
         """Requests of one type to the servo, each with the answer to the same transfer id within a second."""
-        found: list[Asked] = []
+        found: list[Exchange] = []
         for place, one in enumerate(self.told):
             if one.transfer.destination in self.nodes and isinstance(one.structure, shape):
-                found.append(Asked(one, self._answer(place, one)))
+                found.append(Exchange(one, self._answer(place, one)))
         return found
 
     def readings(self, name: str) -> list[tuple[Instant, int | None]]:

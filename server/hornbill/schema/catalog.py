@@ -11,7 +11,8 @@ from hornbill import resources
 from hornbill.errors import Unknown
 from hornbill.schema import check, overlay
 from hornbill.schema.effect import EffectRule
-from hornbill.schema.fault import FaultBit
+from hornbill.schema.fault import REGISTERS, FaultBit
+from hornbill.schema.firmware import FirmwareStep, from_text, to_text
 from hornbill.schema.model import Series, ServoModel
 from hornbill.schema.parameter import Group, Parameter
 from hornbill.schema.tables import EffectsTable, FaultsTable, ParametersTable, read
@@ -25,7 +26,7 @@ class Catalog:
     """
 
     specification: str
-    firmware_steps: tuple[str, ...]
+    firmware: tuple[FirmwareStep, ...]
     groups: tuple[Group, ...]
     parameters: Mapping[str, Parameter]
     series: Mapping[str, Series]
@@ -38,6 +39,21 @@ class Catalog:
     readable: Mapping[str, Parameter]
     actions: Mapping[str, Parameter]
     effects_of: Mapping[str, tuple[EffectRule, ...]]
+    polled: Mapping[str, float]
+    """Rows that every servo is asked for, and their periods in seconds."""
+    fault_words: tuple[str, ...]
+    """The rows of detail bits, read while the overview is not 0."""
+    stops_output: frozenset[str]
+    """Those of them with a bit that means no output."""
+    protections: Mapping[int, tuple[str, str]]
+    """Warning bits of limits outside which output goes off, with the reading and the limit each is about (4.12)."""
+    unique: tuple[str, ...]
+    """Rows that hold a number no two servos share."""
+
+    @property
+    def firmware_steps(self) -> tuple[str, ...]:
+        """The known versions, oldest first."""
+        return tuple(step.version for step in self.firmware)
 
     @property
     def by_key(self) -> Mapping[str, Parameter]:
@@ -51,14 +67,14 @@ class Catalog:
         table = read(folder, "parameters.toml", ParametersTable)
         parameters = check.parameters(table)
         series = overlay.series(folder, parameters)
-        models = overlay.models(folder, parameters, series, table.firmware)
+        models = overlay.models(folder, parameters, series, tuple(step.version for step in table.firmware))
         fault_table = read(folder, "faults.toml", FaultsTable)
         check.faults(fault_table, parameters)
         rules = read(folder, "effects.toml", EffectsTable).effect
         check.effects(rules, parameters)
         return cls(
             specification=table.specification,
-            firmware_steps=table.firmware,
+            firmware=table.firmware,
             groups=table.group,
             parameters=MappingProxyType(parameters),
             series=MappingProxyType(series),
@@ -73,6 +89,11 @@ class Catalog:
             effects_of=MappingProxyType(
                 {key: tuple(rule for rule in rules if key in rule.parameters) for key in parameters}
             ),
+            polled=MappingProxyType({key: row.poll_s for key, row in parameters.items() if row.poll_s is not None}),
+            fault_words=tuple(REGISTERS),
+            stops_output=frozenset(bit.parameter for bit in fault_table.fault if bit.output_off),
+            protections=MappingProxyType(_protections(parameters, fault_table)),
+            unique=tuple(key for key, row in parameters.items() if row.unique is not None),
         )
 
     def model(self, model_number: int, hardware_version: int) -> ServoModel | None:
@@ -81,6 +102,30 @@ class Catalog:
             if (model.model_number, model.hardware_version) == (model_number, hardware_version):
                 return model
         return None
+
+    def treated_as(self, model_number: int, hardware_version: int | None) -> ServoModel | None:
+        """The model a servo of this identity is treated as: its own, or the newest known of its series.
+
+        Of an unknown hardware number the thousands tell the supply (4.43), so the newest of that supply comes first.
+        None for a series that is in no table.
+        """
+        known = None if hardware_version is None else self.model(model_number, hardware_version)
+        if known is not None or hardware_version is None:
+            return known
+        supply = hardware_version // 1000
+        return max(
+            (model for model in self.models.values() if model.model_number == model_number),
+            key=lambda model: (
+                model.hardware_version // 1000 == supply, from_text(model.firmware[-1]), model.hardware_version
+            ),
+            default=None,
+        )  # fmt: skip
+
+    def note_on(self, model: ServoModel | None, firmware: int | None) -> str | None:
+        """What the users of a firmware should know; None for one that is in no table, or not of this model's series."""
+        if model is None or firmware is None or model.counts_as(firmware) is not None:
+            return None
+        return next((step.note for step in self.firmware if step.version == to_text(firmware)), None)
 
     def parameter(self, key: str) -> Parameter:
         """The readable row of this key. Raises Unknown with the nearest key, for actions and 0x49 as well."""
@@ -101,6 +146,17 @@ class Catalog:
     def faults_of(self, pwm: bool) -> tuple[FaultBit, ...]:
         """The detail bits a model with or without PWM input can raise (4.12, note 1)."""
         return tuple(bit for bit in self.faults if pwm or not bit.pwm_only)
+
+
+def _protections(parameters: Mapping[str, Parameter], table: FaultsTable) -> dict[int, tuple[str, str]]:
+    reading = {
+        key: row.key
+        for row in parameters.values()
+        if row.limits is not None and row.limits.tolerance is not None
+        for key in (row.limits.lower, row.limits.upper)
+    }
+    bits = [bit for bit in table.fault if bit.output_off and bit.level == "warning"]
+    return {bit.bit: (reading[bit.limit], bit.limit) for bit in bits if bit.limit in reading}
 
 
 def _revision(folder: Path) -> str:

@@ -21,7 +21,8 @@ BOOT_LOADER = 0x49
 
 def parameters(table: ParametersTable) -> dict[str, Parameter]:
     """The rows by key, in address order. Raises TableError."""
-    versions = [from_text(step) for step in table.firmware]
+    steps = [step.version for step in table.firmware]
+    versions = [from_text(step) for step in steps]
     if versions != sorted(set(versions)):
         raise mistake(_PARAMETERS, None, "`firmware`: list each version once, oldest first")
     _once(_PARAMETERS, "key", ((group.key, group.key) for group in table.group))
@@ -30,7 +31,7 @@ def parameters(table: ParametersTable) -> dict[str, Parameter]:
     rows = {row.key: row for row in sorted(table.parameter, key=lambda row: row.address)}
     groups = {group.key for group in table.group}
     for row in rows.values():
-        problem = _row_problem(row, rows, groups, table.firmware)
+        problem = _row_problem(row, rows, groups, steps)
         if problem is not None:
             raise mistake(_PARAMETERS, row.key, problem)
     return rows
@@ -49,8 +50,11 @@ def faults(table: FaultsTable, rows: Mapping[str, Parameter]) -> None:
 
 def effects(rules: Sequence[EffectRule], rows: Mapping[str, Parameter]) -> None:
     """Raises TableError for a parameter that does not exist, or a value it can never read."""
+    known: dict[str, tuple[str, str]] = {}
     for position, rule in enumerate(rules, start=1):
         problem = _rule_problem(rule, rows)
+        if known.setdefault(rule.code, (rule.why, rule.why_absent)) != (rule.why, rule.why_absent):
+            problem = f"`code`: {rule.code} stands for another sentence already"
         if problem is not None:
             raise mistake(_EFFECTS, f"{position} of [[effect]]", problem)
 
@@ -65,6 +69,15 @@ def _row_problem(row: Parameter, rows: Mapping[str, Parameter], groups: set[str]
     other = row.unit_when
     if other is not None and other.raw not in _values(rows.get(other.parameter)):
         return f"`unit_when`: {other.parameter} never reads {other.raw}"
+    if row.limits is not None:
+        for key in (row.limits.lower, row.limits.upper):
+            limit = rows.get(key)
+            if limit is None or not limit.writable or (limit.unit, limit.per_unit) != (row.unit, row.per_unit):
+                return f"`limits`: {key} is no row that can be written in the unit of {row.key}"
+    if row.unique is not None and not (row.minimum or 0) <= row.unique.lowest <= row.unique.highest <= (
+        row.maximum or 0
+    ):
+        return "`unique`: lowest and highest must lie within minimum and maximum"
     stated = [number is not None for number in (row.default, row.minimum, row.maximum)]
     return row.range_problem(complete=any(stated))
 

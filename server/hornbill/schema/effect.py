@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self, TypeAlias
 
 from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass
 
 from hornbill.schema.parameter import DUMMY, Key, Row, Section, Text
 
@@ -19,13 +20,25 @@ COMMANDS: Mapping[str, CommandKind] = {
     "command_torque": "torque",
 }
 MODE = "speed_torque_control"
+_LAST = "{last_command}"
+
+
+@dataclass(frozen=True, slots=True)
+class Why:
+    """A reason by code, for programs and other languages."""
+
+    code: str = Field(description="Name of the reason.")
+    params: dict[str, str] = Field(
+        default_factory=dict[str, str], description="Values in the sentence. `parameter` is the row that decides."
+    )
 
 
 class Effect(NamedTuple):
-    """`in_effect` is None while a value that decides it has not been read; `why_not` is a sentence."""
+    """`in_effect` is None while a value that decides it has not been read; `why_not` is a sentence, `why` its code."""
 
     in_effect: bool | None
     why_not: str | None
+    why: Why | None = None
 
 
 class Condition(Row):
@@ -34,10 +47,16 @@ class Condition(Row):
     `absent` is what it counts as on a servo whose model or firmware lacks `parameter`.
     """
 
-    parameter: Key | None = None
-    reads: Annotated[tuple[int, ...], Field(strict=False)] = ()
-    last_command: Annotated[tuple[CommandKind, ...], Field(strict=False)] = ()
-    absent: bool = False
+    parameter: Key | None = Field(
+        default=None, description="Key of the row to check. Null for conditions on the last command."
+    )
+    reads: Annotated[tuple[int, ...], Field(strict=False)] = Field(
+        default=(), description="True while the row has one of these values, raw."
+    )
+    last_command: Annotated[tuple[CommandKind, ...], Field(strict=False)] = Field(
+        default=(), description="True while the last command was one of these."
+    )
+    absent: bool = Field(default=False, description="Value to assume on a servo without that row, raw.")
 
     @model_validator(mode="after")
     def _one_thing(self) -> Self:
@@ -55,14 +74,20 @@ class EffectRule(Row):
     `unless_row`.
     """
 
-    parameters: Annotated[tuple[Key, ...], Field(strict=False, min_length=1)]
-    when: Annotated[tuple[Condition, ...], Field(strict=False, min_length=1)]
-    why: Text
-    section: Section
-    why_absent: str = ""
-    unless_row: Key | None = None
-    inferred: bool = False
-    """Follows from the document without being stated in it."""
+    parameters: Annotated[tuple[Key, ...], Field(strict=False, min_length=1)] = Field(
+        description="Keys of the rows without effect while every condition is met."
+    )
+    when: Annotated[tuple[Condition, ...], Field(strict=False, min_length=1)] = Field(
+        description="Conditions, all of which must be met."
+    )
+    code: Key = Field(description="Reason by name. It ends in `_absent` where `why_absent` is the reason.")
+    why: Text = Field(description="Reason, continuing “No effect now”.")
+    section: Section = Field(description="Section of the specification.")
+    why_absent: str = Field(default="", description="Reason on a servo without the row. Null for the same reason.")
+    unless_row: Key | None = Field(
+        default=None, description="The rule does not apply to servos with this row. Null if it always applies."
+    )
+    inferred: bool = Field(default=False, description="Follows from the specification without being stated in it.")
 
 
 def told(catalog: "Catalog", rule: EffectRule) -> str:
@@ -118,19 +143,17 @@ def why_not(
     if rules is None:
         return Effect(True, None)
     last = in_force(values, rows) if last_command is None else last_command
-    missing: str | None = None
+    missing: Effect | None = None
     for rule in rules:
         if rule.unless_row is not None and (rows is None or rule.unless_row in rows):
             continue
         verdicts = [_holds(condition, values, last, rows) for condition in rule.when]
         if all(verdict is True for verdict in verdicts):
-            return Effect(False, f"No effect now: {_reason(rule, last, rows)}.")
+            sentence, why = _reason(rule, last, rows)
+            return Effect(False, f"No effect now: {sentence}.", why)
         if missing is None and False not in verdicts:
-            unknown = rule.when[verdicts.index(None)].parameter
-            missing = "the last command is not known" if unknown is None else _not_read(catalog, unknown)
-    if missing is not None:
-        return Effect(None, f"Effect not known: {missing}.")
-    return Effect(True, None)
+            missing = _not_read(catalog, rule.when[verdicts.index(None)].parameter)
+    return Effect(True, None) if missing is None else missing
 
 
 def _holds(
@@ -151,12 +174,19 @@ def _lacks(rows: Collection[str] | None, key: str) -> bool:
     return rows is not None and key not in rows
 
 
-def _reason(rule: EffectRule, last: LastCommand | None, rows: Collection[str] | None) -> str:
+def _reason(rule: EffectRule, last: LastCommand | None, rows: Collection[str] | None) -> tuple[str, Why]:
     absent = any(one.parameter is not None and _lacks(rows, one.parameter) for one in rule.when)
-    words = rule.why_absent if absent and rule.why_absent else rule.why
-    return words.replace("{last_command}", last or "none")
+    words, code = (rule.why_absent, f"{rule.code}_absent") if absent and rule.why_absent else (rule.why, rule.code)
+    decides = next((one.parameter for one in rule.when if one.parameter is not None), None)
+    params = {} if decides is None else {"parameter": decides}
+    if _LAST in words:
+        params["last_command"] = last or "none"
+    return words.replace(_LAST, last or "none"), Why(code, params)
 
 
-def _not_read(catalog: "Catalog", key: str) -> str:
+def _not_read(catalog: "Catalog", key: str | None) -> Effect:
+    if key is None:
+        return Effect(None, "Effect not known: the last command is not known.", Why("last_command_unknown"))
     row = catalog.by_key[key]
-    return f"{row.label.lower()} ({row.name}) has not been read"
+    sentence = f"Effect not known: {row.label.lower()} ({row.name}) has not been read."
+    return Effect(None, sentence, Why("not_read", {"parameter": key}))

@@ -24,24 +24,22 @@ WORD = 0xFFFF_FFFF
 class FaultBit(Row):
     """One documented bit of `parameter`. In the overview, `level` is the level the bit sums up."""
 
-    parameter: Key
-    level: Level
-    group: FaultGroup
-    bit: Annotated[int, Field(ge=0, le=31)]
-    key: Key
-    label: Text
-    advice: Text
-    section: Section
-    latching: bool = False
-    """Stays set until the servo starts again, whether or not its cause is gone (note 2)."""
-    past_event: bool = False
-    """Tells of something that happened before the present start, not of a present state (note 2)."""
-    pwm_only: bool = False
-    """Always 0 on a model without PWM input (note 1)."""
-    output_off: bool = False
-    """The motor has no output while it is set."""
-    limit: Key | None = None
-    """The parameter that sets where it begins."""
+    parameter: Key = Field(description="Key of its register.")
+    level: Level = Field(description="Severity.")
+    group: FaultGroup = Field(description="Group within its table.")
+    bit: Annotated[int, Field(ge=0, le=31)] = Field(description="Bit number in the 32-bit register, from 0.")
+    key: Key = Field(description="Key of the bit.")
+    label: Text = Field(description="Display name.")
+    advice: Text = Field(description="What to do about it.")
+    section: Section = Field(description="Section of the specification.")
+    latching: bool = Field(default=False, description="Stays set until the servo restarts, regardless of its cause.")
+    past_event: bool = Field(default=False, description="Describes something before the servo's last start.")
+    pwm_only: bool = Field(default=False, description="Always 0 on models without PWM input.")
+    output_off: bool = Field(default=False, description="The motor has no output while it is set.")
+    limit: Key | None = Field(default=None, description="Parameter that sets its threshold. Null if none.")
+    older_firmware: bool = Field(
+        default=False, description="Reported by older firmware only, and not in the specification."
+    )
 
     @model_validator(mode="after")
     def _in_its_place(self) -> Self:

@@ -1,11 +1,26 @@
-"""Owns firmware versions: the integer of 0x52, the text people read, the steps that brought rows (5)."""
+"""Firmware versions: the integer of 0x52, the text people read, the steps that brought rows (5)."""
 
 import re
 from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import Field
 
 from hornbill.errors import InvalidValue
+from hornbill.schema.parameter import FirmwareText, Row, Text
 
 _TEXT = re.compile(r"([0-9]{1,6})\.([0-9]{3})")
+
+
+class FirmwareStep(Row):
+    """One version. `first` and `last` are the months in which every model that lists it was built with it;
+    without `last` it still is. `note` is what its users should know.
+    """
+
+    version: FirmwareText
+    first: Annotated[str, Field(pattern=r"^20[0-9]{2}-(0[1-9]|1[0-2])$")]
+    last: Annotated[str, Field(pattern=r"^20[0-9]{2}-(0[1-9]|1[0-2])$")] | None = None
+    note: Text
 
 
 def to_text(firmware: int) -> str:

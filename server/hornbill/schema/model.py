@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hornbill.schema.firmware import from_text, step_of
+from hornbill.schema.firmware import from_text, step_of, to_text
 from hornbill.schema.parameter import FirmwareText, Parameter, Row, Text
 
 
@@ -51,7 +51,10 @@ class ModelTable(Row):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ServoModel:
-    """One model. `parameters` holds all 59 rows; `rows()` is what a servo of it really offers."""
+    """One model. `parameters` holds all 59 rows; `rows()` is what a servo of it really offers.
+
+    `steps` are the known versions up to the newest it was built with.
+    """
 
     name: str
     series: str
@@ -81,6 +84,10 @@ class ServoModel:
         without PWM input are left out although their registers exist and hold 0: they are never written (4.29).
         """
         return self._rows[step_of(firmware, self.steps)]
+
+    def counts_as(self, firmware: int) -> str | None:
+        """The version a firmware that is in no table is treated as; None for a known one."""
+        return None if to_text(firmware) in self.steps else step_of(firmware, self.steps)
 
     def _offered(self, step: str) -> dict[str, Parameter]:
         reached = from_text(step)

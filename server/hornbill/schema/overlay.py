@@ -63,6 +63,8 @@ def _model(
     for version in table.firmware:
         if version not in steps:
             raise mistake(file, None, f"firmware {version} is not one of {', '.join(steps)}")
+    if list(table.firmware) != [step for step in steps if step in table.firmware]:
+        raise mistake(file, None, "`firmware`: list each version once, oldest first")
     _check_rows(file, table.rows, parameters)
     identity = {
         "model_number": Overlay(default=above.model_number),
@@ -89,7 +91,7 @@ def _model(
         pwm=table.pwm,
         firmware=table.firmware,
         parameters=MappingProxyType(rows),
-        steps=steps,
+        steps=steps[: steps.index(table.firmware[-1]) + 1],
     )
 
 

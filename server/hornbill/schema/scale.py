@@ -3,13 +3,13 @@
 import math
 from collections.abc import Mapping
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from hornbill.errors import ForbiddenParameter, InvalidValue, OutOfRange
 from hornbill.schema.fault import WORD
 from hornbill.schema.parameter import DUMMY, Choice, Parameter
 
-Value: TypeAlias = float | int | bool | str | None
+Value: TypeAlias = bool | int | float | str | None
 Values: TypeAlias = Mapping[str, int | None]
 
 # Arithmetic on tenths leaves errors of about 1e-8 at the far end of the angle range; a real half step is 0.5.
@@ -66,6 +66,18 @@ def to_raw(parameter: Parameter, value: object, values: Values | None = None) ->
             raise _wrong_kind(parameter, value, allowed(parameter))
         case "number" | "bits":
             return _number_to_raw(parameter, value, values)
+
+
+def to_nearest_raw(parameter: Parameter, value: object) -> int:
+    """The integer nearest to `value`, for commands: 8.66° in steps of 0.1° is 87; a half goes to the even step.
+
+    Raises OutOfRange and InvalidValue as `to_raw` does, but not between two steps.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not _finite(value):
+        raise _wrong_kind(parameter, value, allowed(parameter))
+    nearest = (_exactly(value) * parameter.per_unit).to_integral_value(ROUND_HALF_EVEN)
+    _check_range(parameter, nearest, value, None)
+    return int(nearest)
 
 
 def to_text(parameter: Parameter, raw: int, values: Values | None = None) -> str:
@@ -136,7 +148,7 @@ def _check_range(parameter: Parameter, scaled: Decimal, value: float, values: Va
     side, limit = ("below", low) if scaled < low else ("above", high)
     shown, bound = with_unit(_shown(value, per_unit), unit), with_unit(number(limit, per_unit), unit)
     raise OutOfRange(
-        f"{shown} is {side} the {bound} this model allows. Enter {allowed(parameter, values)}.",
+        f"{shown} is {side} this model's limit of {bound}. Enter {allowed(parameter, values)}.",
         minimum=_engineering(low, per_unit),
         maximum=_engineering(high, per_unit),
         unit=unit,
@@ -145,7 +157,7 @@ def _check_range(parameter: Parameter, scaled: Decimal, value: float, values: Va
 
 
 def _wrong_kind(parameter: Parameter, value: object, remedy: str) -> InvalidValue:
-    facts: dict[str, object] = {"allowed": [choice.key for choice in _legal(parameter)]} if parameter.choices else {}
+    facts: dict[str, Any] = {"allowed": [choice.key for choice in _legal(parameter)]} if parameter.choices else {}
     if value is None:
         shown = "empty"
     elif isinstance(value, bool):

@@ -9,7 +9,8 @@ from pydantic import BaseModel, Field, ValidationError
 from hornbill.errors import TableError
 from hornbill.schema.effect import EffectRule
 from hornbill.schema.fault import FaultBit
-from hornbill.schema.parameter import FirmwareText, Group, Parameter, Row, Text
+from hornbill.schema.firmware import FirmwareStep
+from hornbill.schema.parameter import Group, Parameter, Row, Text
 
 Table = TypeVar("Table", bound=BaseModel)
 
@@ -18,7 +19,7 @@ class ParametersTable(Row):
     """schemas/parameters.toml: the document's revision, the firmware steps, groups and rows."""
 
     specification: Text
-    firmware: Annotated[tuple[FirmwareText, ...], Field(strict=False, min_length=1)]
+    firmware: Annotated[tuple[FirmwareStep, ...], Field(strict=False, min_length=1)]
     group: Annotated[tuple[Group, ...], Field(strict=False, min_length=1)]
     parameter: Annotated[tuple[Parameter, ...], Field(strict=False, min_length=1)]
 

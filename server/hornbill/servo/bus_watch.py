@@ -2,12 +2,11 @@
 
 from collections.abc import Callable
 
-from hornbill.servo.fleet import Fleet
-from hornbill.servo.hub import BusChanged, Happened, Hub
-from hornbill.servo.motion import Motion
-from hornbill.servo.servo import Servo
-from hornbill.servo.stop import Stop
-from hornbill.servo.timebase import TimeBase
+from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.runtime.hub import BusChanged, BusUsable, Happened, Hub
+from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Instant
 from hornbill.wire.port import NO_PORT, CanPort, NoPort, PortState
 
@@ -25,15 +24,12 @@ class BusWatch:
     the servos that were under command; when it is back, that is written first, and nothing else by itself.
     """
 
-    def __init__(
-        self, hub: Hub, base: TimeBase, fleet: Fleet, motion: Motion, stop: Stop, on_back: Callable[[], None]
-    ) -> None:
+    def __init__(self, hub: Hub, base: TimeBase, fleet: Fleet, motion: Motion, on_back: Callable[[], None]) -> None:
         """`on_back` is called when a lost bus works again."""
         self._hub = hub
         self._base = base
         self._fleet = fleet
         self._motion = motion
-        self._stop = stop
         self._on_back = on_back
         self._port: CanPort | NoPort = NO_PORT
         self._state = NO_PORT.state
@@ -97,10 +93,10 @@ class BusWatch:
         assert self._lost_at is not None
         away = self._base.now() - self._lost_at
         self._set_lost_at(None)
-        self._stop.hurry()
+        self._motion.torque_off.hurry()
         self._fleet.bus_back()
         self._on_back()
-        owed = self._motion.debts.servos()
+        owed = self._motion.torque_off.servos()
         text = f"{self._port.address} is back after {away:.1f} s. Nothing moves by itself."
         if owed:
             text += f" Torque goes off on {_names(owed)}."
@@ -110,7 +106,7 @@ class BusWatch:
     def _set_lost_at(self, at: Instant | None) -> None:
         self._lost_at = at
         self._told.clear()
-        self._motion.bus_gone = self._stop.bus_gone = at is not None
+        self._hub.tell(BusUsable(at is None))
 
     def _trouble(self) -> str:
         return self._port.trouble or f"{self._port.address} is lost. Check the adapter and its cable."

@@ -4,7 +4,7 @@ from random import Random
 from typing import Final
 
 from hornbill.units import Instant, NodeId
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 
 _REQUEST_S: Final = (0.6, 1.0)
 _FOLLOW_UP_S: Final = (0.0, 0.4)
@@ -40,15 +40,15 @@ class Allocatee:
         """Ask no more."""
         self._request_at = self._follow_up_at = _NEVER
 
-    def fire(self, now: Instant) -> Allocation:
+    def fire(self, now: Instant) -> AllocationMessage:
         """Rule B, or the second half of rule D: the request that is due."""
         if self._follow_up_at <= self._request_at:
             self._follow_up_at = _NEVER
-            return Allocation(0, False, self._uid[self._offset : self._offset + _PART_BYTES])
+            return AllocationMessage(0, False, self._uid[self._offset : self._offset + _PART_BYTES])
         self._restart(now)
-        return Allocation(0, True, self._uid[:_PART_BYTES])
+        return AllocationMessage(0, True, self._uid[:_PART_BYTES])
 
-    def hear(self, message: Allocation, source: int, now: Instant) -> NodeId | None:
+    def hear(self, message: AllocationMessage, source: int, now: Instant) -> NodeId | None:
         """Rules C, D and E for a message from node `source` (0 is another that asks); our node id, once given."""
         if self._request_at == _NEVER:
             return None

@@ -17,12 +17,12 @@ _TENTHS_PER_UNITLESS: Final = 1800.0
 def taken(message: ArrayCommand, memory: Memory, behaviour: Behaviour) -> Iterator[tuple[int, Raw]]:
     """Register and raw value of each command for this servo, in the order of the message.
 
-    A servo with id 0 is reached by 255 alone: ids to be addressed begin at 1. Values that are no number, and
-    those out of range unless they are clamped, are not taken.
+    Values that are no number, and those out of range unless they are clamped, are not taken.
     """
     own = memory.get(address.SERVO_ID)
     for actuator_id, kind, value in ((c.actuator_id, c.command_type, c.command_value) for c in message.commands):
-        if actuator_id != _EVERYBODY and (actuator_id != own or own == 0):
+        mine = actuator_id == own and (own != 0 or behaviour.array_command_id_0)
+        if actuator_id != _EVERYBODY and not mine:
             continue
         wanted = _register(kind, value, behaviour)
         if wanted is None:

@@ -1,9 +1,16 @@
-"""Owns Behaviour: a choice for every question the document leaves open, and why each default is what it is."""
+"""Behaviour: a choice for every question the document leaves open, and why each default is what it is.
+
+"The maker's program" is Futaba's own configurator for Windows, which was used with real servos for years: where it
+would fail with one reading, the other is the default.
+"""
 
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+
+Absent: TypeAlias = Literal["zero", "empty", "silent"]
+"""How a servo answers for a row it does not have: 0, an answer without a value, or not at all."""
 
 TENTHS_PER_UNIT: Final[dict[PositionUnit, float]] = {
     "hundred_degrees": 1000.0,
@@ -19,7 +26,8 @@ class Behaviour:
     """How a simulated servo decides what the document does not. Change one with `dataclasses.replace`."""
 
     position_unit: PositionUnit = "hundred_degrees"
-    """What position 1.0 means on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°."""
+    """What position 1.0 means on the bus. The tables print "0.001/0.1°": 0.001 stands for 0.1°, so 1.0 is 100°, and
+    the maker's program sends and shows 100° per unit."""
 
     out_of_range: Literal["refuse", "clamp"] = "refuse"
     """A GetSet write outside the row's range. The document knows a request that passes and one that fails
@@ -34,9 +42,13 @@ class Behaviour:
     write_only: Literal["empty", "zero"] = "empty"
     """What reading 0x10 to 0x12 answers: their access is W, so a read fails."""
 
-    pwm_rows: Literal["empty", "zero"] = "empty"
-    """What 0x34 to 0x37 answer on a model without PWM input. Section 5 brings them "only for models that
-    support PWM input"; section 3.1 prints 0/0/0 for the others."""
+    pwm_rows: Absent = "zero"
+    """What 0x34 to 0x37 answer on a model without PWM input, where section 3.1 prints 0/0/0. The maker's program asks
+    for them on every model, and waits for ever for a register that is not answered."""
+
+    later_rows: Absent = "zero"
+    """What a row that came with a later firmware answers. The maker's program asks for it whatever 0x52 reads, as it
+    does for the PWM rows."""
 
     lower_case_names: bool = False
     """Whether `0x2a` is taken for `0x2A`. The document prints capitals and calls the name an ASCII string."""
@@ -57,10 +69,10 @@ class Behaviour:
     erase_keeps_identity: bool = False
     """Whether ERASE and 0x10 spare 0x44 to 0x46. Nothing in the document says so."""
 
-    timeout_from: Literal["first_command", "power_on"] = "first_command"
-    """When the time of 0x27 begins to run. 4.19 speaks of a servo that is no longer commanded. Ran it from
-    power-on, the default of 1000 ms would cut short every soft start of more than a second, and a servo
-    that holds 0° with nobody talking to it would let go, which 4.14 does not describe."""
+    timeout_from: Literal["power_on", "first_command"] = "power_on"
+    """When the time of 0x27 begins to run. 4.14 names the time-out among what ends soft start, and every command has
+    ended it before: so the time runs without one, from power-on. As delivered, a servo that nobody commands lets go
+    after 1,000 ms. 4.19 alone could be read as if it began with the first command."""
 
     timeout_changes: Literal["output_on", "any_output"] = "output_on"
     """Whether the action of 0x26 takes the place of OFF or BRAKE in 0x20, too, so that a brake is let go after
@@ -79,6 +91,14 @@ class Behaviour:
     """Whether 0x38 and 0x39 count from the zero that 0x44 has moved. 4.31 gives them in the same degrees as the
     command, and 4.36 moves the zero of those; without, they stay where they were on the horn."""
 
+    array_command_id_0: bool = True
+    """Whether a servo whose servo id is 0, as delivered, obeys the entries of an ArrayCommand for 0. The document gives
+    senders 1 to 254; the maker's program copies the id that Status told, and moves new servos with it."""
+
+    health_of_notifications: bool = False
+    """Whether a notification makes NodeStatus say WARNING. The document counts warnings alone; the maker's manuals
+    have the lamp of its program yellow for notifications, too."""
+
     failures_latch: bool = False
     """Whether bits of failure level stay until the next start. 4.12 says that some bits stay until power-off and
     names those of its note 2 only."""
@@ -87,5 +107,6 @@ class Behaviour:
     """What 0x25 and 0x3A to 0x3D read (and a ROM write keeps) during soft start. 4.14 says these parameters
     are changed for a time and go back afterwards."""
 
-    cascade_without_switch: bool = False
-    """Whether a firmware without 0x25 (1.010) has speed and torque control always on. Not known."""
+    cascade_without_switch: bool = True
+    """Whether a firmware without 0x25 (1.010) has speed and torque control always on. The maker's program commanded
+    speed and torque before there was 0x25, which came with 1.100."""

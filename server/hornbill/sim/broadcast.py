@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from hornbill.units import Instant
-from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Mode, NodeHealth, NodeStatus
 
 NODE_STATUS_S: Final = 1.0
 STATUS_S: Final = 0.1
@@ -51,7 +51,7 @@ class Broadcast:
 
 def node_status(uptime_s: float, warnings: int, failures: int, mode: Mode = Mode.OPERATIONAL) -> NodeStatus:
     """Tables 2-17 to 2-19; notifications do not touch health. A servo that has no id yet cannot send it."""
-    health = Health.ERROR if failures else Health.WARNING if warnings else Health.OK
+    health = NodeHealth.ERROR if failures else NodeHealth.WARNING if warnings else NodeHealth.OK
     return NodeStatus(int(uptime_s + _ROUNDING_S), health, mode)
 
 

@@ -1,14 +1,14 @@
-"""Owns Commander: which command is in force, and whether the motor may follow it (4.1 to 4.3, 4.13, 4.14, 4.19)."""
+"""Owns CommandInput: which command is in force, and whether the motor may follow it (4.1 to 4.3, 4.13, 4.14, 4.19)."""
 
 from typing import Final
 
 from hornbill.schema.parameter import DUMMY
 from hornbill.sim import address
 from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.mechanics.motion import HornMotion
+from hornbill.sim.mechanics.plant import Plant
 from hornbill.sim.memory import Memory
-from hornbill.sim.motion import Motion
-from hornbill.sim.orders import Frame, orders_for
-from hornbill.sim.plant import Plant
+from hornbill.sim.orders import AngleFrame, orders_for
 from hornbill.units import Instant, Raw
 
 ON: Final = 0
@@ -20,7 +20,7 @@ _AT_SPEED: Final = 1  # rpm: what the speed loop's dead band leaves of a limit t
 _ARRIVED: Final = 10  # tenths of a degree: soft start is over within about 1° (4.14)
 
 
-class Commander:
+class CommandInput:
     """Turns commands, torque mode, time-out, soft start and protection into orders for the motor.
 
     The command registers 0x00 to 0x02 live in `memory`; `kind` is the address of the one in force. The caller
@@ -28,18 +28,19 @@ class Commander:
     of nominal voltage and of stall torque) up to date with `surroundings`.
     """
 
-    def __init__(self, memory: Memory, motion: Motion, plant: Plant, behaviour: Behaviour) -> None:
+    def __init__(self, memory: Memory, motion: HornMotion, plant: Plant, behaviour: Behaviour) -> None:
         self.behaviour = behaviour
         self.kind = address.COMMAND_ANGLE
         self.timed_out = False
         self.soft_starting = False
         self.pulsed = False
-        """Whether the PWM input has a signal: then it takes over where CAN is silent (4.30)."""
+        """Whether the PWM input has or just had a signal: then it takes over where CAN is silent (4.30)."""
         self._memory = memory
         self._motion = motion
         self._plant = plant
-        self._frame = Frame()
+        self._frame = AngleFrame()
         self._fed_at: Instant | None = None
+        self._commanded = False
         self._mode = OFF
         self._halted = True
         self._protecting = False
@@ -49,6 +50,7 @@ class Commander:
         self._supply = 1.0
         self._load = 0.0
         self._inertia = 0.0
+        self._pulse_counts_until: Instant = -_NEVER
 
     @property
     def output(self) -> int:
@@ -70,8 +72,8 @@ class Commander:
 
     @property
     def can_silent(self) -> bool:
-        """Whether no command came over CAN for so long that the PWM input counts (4.30)."""
-        return self._fed_at is None or self.timed_out
+        """Whether no command came over CAN, or none for so long that the PWM input counts (4.30)."""
+        return not self._commanded or self.timed_out
 
     @property
     def angle(self) -> Raw:
@@ -97,9 +99,11 @@ class Commander:
         """Power-on: forget turns and commands, then soft start, hold the present angle, or stay without output."""
         memory = self._memory
         self.kind = address.COMMAND_ANGLE
-        self.timed_out = self._protecting = self._halted = False
+        self.timed_out = self._protecting = self._halted = self.pulsed = False
+        self._pulse_counts_until = -_NEVER
         self._unshown = self._blind_tenths = None
         self._fed_at = now if self.behaviour.timeout_from == "power_on" else None
+        self._commanded = False
         self._mode = memory.get(address.TORQUE_MODE)
         self._look_at_frame()
         self._forget_turns()
@@ -134,8 +138,8 @@ class Commander:
         obeyed and the registers read what they did before.
         """
         memory = self._memory
-        if kind != address.COMMAND_ANGLE and not self.cascade(without_soft_start=True):
-            return False
+        if kind != address.COMMAND_ANGLE and not self.cascade():
+            return False  # in soft start 0x25 is on; when this command has ended that, it may be off again (4.14)
         self._end_soft_start()
         self._begin_kind(kind)
         self._unshown = None if shown else raw
@@ -195,15 +199,23 @@ class Commander:
             self._supply, self._load, self._inertia = supply, load, inertia
             self.refresh()
 
+    def hear_pulse(self, signal: bool, now: Instant) -> None:
+        """Whether the PWM input has a signal now. One that is lost counts for the time of 0x27 yet (4.30)."""
+        if signal:
+            self._pulse_counts_until = now + self._memory.get(address.TIMEOUT_TIME) / 1000.0
+        before, self.pulsed = self.pulsed, now < self._pulse_counts_until
+        if self.pulsed != before:
+            self.refresh()
+
     def watch_soft_start(self) -> None:
         """End soft start where it has arrived (4.14)."""
         if self.soft_starting and abs(self.angle) <= _ARRIVED:
             self._end_soft_start()
             self.refresh()
 
-    def cascade(self, *, without_soft_start: bool = False) -> bool:
+    def cascade(self) -> bool:
         """Whether speed and torque control is on (0x25), as soft start has it or as it is set."""
-        if self.soft_starting and not without_soft_start:
+        if self.soft_starting:
             return True
         default = int(self.behaviour.cascade_without_switch)
         return self._memory.own(address.SPEED_TORQUE_CONTROL, default) == 1
@@ -212,7 +224,7 @@ class Commander:
         """Where the horn stands, in the plant's degrees, when 0x08 reads `tenths`."""
         return self._frame.degrees(tenths)
 
-    def limits_exceeded(self) -> list[str]:
+    def limits_reached(self) -> list[str]:
         """The notification bits, by key, that present position, speed, torque and command call for (4.31 to 4.33)."""
         get = self._memory.get
         asked = {at: self._asked(at) for at in address.COMMANDS}
@@ -227,9 +239,9 @@ class Commander:
             low, high = self._angle_limits() if name == "angle" else (get(limit_cw + 1), get(limit_cw))
             wanted, side = asked[at], held.get(name, 0)
             near = _AT_SPEED if name == "speed" else 0
-            if present > high or (wanted is not None and wanted > high) or (side > 0 and present >= high - near):
+            if present >= high or (wanted is not None and wanted > high) or (side > 0 and present >= high - near):
                 found.append(f"{name}_limit_cw_reached")
-            if present < low or (wanted is not None and wanted < low) or (side < 0 and present <= low + near):
+            if present <= low or (wanted is not None and wanted < low) or (side < 0 and present <= low + near):
                 found.append(f"{name}_limit_ccw_reached")
         return found
 
@@ -275,7 +287,7 @@ class Commander:
             self._forget_turns()
 
     def _feed(self, now: Instant) -> None:
-        self._fed_at = now
+        self._fed_at, self._commanded = now, True
         self.timed_out = False
 
     def _look_at_mode(self) -> None:

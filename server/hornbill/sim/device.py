@@ -1,4 +1,4 @@
-"""Owns Device: the servo behind its bus connection: its stages from power to power, its supply, its horn."""
+"""Owns SimDevice: the servo behind its bus connection: its stages from power to power, its supply, its horn."""
 
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
@@ -8,12 +8,12 @@ from typing import Final
 from hornbill.schema.fault import FaultBit
 from hornbill.schema.model import ServoModel
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.command import Commander
-from hornbill.sim.conditions import Conditions
-from hornbill.sim.faults import Faults
+from hornbill.sim.command import CommandInput
+from hornbill.sim.faults import SimFaults
+from hornbill.sim.mechanics.conditions import Conditions
+from hornbill.sim.mechanics.motion import HornMotion
+from hornbill.sim.mechanics.plant import plant_of
 from hornbill.sim.memory import Memory
-from hornbill.sim.motion import Motion
-from hornbill.sim.plant import plant_of
 from hornbill.sim.protection import DEAD_BELOW_V, Protection
 from hornbill.sim.pwm import read_pulse
 from hornbill.sim.registers import Registers, Request
@@ -29,7 +29,7 @@ WATCH_S: Final = 0.05
 _NEVER: Final = float("inf")
 
 
-class Stage(Enum):
+class ServoStage(Enum):
     """Where a servo is in its life."""
 
     OFF = "off"
@@ -38,7 +38,7 @@ class Stage(Enum):
     SAVING = "saving"
 
 
-class Device:
+class SimDevice:
     """Power, start, ROM write, protection. `on_up` is called when it runs after a start, `on_dark` when it stops."""
 
     def __init__(
@@ -57,16 +57,16 @@ class Device:
         on_dark: Callable[[], None],
     ) -> None:
         plant = plant_of(model)
-        self.stage = Stage.OFF
+        self.stage = ServoStage.OFF
         self.powered = False
         self.starts = 0
         self.started_at: Instant = 0.0
         self.memory = Memory(model, firmware, serial=serial, production=production, rom=rom)
         self.conditions = Conditions(voltage_v=model.nominal_v)
-        self.faults = Faults(faults)
+        self.faults = SimFaults(faults)
         self.faults.failures_latch = behaviour.failures_latch
-        self.motion = Motion(plant, angle_deg)
-        self.commander = Commander(self.memory, self.motion, plant, behaviour)
+        self.motion = HornMotion(plant, angle_deg)
+        self.commander = CommandInput(self.memory, self.motion, plant, behaviour)
         self._protection = Protection(plant, Random(random.random()), self.conditions)
         self.registers = Registers(self.memory, self.commander, self._protection, self.faults, self._judge)
         self._on_up = on_up
@@ -81,17 +81,17 @@ class Device:
     @property
     def running(self) -> bool:
         """Whether it can hear, answer and move."""
-        return self.stage is Stage.RUNNING
+        return self.stage is ServoStage.RUNNING
 
     @property
     def due(self) -> Instant:
         """When `live` is needed next; infinity once its supply is off and its horn rests."""
-        return min(self._watch_at, self.commander.due) if self.stage is Stage.RUNNING else self._until
+        return min(self._watch_at, self.commander.due) if self.stage is ServoStage.RUNNING else self._until
 
     def live(self, now: Instant) -> None:
         """Do what is due at `now`: the end of a stage, a look at supply and progress, the time-out."""
         self.motion.advance(now)
-        if self.stage is not Stage.RUNNING:
+        if self.stage is not ServoStage.RUNNING:
             if self._until <= now:
                 self._end_stage(now)
             return
@@ -110,7 +110,7 @@ class Device:
         """Switch the supply off. In the middle of a ROM write this spoils what ROM holds (4.11)."""
         self.powered = False
         self.motion.advance(now)
-        self._go_dark(Stage.OFF, now + WATCH_S)
+        self._go_dark(ServoStage.OFF, now + WATCH_S)
 
     def carry_out(self, request: Request, now: Instant) -> None:
         """Restart, or write ROM first."""
@@ -119,31 +119,31 @@ class Device:
             return
         self.memory.save(self.commander.behaviour)
         self.memory.rom_sound = False
-        self.stage, self._until = Stage.SAVING, now + SAVE_S
+        self.stage, self._until = ServoStage.SAVING, now + SAVE_S
         self._restarts_after_save = request is Request.SAVE_AND_RESTART
         self.commander.halt(True)
 
     def _restart(self, now: Instant, *over: str) -> None:
         self._restarts_over = over
-        self._go_dark(Stage.STARTING, now + BOOT_S + self.conditions.restart_delay_s)
+        self._go_dark(ServoStage.STARTING, now + BOOT_S + self.conditions.restart_delay_s)
 
-    def _go_dark(self, stage: Stage, until: Instant) -> None:
+    def _go_dark(self, stage: ServoStage, until: Instant) -> None:
         self.stage, self._until = stage, until
         self.commander.halt(True)
         self._on_dark()
 
     def _end_stage(self, now: Instant) -> None:
-        if self.stage is Stage.OFF:
+        if self.stage is ServoStage.OFF:
             # A load may turn the horn on: followed as it turns, not all at once when power comes back.
             self._until = _NEVER if self.motion.asleep else now + WATCH_S
-        elif self.stage is Stage.SAVING and self.conditions.voltage_v <= DEAD_BELOW_V:
+        elif self.stage is ServoStage.SAVING and self.conditions.voltage_v <= DEAD_BELOW_V:
             self._restart(now)  # the supply has failed meanwhile: what was written is not whole (4.11)
-        elif self.stage is Stage.SAVING:
+        elif self.stage is ServoStage.SAVING:
             self.memory.rom_sound = True
             if self._restarts_after_save:
                 self._restart(now)
             else:
-                self.stage, self._watch_at = Stage.RUNNING, now
+                self.stage, self._watch_at = ServoStage.RUNNING, now
                 self.commander.halt(False)
         elif self.conditions.voltage_v > DEAD_BELOW_V:
             self._start(now)
@@ -151,7 +151,7 @@ class Device:
             self._until = now + WATCH_S
 
     def _start(self, now: Instant) -> None:
-        self.stage = Stage.RUNNING
+        self.stage = ServoStage.RUNNING
         self.starts += 1
         self.started_at = self._watch_at = now
         lost = () if self.memory.load() else ("rom_lost",)
@@ -166,7 +166,7 @@ class Device:
         conditions, motion, commander = self.conditions, self.motion, self.commander
         self._watch_at = now + WATCH_S
         if conditions.voltage_v <= DEAD_BELOW_V:
-            self._go_dark(Stage.STARTING, now + BOOT_S)
+            self._go_dark(ServoStage.STARTING, now + BOOT_S)
             return
         if self.faults.crashed:
             self._restart(now, *self.faults.crashed)
@@ -183,8 +183,8 @@ class Device:
         commander.surroundings(self._protection.supply, conditions.load_pct / 100.0, conditions.load_inertia)
         commander.watch_soft_start()
         pulse = read_pulse(self.memory, conditions.pwm_us)
-        commander.pulsed = pulse is not None and conditions.pwm_us is not None
-        if pulse is not None and commander.pulsed and commander.can_silent:
+        commander.hear_pulse(pulse is not None and pulse.raw is not None, now)
+        if pulse is not None and pulse.raw is not None and commander.can_silent:
             commander.command(pulse.kind, pulse.raw, now, counts=False)
         self._judge()
 
@@ -192,7 +192,7 @@ class Device:
         """Bring the fault words up to date, and protection with them."""
         pulse = read_pulse(self.memory, self.conditions.pwm_us)
         bits = pulse.bits if pulse is not None else ()
-        tripped = self._protection.tripped(self.memory)
-        self.faults.show([*tripped, *bits, *self.commander.limits_exceeded()])
+        reached, beyond = self._protection.limits(self.memory)
+        self.faults.show([*reached, *bits, *self.commander.limits_reached()], output_off=beyond)
         self.commander.blind("sensor_failure" in self.faults.active)
         self.commander.protect(self.faults.output_off)

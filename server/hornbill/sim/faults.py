@@ -1,4 +1,4 @@
-"""Owns Faults: the words 0x18 to 0x1B, made from conditions, from injected bits and from what a start left (4.12)."""
+"""SimFaults: the words 0x18 to 0x1B, made from conditions, from injected bits and from what a start left (4.12)."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Final
@@ -8,7 +8,7 @@ from hornbill.schema.fault import FaultBit, Level, overview_of
 _LEVELS: Final[tuple[Level, ...]] = ("notification", "warning", "failure")
 
 
-class Faults:
+class SimFaults:
     """The detail bits one model can raise. `bits` are those of its table, without the PWM bits if it has none.
 
     Conditions come and go with `show`; injected bits stay until they are taken back, and the latching ones
@@ -20,6 +20,7 @@ class Faults:
         self._conditions: frozenset[str] = frozenset()
         self._injected: set[str] = set()
         self._latched: set[str] = set()
+        self._conditions_take_output = False
         self.crashed: set[str] = set()
         """Bits for which the servo has to restart by itself, and which tell of it then."""
         self.failures_latch = False
@@ -27,7 +28,7 @@ class Faults:
         self.words: tuple[int, int, int] = (0, 0, 0)
         """Notification, warning and failure word: 0x19, 0x1A, 0x1B."""
         self.output_off = False
-        """Whether one of the bits goes with a motor without output."""
+        """Whether the motor has no output, by what was shown or by a bit that was injected."""
 
     @property
     def keys(self) -> Collection[str]:
@@ -44,11 +45,12 @@ class Faults:
         """0x18."""
         return overview_of({f"fault_{level}": word for level, word in zip(_LEVELS, self.words, strict=True)})
 
-    def show(self, conditions: Iterable[str]) -> None:
-        """Set the bits of these present conditions; bits this model does not have are left out."""
+    def show(self, conditions: Iterable[str], *, output_off: bool = False) -> None:
+        """Set the bits of these present conditions, which may take the output; bits this model does not have are left
+        out."""
         present = frozenset(conditions)
-        if present != self._conditions:
-            self._conditions = present
+        if (present, output_off) != (self._conditions, self._conditions_take_output):
+            self._conditions, self._conditions_take_output = present, output_off
             self._latched |= {key for key in present if (bit := self._bits.get(key)) and self._latches(bit)}
             self._compose()
 
@@ -76,7 +78,7 @@ class Faults:
         self._injected -= {key for key in self._injected if self._bits[key].past_event}
         self.crashed.clear()
         self._latched = set(found)
-        self._conditions = frozenset()
+        self._conditions, self._conditions_take_output = frozenset(), False
         self._compose()
 
     def _latches(self, bit: FaultBit) -> bool:
@@ -84,10 +86,10 @@ class Faults:
 
     def _compose(self) -> None:
         words = dict.fromkeys(_LEVELS, 0)
-        self.output_off = False
+        self.output_off, by_themselves = self._conditions_take_output, self._injected | self._latched
         for key in self.active:
             bit = self._bits.get(key)
             if bit is not None:
                 words[bit.level] |= bit.mask
-                self.output_off |= bit.output_off
+                self.output_off |= bit.output_off and key in by_themselves
         self.words = (words["notification"], words["warning"], words["failure"])

@@ -1,4 +1,4 @@
-"""Owns Link: a servo's place on the bus: its node id and how it gets one, what it hears, what it has to send."""
+"""SimNode: a servo on the bus: its node ID and how it gets one, what it receives and sends."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -6,12 +6,12 @@ from random import Random
 from typing import Final
 
 from hornbill.sim.allocation import Allocatee
-from hornbill.sim.conditions import Conditions
+from hornbill.sim.mechanics.conditions import Conditions
 from hornbill.sim.services import Answer
 from hornbill.units import Instant, NodeId
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, AllocationMessage, ArrayCommand, NodeStatus
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
 
@@ -20,11 +20,11 @@ _ALLOCATION_PRIORITY: Final = 24
 _ANONYMOUS: Final = NodeId(0)
 _DISCRIMINATOR_BITS: Final = 14
 
-_ALLOCATION: Final = Allocation.TYPE.id
+_ALLOCATION: Final = AllocationMessage.TYPE.id
 _ARRAY_COMMAND: Final = ArrayCommand.TYPE.id
 
 
-class Link:
+class SimNode:
     """Frames in and out of one servo. Without a node id only Allocation passes, either way (2.3)."""
 
     def __init__(self, uid: bytes, random: Random, conditions: Conditions) -> None:
@@ -84,7 +84,7 @@ class Link:
         if self._allocatee.due <= now:
             self.broadcast(self._allocatee.fire(now))
 
-    def hear(self, message: Allocation, source: int, now: Instant) -> bool:
+    def hear(self, message: AllocationMessage, source: int, now: Instant) -> bool:
         """Take an Allocation message of another node; True when it gave us our node id."""
         node_id = self._allocatee.hear(message, source, now)
         if node_id is None:
@@ -92,12 +92,12 @@ class Link:
         self.node_id = node_id
         return True
 
-    def broadcast(self, message: NodeStatus | ActuatorStatus | Allocation) -> None:
+    def broadcast(self, message: NodeStatus | ActuatorStatus | AllocationMessage) -> None:
         """Put a message into the outbox, with the priorities of table 2-2."""
         data_type = message.TYPE
         transfer_id = self._transfer_ids.get(data_type.id, 0)
         self._transfer_ids[data_type.id] = (transfer_id + 1) & 31
-        asking = isinstance(message, Allocation)
+        asking = isinstance(message, AllocationMessage)
         transfer = Transfer(
             Kind.MESSAGE, data_type.id, self.node_id, 0,
             _ALLOCATION_PRIORITY if asking else _PRIORITY, transfer_id, message.encode(),

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from hornbill.schema.firmware import from_text
 from hornbill.schema.model import ServoModel
 from hornbill.schema.parameter import Parameter
 from hornbill.sim import address
-from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.behaviour import Absent, Behaviour
 from hornbill.units import Raw
 
 _IDENTITY: Final = (address.ORIGIN, address.SERVO_ID, address.NODE_ID)
@@ -57,12 +56,9 @@ class Memory:
             **dict(zip(address.PRODUCTION_DATE, production, strict=True)),
         }
         self._known = frozenset(row.address for row in model.parameters.values())
-        without_pwm = not model.pwm
-        self._empty_pwm_rows = frozenset(
-            row.address
-            for row in model.parameters.values()
-            if row.pwm_only and without_pwm and from_text(row.since) <= firmware
-        )
+        absent = [row for row in model.parameters.values() if row.readable and row.address not in rows]
+        self._absent_pwm_rows = frozenset(row.address for row in absent if row.pwm_only and not model.pwm)
+        self._later_rows = frozenset(row.address for row in absent) - self._absent_pwm_rows
         self._rom = {at: self._defaults[at] for at, row in rows.items() if row.rom}
         for key, raw in (rom or {}).items():
             row = model.parameters.get(key)
@@ -93,6 +89,12 @@ class Memory:
         if rom:
             self._rom |= factory
 
+    def disguise(self, reads: Mapping[str, Raw]) -> None:
+        """Have identity registers (0x50 to 0x53, by key) read something else, as those of an unknown servo would."""
+        addresses = {row.key: at for at, row in self.rows.items() if at in self._fixed}
+        self._fixed |= {addresses[key]: raw for key, raw in reads.items()}
+        self._ram |= self._fixed
+
     def get(self, at: int, absent: Raw = 0) -> Raw:
         """The value in force: of soft start while it lasts, `absent` where this firmware has no such row."""
         found = self._temporary.get(at)
@@ -118,14 +120,16 @@ class Memory:
         """What ROM holds, or None for a register it does not keep. For tests: no servo can be asked this."""
         return self._rom.get(at)
 
-    def is_hollow(self, at: int, behaviour: Behaviour) -> bool:
-        """Whether the register answers 0 and takes nothing, by a switch of `behaviour`."""
+    def absent(self, at: int, behaviour: Behaviour) -> Absent:
+        """How a register that has no value to give answers, by a switch of `behaviour`. It takes nothing."""
         row = self.rows.get(at)
         if row is not None:
-            return row.action and behaviour.write_only == "zero"
-        if at in self._known:
-            return at in self._empty_pwm_rows and behaviour.pwm_rows == "zero"
-        return at <= address.LAST and behaviour.reserved == "zero"
+            return behaviour.write_only if row.action else "empty"
+        if at in self._absent_pwm_rows:
+            return behaviour.pwm_rows
+        if at in self._later_rows:
+            return behaviour.later_rows
+        return behaviour.reserved if at <= address.LAST and at not in self._known else "empty"
 
     def admit(self, at: int, raw: Raw, behaviour: Behaviour) -> Raw | None:
         """The value a write of `raw` leads to, or None when it is refused: no such row, read only, out of range."""

@@ -3,23 +3,19 @@
 from typing import Final
 
 from hornbill.sim import address
+from hornbill.sim.mechanics.motion import Controller, Orders
+from hornbill.sim.mechanics.plant import Plant
 from hornbill.sim.memory import Memory
-from hornbill.sim.motion import Controller, Orders
-from hornbill.sim.plant import Plant
 from hornbill.units import Raw
 
 _FURTHEST: Final = 360_000_000
 _RPM: Final = 6.0  # °/s
 _DEAD_BAND_RPM: Final = 0.001
 """One count of 0x32: the document gives no unit, and its default of 600 must not keep the angle loop from its goal."""
-_INTEGRAL_PER_S: Final = 0.015
-"""One count of 0x31: torque share a second per °/s of deviation."""
-_INTEGRAL_LIMIT: Final = 0.0001
-"""One count of 0x33: torque share, so that the default of BLA21 is 20 % and that of BLA15 no limit at all."""
 _LEFTOVER: Final = 1e-6
 
 
-class Frame:
+class AngleFrame:
     """How the servo's angle relates to the plant's: reverse (4.16), origin (4.36), and turns it does not count."""
 
     __slots__ = ("_origin", "_uncounted", "sign")
@@ -54,7 +50,7 @@ class Frame:
 def orders_for(
     memory: Memory,
     plant: Plant,
-    frame: Frame,
+    frame: AngleFrame,
     kind: int,
     target: Raw,
     *,
@@ -96,9 +92,9 @@ def orders_for(
         dead_band=get(address.ANGLE_DEAD_BAND) / 10.0 + _LEFTOVER,
         boost=get(address.ANGLE_BOOST, 0) / 1000.0,
         speed_p=get(address.SPEED_P_GAIN) * plant.speed_p,
-        speed_i=get(address.SPEED_I_GAIN) * _INTEGRAL_PER_S,
+        speed_i=get(address.SPEED_I_GAIN) * plant.speed_i,
         speed_dead_band=get(address.SPEED_DEAD_BAND) * _DEAD_BAND_RPM * _RPM,
-        speed_i_limit=get(address.SPEED_I_LIMIT) * _INTEGRAL_LIMIT,
+        speed_i_limit=get(address.SPEED_I_LIMIT) * plant.speed_i_limit,
         speed_low=speeds[0],
         speed_high=speeds[1],
         torque_low=torques[0],

@@ -5,9 +5,9 @@ from random import Random
 from typing import Final
 
 from hornbill.sim import address
-from hornbill.sim.conditions import Conditions
+from hornbill.sim.mechanics.conditions import Conditions
+from hornbill.sim.mechanics.plant import Plant
 from hornbill.sim.memory import Memory
-from hornbill.sim.plant import Plant
 from hornbill.units import Raw
 
 DEAD_BELOW_V: Final = 3.0
@@ -50,15 +50,13 @@ class Protection:
         self.temperature = min(max(round(board), -40), 120)
         self.voltage = min(max(round(seen * 10.0), 0), 500)
 
-    def tripped(self, memory: Memory) -> list[str]:
-        """The fault bits, by key, of limits that are exceeded: output is off while there is one."""
-        found: list[str] = []
-        if self.temperature > memory.get(address.TEMPERATURE_LIMIT_UPPER):
-            found.append("temperature_high")
-        elif self.temperature < memory.get(address.TEMPERATURE_LIMIT_LOWER):
-            found.append("temperature_low")
-        if self.voltage > memory.get(address.VOLTAGE_LIMIT_UPPER):
-            found.append("voltage_high")
-        elif self.voltage < memory.get(address.VOLTAGE_LIMIT_LOWER):
-            found.append("voltage_low")
-        return found
+    def limits(self, memory: Memory) -> tuple[list[str], bool]:
+        """The fault bits, by key, of limits that are reached (4.12), and whether one is exceeded, so that output is
+        off (4.7, 4.8)."""
+        over = {
+            "temperature_high": self.temperature - memory.get(address.TEMPERATURE_LIMIT_UPPER),
+            "temperature_low": memory.get(address.TEMPERATURE_LIMIT_LOWER) - self.temperature,
+            "voltage_high": self.voltage - memory.get(address.VOLTAGE_LIMIT_UPPER),
+            "voltage_low": memory.get(address.VOLTAGE_LIMIT_LOWER) - self.voltage,
+        }
+        return [key for key, by in over.items() if by >= 0], max(over.values()) > 0

@@ -1,4 +1,4 @@
-"""Owns what a pulse at the PWM input asks for, and the bits of pulses that are missing or too wide (4.29, 4.30)."""
+"""What a pulse at the PWM input asks for, and the bits of pulses that are missing or too wide (4.29, 4.30)."""
 
 from typing import NamedTuple
 
@@ -8,27 +8,28 @@ from hornbill.units import Raw
 
 
 class PulseCommand(NamedTuple):
-    """A command register, the value a pulse puts into it, and the notification bits it sets."""
+    """A command register, the value a pulse puts into it, and the notification bits it sets.
+
+    `raw` is None where there is no signal: no pulse, or one out of range, which counts as none (4.30).
+    """
 
     kind: int
-    raw: Raw
+    raw: Raw | None
     bits: tuple[str, ...]
 
 
 def read_pulse(memory: Memory, width_us: float | None) -> PulseCommand | None:
-    """What the present pulse means; None on a servo without the PWM rows, which raises no bits either.
-
-    Without a pulse `raw` is 0 and `bits` says so. At the ends of the range and beyond, the command is that of
-    the end: the document says which bit is set then, not what the horn does.
-    """
+    """What the present pulse means; None on a servo without the PWM rows, which raises no bits either."""
     if address.PWM_RANGE not in memory.rows:
         return None
     kind = address.COMMAND_SPEED if memory.get(address.PWM_MODE) else address.COMMAND_ANGLE
     if width_us is None:
-        return PulseCommand(kind, 0, ("pwm_missing",))
+        return PulseCommand(kind, None, ("pwm_missing",))
     share = (width_us - memory.get(address.PWM_NEUTRAL)) / memory.get(address.PWM_RANGE)
     bits = ("pwm_high",) if share >= 1.0 else ("pwm_low",) if share <= -1.0 else ()
-    raw = round(min(max(share, -1.0), 1.0) * memory.get(address.PWM_OUTPUT_RANGE))
+    if not -1.0 <= share <= 1.0:
+        return PulseCommand(kind, None, bits)
+    raw = round(share * memory.get(address.PWM_OUTPUT_RANGE))
     if kind == address.COMMAND_SPEED:
         row = memory.rows[kind]
         raw = min(max(raw, row.minimum or 0), row.maximum or 0)

@@ -5,8 +5,8 @@ from enum import Enum
 from typing import Final
 
 from hornbill.sim import address
-from hornbill.sim.command import Commander
-from hornbill.sim.faults import Faults
+from hornbill.sim.command import CommandInput
+from hornbill.sim.faults import SimFaults
 from hornbill.sim.memory import Memory
 from hornbill.sim.protection import Protection
 from hornbill.units import Instant, Raw
@@ -26,9 +26,9 @@ class Registers:
     def __init__(
         self,
         memory: Memory,
-        commander: Commander,
+        commander: CommandInput,
         protection: Protection,
-        faults: Faults,
+        faults: SimFaults,
         judge: Callable[[], None],
     ) -> None:
         """`judge` brings `faults` up to date."""
@@ -60,7 +60,7 @@ class Registers:
         row = self._memory.rows.get(at)
         behaviour = self._commander.behaviour
         if row is None or row.action:
-            return 0 if self._memory.is_hollow(at, behaviour) else None
+            return 0 if self._memory.absent(at, behaviour) == "zero" else None
         return self._memory.shown(at, behaviour)
 
     def write(self, at: int, raw: Raw, now: Instant) -> Raw | None:
@@ -71,8 +71,8 @@ class Registers:
             return memory.own(at)
         admitted = memory.admit(at, raw, commander.behaviour)
         if admitted is None:
-            hollow = at not in memory.rows and memory.is_hollow(at, commander.behaviour)
-            return 0 if hollow else None
+            zero = at not in memory.rows and memory.absent(at, commander.behaviour) == "zero"
+            return 0 if zero else None
         if at in address.COMMANDS:
             commander.command(at, admitted, now)
         elif memory.rows[at].action:

@@ -78,11 +78,13 @@ class Services:
             self._registers.pending = Request.SAVE_AND_RESTART if restarts else Request.SAVE
         return ExecuteOpcodeResponse(0, ok)
 
-    def get_set(self, request: GetSetRequest, behaviour: Behaviour, now: Instant) -> GetSetResponse:
-        """Table 2-16: the value after the request; by name, or by index where there is no name."""
+    def get_set(self, request: GetSetRequest, behaviour: Behaviour, now: Instant) -> GetSetResponse | None:
+        """Table 2-16: the value after the request; by name, or by index where there is no name. None: no answer."""
         at = self._address(request, behaviour)
         if at is None or self._is_withheld(at):
             return REFUSED
+        if at not in self._memory.rows and self._memory.absent(at, behaviour) == "silent":
+            return None
         kind, value = request.value
         if kind == ValueKind.EMPTY:
             raw = self._registers.read(at)

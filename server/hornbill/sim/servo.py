@@ -1,4 +1,4 @@
-"""Owns SimServo: one BLA servo on a bus, as a pure function of frames and time."""
+"""One simulated BLA servo on a bus, as a pure function of frames and time."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -10,15 +10,15 @@ from hornbill.sim import address
 from hornbill.sim.array_command import taken
 from hornbill.sim.behaviour import TENTHS_PER_UNIT, Behaviour, PositionUnit
 from hornbill.sim.broadcast import Broadcast, actuator_status, node_status
-from hornbill.sim.conditions import Conditions
-from hornbill.sim.device import Device, Stage
-from hornbill.sim.faults import Faults
-from hornbill.sim.link import Link
+from hornbill.sim.device import ServoStage, SimDevice
+from hornbill.sim.faults import SimFaults
+from hornbill.sim.link import SimNode
+from hornbill.sim.mechanics.conditions import Conditions
 from hornbill.sim.memory import Memory
 from hornbill.sim.services import ANSWERED_BEFORE, REFUSED, Answer, Services
 from hornbill.units import Instant, NodeId, Raw
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, AllocationMessage, ArrayCommand, Mode, NodeStatus
 from hornbill.wire.services import (
     ExecuteOpcodeRequest,
     ExecuteOpcodeResponse,
@@ -30,7 +30,7 @@ from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import AnyStructure, decode
 
 
-class SimServo:
+class SimulatedServo:
     """A servo on a bus, without the bus: frames and instants in, frames out.
 
     Bring it up with `power_on`, give it frames with `on_frames`, call `advance` no later than `next_due`,
@@ -62,14 +62,14 @@ class SimServo:
         self.firmware = firmware
         self.uid = uid
         random = Random(seed)
-        self._device = Device(
+        self._device = SimDevice(
             model, firmware, faults=faults, serial=serial, production=production, rom=rom, random=random,
             angle_deg=angle_deg, behaviour=behaviour or Behaviour(), on_up=self._up, on_dark=self._dark,
         )  # fmt: skip
         self._services = Services(
             model, firmware, uid, self._device.registers, self.memory, self.conditions.refuse_keys
         )  # fmt: skip
-        self._link = Link(uid, random, self.conditions)
+        self._link = SimNode(uid, random, self.conditions)
         self._broadcast = Broadcast(self._link.broadcast)
 
     # What a test or a bench may know and do.
@@ -80,7 +80,7 @@ class SimServo:
         return self._device.conditions
 
     @property
-    def faults(self) -> Faults:
+    def faults(self) -> SimFaults:
         """Its fault bits, which a bench may `inject`."""
         return self._device.faults
 
@@ -119,7 +119,7 @@ class SimServo:
         return self.memory.get(address.SERVO_ID)
 
     @property
-    def stage(self) -> Stage:
+    def stage(self) -> ServoStage:
         """Where it is in its life."""
         return self._device.stage
 
@@ -240,7 +240,7 @@ class SimServo:
     def _take(self, transfer: Transfer, structure: AnyStructure, now: Instant) -> None:
         services = self._services
         match structure:
-            case Allocation():
+            case AllocationMessage():
                 if self._link.hear(structure, transfer.source, now):
                     self._broadcast.begin(now)
             case ArrayCommand() if not self.conditions.software_update:
@@ -250,7 +250,8 @@ class SimServo:
             case GetSetRequest():
                 refused = self.conditions.software_update
                 answer = REFUSED if refused else services.get_set(structure, self.behaviour, now)
-                self._answer(transfer, answer, now)
+                if answer is not None:
+                    self._answer(transfer, answer, now)
             case GetNodeInfoRequest():
                 self._answer(transfer, services.node_info(self._node_status(now)), now)
             case ExecuteOpcodeRequest():
@@ -271,7 +272,9 @@ class SimServo:
             self._device.carry_out(pending, now)
 
     def _node_status(self, now: Instant) -> NodeStatus:
-        _, warnings, failures = self.faults.words
+        notifications, warnings, failures = self.faults.words
+        if self.behaviour.health_of_notifications:
+            warnings |= notifications
         mode = Mode.SOFTWARE_UPDATE if self.conditions.software_update else Mode.OPERATIONAL
         return node_status(now - self._device.started_at, warnings, failures, mode)
 

@@ -1,4 +1,4 @@
-"""Owns Allocations: which node id belongs to which unique id, for good."""
+"""Node IDs by unique ID, kept for good."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class AllocationEntry:
     last_seen: float | None
 
 
-class Allocations:
+class AllocationStore:
     """The allocation table. Every method has been committed when it returns."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:

@@ -7,12 +7,12 @@ from typing import Final
 from sqlalchemy import insert, select
 
 from hornbill.store.database import Database
-from hornbill.store.tables import HIGHEST_ID, AuditRow, Json
+from hornbill.store.tables import HIGHEST_ID, AuditRecord, Json
 from hornbill.units import Uid
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class NewAuditEntry:
     """What is to be kept. `before`, `requested`, `after` are engineering values, None where there is none or unknown.
 
     `action`: write, torque, save, restart, factory_reset, identify, label, pin, forget, profile, drift, stop, …
@@ -37,10 +37,10 @@ class AuditEntry:
 
     id: int
     at: float
-    entry: Entry
+    entry: NewAuditEntry
 
 
-_ADD: Final = insert(AuditRow)
+_ADD: Final = insert(AuditRecord)
 
 
 class AuditLog:
@@ -51,7 +51,7 @@ class AuditLog:
         self._database = database
         self._wall = wall
 
-    def add(self, entries: Iterable[Entry]) -> None:
+    def add(self, entries: Iterable[NewAuditEntry]) -> None:
         """Keep entries of one deed, all in one transaction."""
         now = self._wall()
         rows = [
@@ -78,23 +78,23 @@ class AuditLog:
         limit: int = 200,
     ) -> list[AuditEntry]:
         """Rows, newest first; `before_id` goes on where an earlier answer ended."""
-        asked = select(AuditRow).order_by(AuditRow.id.desc()).limit(limit)
+        asked = select(AuditRecord).order_by(AuditRecord.id.desc()).limit(limit)
         if uid is not None:
-            asked = asked.where(AuditRow.uid == uid)
+            asked = asked.where(AuditRecord.uid == uid)
         if key is not None:
-            asked = asked.where(AuditRow.key == key)
+            asked = asked.where(AuditRecord.key == key)
         if action is not None:
-            asked = asked.where(AuditRow.action == action)
+            asked = asked.where(AuditRecord.action == action)
         if before_id is not None:
-            asked = asked.where(AuditRow.id < min(before_id, HIGHEST_ID))
+            asked = asked.where(AuditRecord.id < min(before_id, HIGHEST_ID))
         if since is not None:
-            asked = asked.where(AuditRow.at >= since)
+            asked = asked.where(AuditRecord.at >= since)
         with self._database.reading() as session:
             return [_entry(row) for row in session.scalars(asked)]
 
 
-def _entry(row: AuditRow) -> AuditEntry:
-    entry = Entry(
+def _entry(row: AuditRecord) -> AuditEntry:
+    entry = NewAuditEntry(
         row.by, row.action, row.outcome, None if row.uid is None else Uid(row.uid), row.key, row.before,
         row.requested, row.after, row.detail, row.job,
     )  # fmt: skip

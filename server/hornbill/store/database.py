@@ -19,8 +19,8 @@ FILE_NAME: Final = "hornbill.sqlite3"
 OPENING_S: Final = 10.0
 """How long opening waits for another process, which may be migrating."""
 
-PATIENCE_S: Final = 0.25
-"""How long a write waits for the write of another process. The event loop, and with it Stop, waits as long."""
+PATIENCE_S: Final = 1.5
+"""How long a write waits for the write of another process."""
 
 IMPATIENT_S: Final = 5.0
 """For so long after a wait in vain nothing is waited for: a database that hangs must not stop us again and again."""
@@ -46,9 +46,8 @@ class Database:
     PostgreSQL an advisory lock), so what it reads is what it changes. It waits at most `PATIENCE_S` for another's.
     Reading waits for nobody.
 
-    All of it happens on the event loop. A file answers in well under a millisecond, a database server should be
-    near: every transaction is three to five round trips to it, and one that hangs holds everything up for
-    `ANSWER_S` each `IMPATIENT_S`.
+    Calls block: while a server runs they are made in a thread of their own, see `Store.begin`. A file answers in well
+    under a millisecond; to a database server every transaction is three to five round trips.
     """
 
     def __init__(self, place: str | Path) -> None:

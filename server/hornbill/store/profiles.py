@@ -20,7 +20,7 @@ class StoredProfile:
     updated_at: float
 
 
-class Profiles:
+class ProfileTable:
     """Profiles by name, 1..80 characters. Every method has been committed when it returns."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
@@ -64,7 +64,7 @@ class Profiles:
 
 
 def _unknown(name: str) -> Unknown:
-    return Unknown("unknown_profile", f'There is no profile "{name[:80]}". GET /api/v1/profiles lists them.')
+    return Unknown("unknown_profile", f'There is no profile "{name[:80]}".', request="GET /api/v1/profiles lists them.")
 
 
 def _profile(row: ProfileRow) -> StoredProfile:

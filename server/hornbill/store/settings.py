@@ -8,7 +8,7 @@ from hornbill.store.tables import Json, SettingRow
 _UNIQUE_ID = "unique_id"
 
 
-class Settings:
+class SettingTable:
     """JSON values by name. Every method has been committed when it returns."""
 
     def __init__(self, database: Database) -> None:

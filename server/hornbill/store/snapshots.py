@@ -1,7 +1,7 @@
 """Owns Snapshots: what each servo held at which instant, for as long as there is room."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Final
 
 from sqlalchemy import Connection, Row, bindparam, delete, func, insert, select
@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
-from hornbill.store.tables import HIGHEST_ID, SnapshotRow
+from hornbill.store.tables import HIGHEST_ID, Json, SnapshotRow
 from hornbill.units import Uid
 
 AUTOMATIC_KEPT = 200
@@ -19,7 +19,7 @@ PRUNED_EVERY = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Snapshot:
+class StoredSnapshot:
     """One snapshot; `at` in seconds since 1970 (UTC), `ram` and `rom` raw by key, `firmware` as 0x52 reads."""
 
     id: int
@@ -33,6 +33,8 @@ class Snapshot:
     schema_revision: str
     ram: Mapping[str, int]
     rom: Mapping[str, int]
+    reason_code: str | None = None
+    reason_params: Mapping[str, Json] = field(default_factory=dict[str, "Json"])
 
 
 _ADD: Final = insert(SnapshotRow)
@@ -65,15 +67,17 @@ class Snapshots:
         schema_revision: str,
         ram: Mapping[str, int],
         rom: Mapping[str, int],
+        reason_code: str | None = None,
+        reason_params: Mapping[str, Json] | None = None,
         unless_same: bool = False,
-    ) -> Snapshot:
+    ) -> StoredSnapshot:
         """Keep one; `unless_same`: but if the servo's newest has the same values, that one is the answer.
 
         The oldest automatic ones of the servo beyond `AUTOMATIC_KEPT` are dropped, now and then.
         """
-        made = Snapshot(
+        made = StoredSnapshot(
             0, uid, self._wall(), reason[:200], by[:80], automatic, model, firmware, schema_revision,
-            dict(ram), dict(rom),
+            dict(ram), dict(rom), reason_code, dict(reason_params or {}),
         )  # fmt: skip
         with self._database.writing() as connection:
             newest = connection.execute(_NEWEST, {"whose": uid}).first() if unless_same else None
@@ -90,7 +94,7 @@ class Snapshots:
         self._unpruned[uid] = unpruned
         return replace(made, id=int(number[0]))
 
-    def of(self, uid: Uid, *, limit: int = 1000) -> list[Snapshot]:
+    def of(self, uid: Uid, *, limit: int = 1000) -> list[StoredSnapshot]:
         """A servo's snapshots, newest first."""
         with self._database.reading() as session:
             found = session.scalars(
@@ -98,11 +102,11 @@ class Snapshots:
             )
             return [_snapshot(row) for row in found]
 
-    def latest(self, uid: Uid) -> Snapshot | None:
+    def latest(self, uid: Uid) -> StoredSnapshot | None:
         """A servo's newest snapshot."""
         return next(iter(self.of(uid, limit=1)), None)
 
-    def get(self, snapshot_id: int) -> Snapshot:
+    def get(self, snapshot_id: int) -> StoredSnapshot:
         """One snapshot. Raises Unknown (unknown_snapshot)."""
         with self._database.reading() as session:
             row = _row(session, snapshot_id)
@@ -143,8 +147,8 @@ def _row(session: Session, snapshot_id: int) -> SnapshotRow:
     return row
 
 
-def _snapshot(row: SnapshotRow | Row[Any]) -> Snapshot:
-    return Snapshot(
+def _snapshot(row: SnapshotRow | Row[Any]) -> StoredSnapshot:
+    return StoredSnapshot(
         row.id, Uid(row.uid), row.at, row.reason, row.by, row.automatic, row.model, row.firmware,
-        row.schema_revision, dict(row.ram), dict(row.rom),
+        row.schema_revision, dict(row.ram), dict(row.rom), row.reason_code, dict(row.reason_params or {}),
     )  # fmt: skip

@@ -104,6 +104,8 @@ class SnapshotRow(Table):
     schema_revision: Mapped[str] = mapped_column(Words(20))
     ram: Mapped[dict[str, int]] = mapped_column(JSON)
     rom: Mapped[dict[str, int]] = mapped_column(JSON)
+    reason_code: Mapped[str | None] = mapped_column(Words(40))
+    reason_params: Mapped[dict[str, Json] | None] = mapped_column(JSON)
 
 
 class ProfileRow(Table):
@@ -117,7 +119,7 @@ class ProfileRow(Table):
     updated_at: Mapped[float] = mapped_column(_INSTANT)
 
 
-class AuditRow(Table):
+class AuditRecord(Table):
     """One thing somebody did. Rows are added, never changed."""
 
     __tablename__ = "audit"

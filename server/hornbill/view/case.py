@@ -1,6 +1,6 @@
-"""Owns the sizes of the two series' cases: what the models are drawn from and what the scene places by."""
+"""Owns the sizes of the cases: what the models are drawn from and what the scene places by."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from hornbill.view.pose import Series
@@ -14,7 +14,7 @@ Vector: TypeAlias = tuple[float, float, float]
 class Case:
     """Sizes in mm, unless said otherwise; x counts along the case from the output shaft, z from the floor."""
 
-    key: Literal["bla21", "bla15"]
+    key: Literal["bla21", "bla15", "plain"]
     back: float
     front: float
     half_width: float
@@ -104,7 +104,12 @@ BLA15 = Case(
     boss=6.3,
     horn=0.8,
 )
-CASES = (BLA21, BLA15)
+PLAIN = replace(BLA21, key="plain", ear=0.0, hole_y=(), fins=0)
+"""A servo whose series is not known, or has no case here: a block with a shaft."""
+
+CASES = (BLA21, BLA15, PLAIN)
+_OF_SERIES = {"BLA21": BLA21, "BLA15": BLA15, "BLA34": BLA21}
+"""The size of a BLA34 is not known here: it is drawn as the larger of the two that are."""
 
 HORN_REACH = 27.1 * MM
 """From the shaft to the tip of an unscaled horn, in scene units."""
@@ -115,5 +120,5 @@ ARC_HEIGHT = 0.11
 
 
 def case_of(series: Series) -> Case:
-    """The case to draw; a servo whose model is not known yet gets the larger one."""
-    return BLA15 if series == "BLA15" else BLA21
+    """The case to draw."""
+    return _OF_SERIES.get(series, PLAIN)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hornbill.view.case import ARC_HEIGHT, ARC_REACH, CASES, HORN_REACH, Vector
 from hornbill.view.geometry import Points, horn_wxyz, scale_lines, wrapped
 from hornbill.view.layout import Placed
-from hornbill.view.models import Name, Quality, glb, triangles
+from hornbill.view.models import FAR, Name, Quality, glb, triangles
 from hornbill.view.palette import Palette
 
 _ROOM = 4
@@ -70,7 +70,7 @@ class Crowd:
         """Draws these servos, with `limits` their limit arcs too. Call it inside `client.atomic()`."""
         for case in CASES:
             standing = [_Copy(servo.at, servo.scale) for servo in servos if servo.case is case]
-            self._fill_model("bla21-far" if case.key == "bla21" else "bla15-far", standing)
+            self._fill_model(FAR[case.key], standing)
         live: list[_Copy] = []
         stale: list[_Copy] = []
         ghosts: list[_Copy] = []

@@ -6,7 +6,7 @@ import viser
 from hornbill.view.case import ARC_HEIGHT, HORN_REACH, Case
 from hornbill.view.geometry import BAND_FACES, ORIGIN_FACES, band, dashed, horn_wxyz, origin_mark, scale_lines, wrapped
 from hornbill.view.layout import Placed
-from hornbill.view.models import Quality, glb, outline, triangles
+from hornbill.view.models import NEAR, Quality, glb, outline, triangles
 from hornbill.view.palette import Palette
 from hornbill.view.pose import Pose
 
@@ -100,8 +100,7 @@ class Hero:
         self._case = case
         key = f"{case.key}-{self._quality}"
         if key not in self._cases:
-            name = "bla21-near" if case.key == "bla21" else "bla15-near"
-            self._cases[key] = self._scene.add_glb(f"/hero/{key}", glb(name, self._quality))
+            self._cases[key] = self._scene.add_glb(f"/hero/{key}", glb(NEAR[case.key], self._quality))
         for other, node in self._cases.items():
             node.visible = other == key
         if self._quality not in self._horns:

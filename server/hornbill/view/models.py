@@ -5,14 +5,20 @@ import struct
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 Quality: TypeAlias = Literal["high", "low"]
 """high: reflections and shadows, for a graphics card; low: plain light, for rendering in software."""
-Name: TypeAlias = Literal["bla21-near", "bla21-far", "bla15-near", "bla15-far", "horn-near", "horn-far", "horn-ghost"]
+Name: TypeAlias = Literal[
+    "bla21-near", "bla21-far", "bla15-near", "bla15-far", "plain-near", "plain-far",
+    "horn-near", "horn-far", "horn-ghost",
+]  # fmt: skip
+NEAR: dict[str, Name] = {"bla21": "bla21-near", "bla15": "bla15-near", "plain": "plain-near"}
+FAR: dict[str, Name] = {"bla21": "bla21-far", "bla15": "bla15-far", "plain": "plain-far"}
+"""Models of a case, by its key: for the selected servo, and for the many."""
 
 _FOLDER = Path(__file__).resolve().parent / "meshes"
 
@@ -23,7 +29,8 @@ def glb(name: Name, quality: Quality) -> bytes:
     content = (_FOLDER / f"{name}.glb").read_bytes()
     if quality == "high":
         return content
-    document, blob = _chunks(content)
+    (length,) = struct.unpack_from("<I", content, 12)
+    document, blob = json.loads(content[20 : 20 + length]), content[20 + length :]
     for material in document["materials"]:
         surface = material["pbrMetallicRoughness"]
         dull = 1.0 - 0.6 * surface["metallicFactor"]
@@ -32,43 +39,16 @@ def glb(name: Name, quality: Quality) -> bytes:
         surface["roughnessFactor"] = 0.9
     text = json.dumps(document, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    return b"".join(
-        (
-            struct.pack("<4sII", b"glTF", 2, 20 + len(text) + len(blob)),
-            struct.pack("<I4s", len(text), b"JSON"),
-            text,
-            blob,
-        )
-    )
+    return struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(blob), len(text), b"JSON") + text + blob
 
 
 @cache
 def triangles(name: Name) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Points (n, 3) in scene units and triangles (m, 3) of a whole model."""
-    document, blob = _chunks((_FOLDER / f"{name}.glb").read_bytes())
-    data = blob[8:]
-    points: list[NDArray[np.float32]] = []
-    faces: list[NDArray[np.uint32]] = []
-    start = 0
-    for primitive in document["meshes"][0]["primitives"]:
-        part = _array(document, data, primitive["attributes"]["POSITION"], np.dtype("<f4")).reshape(-1, 3)
-        corner = _array(document, data, primitive["indices"], np.dtype("<u2")).reshape(-1, 3)
-        points.append(part.astype(np.float32))
-        faces.append(corner.astype(np.uint32) + start)
-        start += len(part)
-    return np.concatenate(points), np.concatenate(faces)
+    import trimesh  # late, as viser: the server starts without it
 
-
-def _chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
-    """The JSON document, and the binary chunk with its header."""
-    (length,) = struct.unpack_from("<I", content, 12)
-    return json.loads(content[20 : 20 + length]), content[20 + length :]
-
-
-def _array(document: dict[str, Any], data: bytes, index: int, kind: np.dtype[Any]) -> NDArray[Any]:
-    accessor = document["accessors"][index]
-    view = document["bufferViews"][accessor["bufferView"]]
-    return np.frombuffer(data, dtype=kind, count=view["byteLength"] // kind.itemsize, offset=view["byteOffset"])
+    mesh = trimesh.load_mesh(_FOLDER / f"{name}.glb", process=False)
+    return mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)
 
 
 def outline(points: Sequence[Sequence[float]] | NDArray[np.float32]) -> NDArray[np.float32]:

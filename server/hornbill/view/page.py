@@ -1,8 +1,9 @@
-"""Serves viser's page as ours: its panel hidden, and a security policy that lets only its own two scripts run."""
+"""viser's page as hornbill serves it: panel hidden, mended where it complains, allowed to run its two scripts only."""
 
 import hashlib
 import importlib.metadata
 import importlib.util
+import json
 import re
 from base64 import b64encode
 from dataclasses import dataclass
@@ -18,6 +19,19 @@ _LOADER = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">
 _DIGITS = "".join(chr(code) for code in range(0x21, 0x7F) if chr(code) not in "\"&<>'`")
 _AT_ONCE = 5 * 16384
 """Digits unpacked at once; whole groups of five."""
+_UNPACKED = "td.decode(heap.subarray(up+ss,up+sz))"
+"""Where viser's loader makes its program text."""
+_MENDED = (
+    # Loads the decoder of Gaussian splats, which makes functions of text: the policy forbids it, and no scene of ours
+    # has splats.
+    (
+        r"=fetch\(\w{1,4}\)\.then\(e=>e\.arrayBuffer\(\)\)\.then\(e=>\w{1,4}\(\{wasmBinary:e\}\)\);function",
+        "=null;function",
+    ),
+    # three.js warns of its own clock, which viser's libraries make.
+    (r"\b\w{1,4}\(`Clock: This module has been deprecated\. Please use THREE\.Timer instead\.`\)", "void 0"),
+)
+"""What of viser's program is replaced, as patterns, and by what. Each is there once, or not at all."""
 _STYLE = """<style>
 #root .mantine-Paper-root, #root .mantine-Notifications-root, [data-portal],
 [title='About Viser'] {{ display: none !important; }}
@@ -38,7 +52,9 @@ class Client:
     loader_hash: str
     """sha256 of the script in the page, as a policy source."""
     program_hash: str
-    """sha256 of the script that the first one unpacks and adds."""
+    """sha256 of the script that the first one unpacks, mends and adds."""
+    mended: int
+    """How many places of the program are replaced."""
 
     @property
     def subprotocol(self) -> str:
@@ -85,18 +101,24 @@ def client() -> Client:
     if found is None or html.count("<script") != 1:
         raise UnknownClient(f"viser {version} packs its page in a way hornbill does not know: use viser 1.1.1")
     packed, style_bytes, program_bytes, loader = found.groups()
-    program = _hash_of_part(packed, int(style_bytes), int(program_bytes))
-    return Client(version, html, _source(hashlib.sha256(loader.encode()).digest()), _source(program))
+    program = _part(packed, int(style_bytes), int(program_bytes)).decode()
+    if loader.count(_UNPACKED) != 1:
+        raise UnknownClient(f"viser {version} unpacks its program in a way hornbill does not know: use viser 1.1.1")
+    mends = [(hit[0], by) for pattern, by in _MENDED if len(hit := re.findall(pattern, program)) == 1]
+    for text, by in mends:
+        program = program.replace(text, by)
+    replaced = f"{json.dumps(mends)}.reduce((code,[text,by])=>code.replace(text,by),{_UNPACKED})"
+    mended = loader.replace(_UNPACKED, replaced)
+    html = html.replace(loader, mended)
+    return Client(version, html, _source(mended.encode()), _source(program.encode()), len(mends))
 
 
-def _hash_of_part(packed: str, start: int, length: int) -> bytes:
-    """SHA-256 of `length` bytes from `start` of what is packed: piece by piece, for all at once is many megabytes."""
-    made, unpacker, end, at = hashlib.sha256(), zstandard.ZstdDecompressor().decompressobj(), start + length, 0
-    for begin in range(0, len(packed), _AT_ONCE):
-        piece = unpacker.decompress(_unpack(packed[begin : begin + _AT_ONCE]))
-        made.update(piece[max(start - at, 0) : max(end - at, 0)])
-        at += len(piece)
-    return made.digest()
+def _part(packed: str, start: int, length: int) -> bytes:
+    """`length` bytes from `start` of what is packed. Unpacked piece by piece, for all at once is many megabytes."""
+    unpacker = zstandard.ZstdDecompressor().decompressobj()
+    pieces = range(0, len(packed), _AT_ONCE)
+    content = b"".join(unpacker.decompress(_unpack(packed[begin : begin + _AT_ONCE])) for begin in pieces)
+    return content[start : start + length]
 
 
 def _unpack(text: str) -> bytes:
@@ -113,5 +135,5 @@ def _unpack(text: str) -> bytes:
     return content + rest.to_bytes(max(len(digits) - whole - 1, 0), "big")
 
 
-def _source(digest: bytes) -> str:
-    return f"'sha256-{b64encode(digest).decode()}'"
+def _source(script: bytes) -> str:
+    return f"'sha256-{b64encode(hashlib.sha256(script).digest()).decode()}'"

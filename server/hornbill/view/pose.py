@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
-Series: TypeAlias = Literal["BLA21", "BLA15", ""]
-"""The family of a servo's model; empty until it is known."""
+Series: TypeAlias = str
+"""The series of a servo's model as the tables name it; empty until it is known."""
 
 
 @dataclass(frozen=True, slots=True)

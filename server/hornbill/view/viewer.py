@@ -9,7 +9,7 @@ from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING
 
 from hornbill.view.pose import PoseSource
-from hornbill.view.wish import Wish, Wishes
+from hornbill.view.wish import ViewSettings, Wishes
 
 if TYPE_CHECKING:
     from hornbill.view.private import PrivateServer
@@ -76,11 +76,11 @@ class Viewer:
         elif not self.ready.done():
             self.ready.set_exception(RuntimeError("the 3D view was closed"))
 
-    def wish(self, key: str) -> Wish:
+    def wish(self, key: str) -> ViewSettings:
         """What the frame of this key was last told to show."""
         return self._wishes.of(key)
 
-    def show(self, key: str, wish: Wish) -> None:
+    def show(self, key: str, wish: ViewSettings) -> None:
         """What the frame of this key shall show from now on; other frames stay as they are."""
         self._wishes.keep(key, wish)
         self._wake.set()

@@ -10,7 +10,7 @@ from hornbill.view.layout import Placed
 from hornbill.view.palette import palette
 from hornbill.view.pose import Pose
 from hornbill.view.scene import Scene
-from hornbill.view.wish import Wish
+from hornbill.view.wish import ViewSettings
 
 
 class Watcher:
@@ -20,14 +20,14 @@ class Watcher:
         self.key = key
         self.number = client.client_id
         self._client = client
-        self._wish = Wish()
+        self._wish = ViewSettings()
         self._scene: Scene | None = None
         self._placed: tuple[Placed, ...] = ()
         self._seen_from: tuple[bool, bool, int] | None = None
         client.camera.min_orbit_distance = layout.CAMERA_NEAREST
         client.camera.max_orbit_distance = layout.CAMERA_FARTHEST
 
-    def turn(self, poses: Sequence[Pose], wish: Wish) -> None:
+    def turn(self, poses: Sequence[Pose], wish: ViewSettings) -> None:
         """Brings the scene to this wish and these servos."""
         before, self._wish = self._wish, wish
         on_wall = wish.wall is not None

@@ -29,7 +29,7 @@ class Wall:
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class ViewSettings:
     """What one frame shows. Nothing in it reaches a servo."""
 
     selected: str | None = None
@@ -61,7 +61,7 @@ class _Wall(msgspec.Struct, forbid_unknown_fields=True):
 
 class _Pose(msgspec.Struct, forbid_unknown_fields=True):
     uid: _Uid
-    series: Literal["BLA21", "BLA15", ""] = ""
+    series: Literal["BLA21", "BLA15", "BLA34", ""] = ""
     angle: _Degrees | None = None
     command: _Degrees | None = None
     limit_cw: _Degrees | None = None
@@ -82,7 +82,7 @@ class _Wish(msgspec.Struct, forbid_unknown_fields=True):
 _DECODER = msgspec.json.Decoder(_Wish)
 
 
-def read(text: str | bytes) -> Wish:
+def read(text: str | bytes) -> ViewSettings:
     """A page's JSON as a wish. All of `select`, `theme`, `quality`, `looking`, `wall`, `poses`, `resets` may be left
     out. Raises NotAWish.
     """
@@ -93,7 +93,7 @@ def read(text: str | bytes) -> Wish:
     wall = got.wall
     if wall is not None and not isfinite(wall.scale):
         raise NotAWish("a wall's scale is a number")
-    return Wish(
+    return ViewSettings(
         selected=got.select,
         dark=got.theme == "dark",
         quality=got.quality,
@@ -112,15 +112,15 @@ class Wishes:
     """The wish of each frame. Any thread may ask and tell."""
 
     def __init__(self) -> None:
-        self._wishes: OrderedDict[str, Wish] = OrderedDict()
+        self._wishes: OrderedDict[str, ViewSettings] = OrderedDict()
         self._lock = Lock()
 
-    def of(self, key: str) -> Wish:
+    def of(self, key: str) -> ViewSettings:
         """The wish told last under this key; the usual one when none was."""
         with self._lock:
-            return self._wishes.get(key, Wish())
+            return self._wishes.get(key, ViewSettings())
 
-    def keep(self, key: str, wish: Wish) -> None:
+    def keep(self, key: str, wish: ViewSettings) -> None:
         """Keeps a frame's wish until it tells another, or until many others came."""
         with self._lock:
             self._wishes[key] = wish

@@ -7,13 +7,13 @@ from hornbill.wire.datatype import Kind
 from hornbill.wire.fields import Fields, to_fields
 from hornbill.wire.messages import (
     POWER_RATING_UNKNOWN,
+    ActuatorCommand,
     ActuatorStatus,
-    Allocation,
+    AllocationMessage,
     ArrayCommand,
-    Command,
     CommandType,
-    Health,
     Mode,
+    NodeHealth,
     NodeStatus,
 )
 from hornbill.wire.reassembly import DropReason
@@ -52,7 +52,12 @@ PROBLEMS: Final[dict[DropReason, str]] = {
 }
 """Why nothing was made of a frame, to follow the words "not decoded:"."""
 
-_HEALTHS: Final = {Health.OK: "OK", Health.WARNING: "warning", Health.ERROR: "error", Health.CRITICAL: "critical"}
+_HEALTHS: Final = {
+    NodeHealth.OK: "OK",
+    NodeHealth.WARNING: "warning",
+    NodeHealth.ERROR: "error",
+    NodeHealth.CRITICAL: "critical",
+}
 _OPCODES: Final = {Opcode.SAVE: "save", Opcode.ERASE: "erase"}
 _COMMANDS_TOLD: Final = 6
 _EVERYBODY: Final = 255
@@ -75,7 +80,7 @@ class Names:
         """The position an actuator Status of that node gives."""
         return f"position {plain_number(position)}"
 
-    def command(self, command: Command) -> str:
+    def command(self, command: ActuatorCommand) -> str:
         """What one entry of an ArrayCommand asks for."""
         kind = command.command_type
         word = kind.name.lower() if isinstance(kind, CommandType) else f"command type {kind}"
@@ -123,7 +128,7 @@ def sentence(transfer: Transfer, structure: AnyStructure | None, names: Names = 
     match structure:
         case NodeStatus():
             return f"NodeStatus {_status(structure)}"
-        case Allocation():
+        case AllocationMessage():
             return f"Allocation {_allocation(structure, source)}"
         case ArrayCommand():
             return f"ArrayCommand {_commands(structure, names)}"
@@ -192,7 +197,7 @@ def _status(status: NodeStatus) -> str:
     return text
 
 
-def _allocation(message: Allocation, source: int) -> str:
+def _allocation(message: AllocationMessage, source: int) -> str:
     """Tables 2-7 and 2-8: what a node without an id tells in three parts, and what the allocator says back."""
     uid, size = message.unique_id.hex(), len(message.unique_id)
     short = f"{uid[:4]}…" if uid else "nothing"

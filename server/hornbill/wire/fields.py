@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any, Final, TypeAlias, cast
 
 from hornbill.wire.datatype import Kind
-from hornbill.wire.messages import Command, Health, NodeStatus
+from hornbill.wire.messages import ActuatorCommand, NodeHealth, NodeStatus
 from hornbill.wire.services import HardwareVersion, SoftwareVersion
 from hornbill.wire.types import ALL, AnyStructure
 from hornbill.wire.value import EMPTY, Value, ValueKind
@@ -88,9 +88,9 @@ def _value(name: str, plain: Any) -> object:
     if name in _UNIONS:
         return _union(plain)
     if name == "health":
-        return Health(plain)
+        return NodeHealth(plain)
     if name == "commands":
-        return tuple(_build(Command, entry) for entry in plain)
+        return tuple(_build(ActuatorCommand, entry) for entry in plain)
     return _NO_NUMBERS.get(plain, plain) if isinstance(plain, str) and name != "name" else plain
 
 

@@ -1,4 +1,4 @@
-"""Owns Frame: one classic CAN data frame with a 29-bit identifier."""
+"""Frame: one classic CAN data frame with a 29-bit identifier; LoggedFrame: one of a recording."""
 
 from typing import NamedTuple
 
@@ -15,3 +15,14 @@ class Frame(NamedTuple):
     id: int
     data: bytes
     at: Instant = 0.0
+
+
+class LoggedFrame(NamedTuple):
+    """One frame of a recording; `frame.at` is its time there: seconds since 1970 UTC, or since some start.
+
+    `channel` is what the log calls the bus; `sent` is true for frames of ours.
+    """
+
+    frame: Frame
+    channel: str
+    sent: bool

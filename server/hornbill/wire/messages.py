@@ -10,7 +10,7 @@ from hornbill.wire.datatype import DataType, Kind
 from hornbill.wire.layout import HALF_MAX, fit, half, room
 
 
-class Health(IntEnum):
+class NodeHealth(IntEnum):
     """Table 2-18."""
 
     OK = 0
@@ -52,9 +52,9 @@ POWER_RATING_UNKNOWN: Final = 127
 """`power_rating_pct` of an actuator that does not report it."""
 
 
-def _status_bits(byte: int) -> tuple[Health, Mode | int, int]:
+def _status_bits(byte: int) -> tuple[NodeHealth, Mode | int, int]:
     mode = byte >> 3 & 7
-    return Health(byte >> 6), (mode if 4 <= mode <= 6 else Mode(mode)), byte & 7
+    return NodeHealth(byte >> 6), (mode if 4 <= mode <= 6 else Mode(mode)), byte & 7
 
 
 _STATUS_BITS: Final = {byte: _status_bits(byte) for byte in range(256)}
@@ -69,7 +69,7 @@ class NodeStatus:
     """uavcan.protocol.NodeStatus (table 2-17): `uptime_sec` in seconds, `mode` 4..6 as plain integers."""
 
     uptime_sec: int
-    health: Health
+    health: NodeHealth
     mode: Mode | int
     sub_mode: int = 0
     vendor_specific_status_code: int = 0
@@ -97,7 +97,7 @@ class NodeStatus:
 
 
 @dataclass(slots=True)
-class Allocation:
+class AllocationMessage:
     """uavcan.protocol.dynamic_node_id.Allocation (tables 2-7, 2-8): node id 0..127, 0..16 bytes of unique id.
 
     `node_id` is the preferred id in a request, the assigned one in the last answer, otherwise 0.
@@ -127,7 +127,7 @@ class Allocation:
 
 
 @dataclass(slots=True)
-class Command:
+class ActuatorCommand:
     """One entry of ArrayCommand: actuator id 0..255 (255 moves every servo), what to command, and how much.
 
     `command_type` is a CommandType or, from a foreign node, any byte. `command_value` is float16 on the
@@ -143,7 +143,7 @@ class Command:
 class ArrayCommand:
     """uavcan.equipment.actuator.ArrayCommand (table 2-20): up to 15 commands."""
 
-    commands: Sequence[Command]
+    commands: Sequence[ActuatorCommand]
 
     TYPE: ClassVar[DataType] = DataType(
         "uavcan.equipment.actuator.ArrayCommand", 1010, 0xD8A7486238EC3AF3, service=False
@@ -186,7 +186,12 @@ class ArrayCommand:
             return None
         types = _COMMAND_TYPES
         return cls(
-            tuple([Command(actuator, types[kind], value) for actuator, kind, value in _COMMAND.iter_unpack(payload)])
+            tuple(
+                [
+                    ActuatorCommand(actuator, types[kind], value)
+                    for actuator, kind, value in _COMMAND.iter_unpack(payload)
+                ]
+            )
         )
 
 

@@ -3,7 +3,7 @@
 from typing import Final, TypeAlias
 
 from hornbill.wire.datatype import DataType
-from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, AllocationMessage, ArrayCommand, NodeStatus
 from hornbill.wire.services import (
     ExecuteOpcodeRequest,
     ExecuteOpcodeResponse,
@@ -18,7 +18,7 @@ from hornbill.wire.transfer import Transfer
 
 AnyStructure: TypeAlias = (
     NodeStatus
-    | Allocation
+    | AllocationMessage
     | ArrayCommand
     | ActuatorStatus
     | GetNodeInfoRequest
@@ -33,7 +33,7 @@ AnyStructure: TypeAlias = (
 
 ALL: Final[tuple[type[AnyStructure], ...]] = (
     NodeStatus,
-    Allocation,
+    AllocationMessage,
     ArrayCommand,
     ActuatorStatus,
     GetNodeInfoRequest,

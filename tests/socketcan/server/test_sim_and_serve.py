@@ -13,7 +13,7 @@ def test_a_servo_of_another_process_is_configured_saved_and_moved(bench: Bench) 
     path = f"/servos/{one['uid']}"
     patched = api.patch(path + "/parameters", json={"values": {"angle_limit_cw": 75}}).json()
     assert patched["outcome"] == "applied"
-    job = api.post(path + "/save?wait=true").json()
+    job = api.post(path + "/save?wait=true", json={"confirm": ["torque_on_in_rom"]}).json()
     assert job["state"] == "succeeded", job
     reading = api.get(path + "/parameters/angle_limit_cw").json()
     assert (reading["value"], reading["rom"], reading["stale"]) == (75, 75, False)

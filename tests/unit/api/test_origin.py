@@ -7,7 +7,7 @@ import pytest
 from starlette.requests import HTTPConnection
 
 from hornbill.api.http import create_api
-from hornbill.api.origin import local_policy
+from hornbill.api.security.origin import local_policy
 from hornbill.schema.catalog import Catalog
 
 POLICY = local_policy(frozenset(("127.0.0.1", "localhost", "::1")))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hornbill.api.sessions import IDLE_S, LASTING_S, TICKET_S, TRIES, WINDOW_S, Attempts, Sessions, Tickets
+from hornbill.api.security.sessions import IDLE_S, LASTING_S, TICKET_S, TRIES, WINDOW_S, Attempts, Sessions, Tickets
 from hornbill.errors import TooManyAttempts
 
 

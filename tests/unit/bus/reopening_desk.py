@@ -4,11 +4,11 @@ import asyncio
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
 
-from hornbill.bus.clock import run
 from hornbill.bus.reopening import ReopeningPort
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import CanPort, FrameSink, PortState, PortStatistics
+from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics
+from jumping_clock import run
 
 
 @dataclass(eq=False)
@@ -23,6 +23,7 @@ class Adapter:
     sample_point: float | None = 0.8
     trouble: str | None = None
     retry_in_s: float | None = None
+    details: PortDetails = PLAIN
     sink: FrameSink | None = None
     sent: list[Frame] = field(default_factory=list[Frame])
     closing: bool = False

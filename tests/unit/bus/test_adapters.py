@@ -14,11 +14,11 @@ import can
 import pytest
 
 from behaviour.rig import Rig, json, play
-from hornbill.bus import adapters as adapters_module
-from hornbill.bus import diagnosis, kernel_adapters, socketcan
-from hornbill.bus.adapter import Adapter
-from hornbill.bus.adapters import ANSWER_S, LOOKED_AT, Adapters, detect
-from hornbill.bus.serial_ports import serial_adapters
+from hornbill.bus import listing as adapters_module
+from hornbill.bus.adapters import diagnosis, kernel_adapters, socketcan
+from hornbill.bus.adapters.adapter import FoundAdapter
+from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, UsbAdapter, serial_adapters, usb_of
+from hornbill.bus.listing import ANSWER_S, LOOKED_AT, Adapters, detect
 
 
 @dataclass
@@ -31,21 +31,22 @@ class Port:
     serial_number: str | None = None
     manufacturer: str | None = None
     product: str | None = None
+    location: str | None = None
 
 
-def listed(*looks: Callable[[], list[Adapter]], connected: str | None = None) -> list[Adapter]:
+def listed(*looks: Callable[[], list[FoundAdapter]], connected: str | None = None) -> list[FoundAdapter]:
     return asyncio.run(Adapters(looks={f"x{n}": look for n, look in enumerate(looks)}).plugged_in(connected))
 
 
-def one(address: str, **more: Any) -> Callable[[], list[Adapter]]:
-    return lambda: [Adapter(address, "adapter", **more)]
+def one(address: str, **more: Any) -> Callable[[], list[FoundAdapter]]:
+    return lambda: [FoundAdapter(address, "adapter", **more)]
 
 
 # Looking everywhere at once.
 
 
 def test_everything_that_is_found_is_told_in_order() -> None:
-    found = listed(one("socketcan:can0"), list[Adapter], one("slcan:/dev/ttyACM0"))
+    found = listed(one("socketcan:can0"), list[FoundAdapter], one("slcan:/dev/ttyACM0"))
     assert [(each.interface, each.channel, each.usable) for each in found] == [
         ("socketcan", "can0", True), ("slcan", "/dev/ttyACM0", True),
     ]  # fmt: skip
@@ -57,11 +58,11 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
     go_on = threading.Event()
     asked = 0
 
-    def hang() -> list[Adapter]:
+    def hang() -> list[FoundAdapter]:
         nonlocal asked
         asked += 1
         go_on.wait(10)
-        return [Adapter("slow:0", "slow")]
+        return [FoundAdapter("slow:0", "slow")]
 
     async def main() -> None:
         adapters = Adapters(looks={"slow": hang, "quick": one("quick:0")})
@@ -75,11 +76,14 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
                 late = max(late, time.monotonic() - turn)
             assert time.monotonic() - began < 5
             assert late < 2, "the loop went on meanwhile: a look that hangs takes ten"
-            hung, quick = looking.result()
-            assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
-            assert hung.reason == "It does not answer."
-            assert quick.usable
+            (quick,) = looking.result()
+            assert quick.usable, "what may just be slow is not listed: perhaps nothing of its kind is plugged in"
         assert asked == 1
+        monkeypatch.setattr(adapters_module, "HANGS_S", 0.1)
+        hung, quick = await adapters.plugged_in()
+        assert (hung.state, hung.usable, hung.address) == ("no_driver", False, "slow:")
+        assert "It has not answered for 0.1 s" in (hung.reason or "")
+        assert quick.usable
         go_on.set()
         await asyncio.sleep(0.05)
         assert [each.address for each in await adapters.plugged_in()] == ["slow:0", "quick:0"]
@@ -88,8 +92,66 @@ def test_a_driver_that_hangs_hides_only_its_own_and_is_asked_once(monkeypatch: p
     asyncio.run(main())
 
 
+def test_an_adapter_whose_driver_answers_no_more_is_listed_as_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(adapters_module, "ANSWER_S", 0.1)
+    go_on = threading.Event()
+    go_on.set()
+
+    def look() -> list[FoundAdapter]:
+        go_on.wait(10)
+        return [FoundAdapter("pcan:PCAN_USBBUS1", "PCAN-USB")]
+
+    async def main() -> None:
+        adapters = Adapters(looks={"pcan": look})
+        assert [each.usable for each in await adapters.plugged_in()] == [True]
+        go_on.clear()
+        (hung,) = await adapters.plugged_in()
+        assert (hung.address, hung.state, hung.reason) == (
+            "pcan:PCAN_USBBUS1", "no_driver", "Its driver does not answer.",
+        )  # fmt: skip
+        go_on.set()
+        adapters.close()
+
+    asyncio.run(main())
+
+
+def test_the_baud_rate_a_serial_adapter_was_last_used_at_is_told() -> None:
+    class Memory:
+        def baud(self, serial_number: str) -> int | None:
+            return {"A1": 1_000_000}.get(serial_number)
+
+        def remember_baud(self, serial_number: str, baud: int) -> None:
+            raise AssertionError("looking remembers nothing")
+
+    found = [FoundAdapter(f"slcan:/dev/{n}", "x", serial_number=n) for n in ("A1", "B2")]
+
+    async def main() -> None:
+        told = await Adapters(looks={"slcan": lambda: found}, memory=Memory()).plugged_in()
+        assert [one.baud for one in told] == [1_000_000, None]
+
+    asyncio.run(main())
+
+
+def test_two_adapters_alike_are_told_apart_by_their_usb_ports() -> None:
+    ports = [Port(f"COM{n}", 0x0403, 0x6015, "A1", "FTDI", "USB-CAN", f"1-{n}") for n in (3, 4)]
+    assert [one.name for one in serial_adapters(ports)] == ["USB-CAN A1 (USB 1-3)", "USB-CAN A1 (USB 1-4)"]
+    assert serial_adapters(ports[:1])[0].name == "USB-CAN A1"
+
+
+@pytest.mark.parametrize(
+    ("ids", "native"), [((0xAD50, 0x60C4), True), ((0x0403, 0x6015), False), ((None, None), False)]
+)
+def test_what_usb_tells_of_an_adapter(ids: tuple[int | None, int | None], native: bool, tmp_path: Path) -> None:
+    device, link = tmp_path / "ttyUSB7", tmp_path / "by-id"
+    link.symlink_to(device)
+    ports = [Port("/dev/ttyS0"), Port(str(device), *ids, serial_number="A1")]
+    for name in (device, link):
+        assert usb_of(str(name), ports) == UsbAdapter("A1", native)
+    assert usb_of("COM9", ports) == UNKNOWN_ADAPTER
+
+
 def test_a_driver_that_fails_hides_only_its_own() -> None:
-    def fail() -> list[Adapter]:
+    def fail() -> list[FoundAdapter]:
         raise RuntimeError("a defect in a driver")
 
     assert [each.address for each in listed(fail, one("slcan:/dev/x"))] == ["slcan:/dev/x"]
@@ -98,7 +160,7 @@ def test_a_driver_that_fails_hides_only_its_own() -> None:
 def test_two_who_ask_at_once_share_one_look() -> None:
     asked = 0
 
-    def look() -> list[Adapter]:
+    def look() -> list[FoundAdapter]:
         nonlocal asked
         asked += 1
         time.sleep(0.05)
@@ -115,8 +177,8 @@ def test_two_who_ask_at_once_share_one_look() -> None:
 def test_the_driver_of_the_open_bus_is_not_asked_and_what_it_said_before_is_told_again() -> None:
     asked: list[str] = []
 
-    def look(name: str) -> Callable[[], list[Adapter]]:
-        return lambda: asked.append(name) or [Adapter(f"{name}:0", name), Adapter(f"{name}:1", name)]
+    def look(name: str) -> Callable[[], list[FoundAdapter]]:
+        return lambda: asked.append(name) or [FoundAdapter(f"{name}:0", name), FoundAdapter(f"{name}:1", name)]
 
     async def main() -> None:
         adapters = Adapters(looks={name: look(name) for name in ("pcan", "kvaser", "slcan")})
@@ -310,7 +372,7 @@ def test_an_interface_is_told_with_its_product_and_timing(kernel: Path) -> None:
     interface(kernel, "can0", on=real)
     interface(kernel, "vcan0")
     usb, virtual = kernel_adapters.kernel_adapters()
-    assert usb == Adapter(
+    assert usb == FoundAdapter(
         "socketcan:can0", "bytewerk candleLight USB to CAN adapter 0044", bitrate=1_000_000, sample_point=0.875
     )
     assert (virtual.name, virtual.state, virtual.bitrate) == ("virtual CAN interface", "ready", None)
@@ -352,14 +414,14 @@ def test_an_adapter_without_a_driver_is_told_with_the_module_to_load(kernel: Pat
 def test_the_route_tells_them_and_which_one_is_connected() -> None:
     async def scene(rig: Rig) -> None:
         rig.app.state.adapters = Adapters(
-            [Adapter("memory:host", "Simulated servos", bitrate=1_000_000)],
+            [FoundAdapter("memory:host", "Simulated servos", bitrate=1_000_000)],
             {"slcan": one("slcan:/dev/x", state="no_permission", reason="Not yours.", remedy="Ask.")},
         )
         told = json(await rig.call("GET", "/bus/adapters"))
         assert told[0] == {
             "address": "memory:host", "interface": "memory", "channel": "host", "name": "Simulated servos",
             "state": "connected", "usable": True, "reason": None, "remedy": None,
-            "bitrate": 1_000_000, "sample_point": None,
+            "bitrate": 1_000_000, "sample_point": None, "serial_number": None, "baud": None,
         }  # fmt: skip
         assert (told[1]["state"], told[1]["remedy"]) == ("no_permission", "Ask.")
         json(await rig.call("DELETE", "/bus"))

@@ -8,9 +8,9 @@ import can
 import pytest
 
 from hornbill.bus.address import check, open_port, parse
-from hornbill.bus.clock import run
 from hornbill.errors import PortOpenFailed
 from hornbill.wire.port import PortState, PortStatistics
+from jumping_clock import run
 
 
 def failure(address: str, bitrate: int = 1_000_000) -> PortOpenFailed:

@@ -4,15 +4,44 @@ import asyncio
 import os
 import zipfile
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import orjson
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from hornbill.bus import bundles
-from hornbill.bus.bundles import BundleFolder
+from hornbill.bus.recordings.bundle import (
+    MEMBERS,
+    BundleReader,
+    BundleWriter,
+    read_about,
+    read_events,
+    read_telemetry,
+    read_writes,
+)
+from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
+from hornbill.domain.recording import About, RecordedWrite
 from hornbill.errors import InvalidValue, LogFailed, OutOfRange, Unknown
+from hornbill.wire.frame import Frame, LoggedFrame
 
+UID = "0" * 31 + "a"
+ABOUT: dict[str, Any] = {
+    "format": 1, "version": "1", "reason": "stop", "text": "Stop.", "started_at": 1.0, "ended_at": 2.0,
+    "utc_offset": 0.5, "bus": None, "servos": [], "schema_revision": "x", "frames": 0,
+    "marks": [{"at": 1.5, "reason": "stop", "text": "Stop."}],
+}  # fmt: skip
 LINE = b"(1.000000) can0 1003F30B#0102 R\n"
+
+
+FRAME = LoggedFrame(Frame(0x1003F30B, b"\x01\x02", 1.0), "can0", False)
+
+
+def check(path: Path) -> None:
+    with BundleReader(path) as bundle:
+        bundle.check()
 
 
 def make(path: Path, members: dict[str, bytes]) -> Path:
@@ -23,12 +52,13 @@ def make(path: Path, members: dict[str, bytes]) -> Path:
 
 
 def test_frames_are_read_from_within(tmp_path: Path) -> None:
-    path = make(tmp_path / "a.zip", {"about.json": b"{}", "frames.log": LINE * 3})
-    recording = bundles.recording(path)
+    path = make(tmp_path / "a.zip", {"about.json": orjson.dumps(ABOUT), "frames.log": LINE * 3})
+    with BundleReader(path) as bundle:
+        recording = bundle.frames()
+        assert bundle.member("writes.csv") == b""
     assert [one.frame.data for one in recording] == [b"\x01\x02"] * 3
     recording.close()
-    assert bundles.member(path, "about.json") == b"{}"
-    assert bundles.member(path, "writes.csv") == b""
+    assert recording.about == About.model_validate(ABOUT)
 
 
 @pytest.mark.parametrize(
@@ -46,7 +76,7 @@ def test_frames_are_read_from_within(tmp_path: Path) -> None:
 def test_what_is_no_bundle_is_refused_with_the_reason(tmp_path: Path, members: dict[str, bytes], why: str) -> None:
     path = make(tmp_path / "a.zip", members)
     with pytest.raises(LogFailed, match=why):
-        bundles.check(path)
+        check(path)
 
 
 @pytest.mark.parametrize("at", [0.2, 0.5])
@@ -56,7 +86,7 @@ def test_a_damaged_one_is_refused(tmp_path: Path, at: float) -> None:
     whole[int(len(whole) * at)] ^= 0xFF
     path.write_bytes(whole)
     with pytest.raises(LogFailed, match=r"damaged|no bundle"):
-        bundles.check(path)
+        check(path)
 
 
 def test_a_size_that_lies_is_found_out(tmp_path: Path) -> None:
@@ -66,14 +96,14 @@ def test_a_size_that_lies_is_found_out(tmp_path: Path) -> None:
     size = (len(LINE) * 1000).to_bytes(4, "little")
     path.write_bytes(whole.replace(size, (10).to_bytes(4, "little")))
     with pytest.raises(LogFailed, match="damaged"):
-        bundles.check(path)
+        check(path)
 
 
 @pytest.mark.parametrize(
     "name", ["", ".zip", "a", "a.ZIP", "../a.zip", "a/b.zip", "a\\b.zip", "-a.zip", "a\n.zip", "ä.zip"]
 )
 def test_a_name_is_plain(tmp_path: Path, name: str) -> None:
-    folder = BundleFolder(tmp_path)
+    folder = RecordingFolder(tmp_path, BUNDLES)
     with pytest.raises(Unknown):
         folder.path(name)
 
@@ -88,17 +118,13 @@ def test_a_name_is_plain(tmp_path: Path, name: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_more_than_may_be_brought_is_refused_and_nothing_is_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(bundles, "UPLOAD_BYTES", 1000)
-
+def test_more_than_may_be_brought_is_refused_and_nothing_is_kept(tmp_path: Path) -> None:
     async def bring() -> None:
         async def much() -> AsyncIterator[bytes]:
             while True:
                 yield bytes(100)
 
-        await BundleFolder(tmp_path).adopt("a.zip", much(), lambda _path: None)
+        await RecordingFolder(tmp_path, replace(BUNDLES, largest=1000)).adopt("a.zip", much(), lambda _path: None)
 
     with pytest.raises(OutOfRange):
         asyncio.run(bring())
@@ -107,35 +133,34 @@ def test_more_than_may_be_brought_is_refused_and_nothing_is_kept(
 
 def test_a_bundle_has_its_name_only_when_it_is_complete_and_a_second_one_another(tmp_path: Path) -> None:
     async def scene() -> None:
-        folder = BundleFolder(tmp_path)
-        first, second = await folder.begin("a.zip"), await folder.begin("a.zip")
+        folder = RecordingFolder(tmp_path, BUNDLES)
+        first, second = await BundleWriter.begin(folder, "a.zip"), await BundleWriter.begin(folder, "a.zip")
         assert (first.name, second.name) == ("a.zip", "a-2.zip")
-        await first.put("about.json", b"{}")
+        await first.add_frames([FRAME])
         assert folder.all() == []
-        await first.put("frames.log", LINE)
-        await first.finish()
+        await first.finish(About.model_validate(ABOUT))
         await second.discard()
         assert [one.name for one in folder.all()] == ["a.zip"]
-        bundles.check(tmp_path / "a.zip")
+        check(tmp_path / "a.zip")
 
     asyncio.run(scene())
     assert [path.name for path in tmp_path.iterdir()] == ["a.zip"]
 
 
 def test_a_member_takes_no_more_than_it_may(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(bundles.MEMBERS, "events.jsonl", 10)
+    monkeypatch.setitem(MEMBERS, "events.jsonl", 10)
 
     async def scene() -> None:
-        file = await BundleFolder(tmp_path).begin("a.zip")
-        assert await file.put("events.jsonl", b"12345678")
-        assert not await file.put("events.jsonl", b"1234")
+        file = await BundleWriter.begin(RecordingFolder(tmp_path, BUNDLES), "a.zip")
+        await file.add_events([b"1234567"])
+        assert file.cut == []
+        await file.add_events([b"123"])
         assert file.cut == ["events.jsonl"]
-        await file.put("about.json", b"{}")
-        await file.put("frames.log", LINE)
-        await file.finish()
+        await file.finish(About.model_validate(ABOUT))
 
     asyncio.run(scene())
-    assert bundles.member(tmp_path / "a.zip", "events.jsonl") == b"12345678"
+    with BundleReader(tmp_path / "a.zip") as bundle:
+        assert bundle.member("events.jsonl") == b"1234567\n"
 
 
 def test_the_oldest_go_by_number_and_by_size_and_the_newest_never(tmp_path: Path) -> None:
@@ -143,13 +168,89 @@ def test_the_oldest_go_by_number_and_by_size_and_the_newest_never(tmp_path: Path
         path = make(tmp_path / f"{n}.zip", {"about.json": b"{}", "frames.log": LINE})
         os.utime(path, (n, n))
     size = (tmp_path / "0.zip").stat().st_size
-    assert sorted(BundleFolder(tmp_path, most=4).prune()) == ["0.zip"]
-    assert sorted(BundleFolder(tmp_path, most_bytes=2 * size).prune()) == ["1.zip", "2.zip"]
-    assert BundleFolder(tmp_path, most_bytes=1).prune() == ["3.zip"]
+    assert sorted(RecordingFolder(tmp_path, replace(BUNDLES, most=4)).prune()) == ["0.zip"]
+    assert sorted(RecordingFolder(tmp_path, replace(BUNDLES, most_bytes=2 * size)).prune()) == ["1.zip", "2.zip"]
+    assert RecordingFolder(tmp_path, replace(BUNDLES, most_bytes=1)).prune() == ["3.zip"]
     assert [path.name for path in tmp_path.iterdir()] == ["4.zip"]
 
 
 def test_what_a_killed_process_left_is_cleared(tmp_path: Path) -> None:
     (tmp_path / "a.zip.part").write_bytes(b"half")
-    BundleFolder(tmp_path).tidy()
+    RecordingFolder(tmp_path, BUNDLES).tidy()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_newer_hornbill_adds_is_passed_over() -> None:
+    assert read_about(orjson.dumps({**ABOUT, "new": 1}), "a.zip").frames == 0
+
+
+WRONG: list[dict[str, Any]] = [
+    {"format": 2}, {"marks": []}, {"marks": [{}]}, {"frames": -1}, {"reason": "boredom"}, {"servos": [{"uid": "x"}]},
+    {"text": "x" * 2001}, {"started_at": "soon"}, {"bus": {"address": "a", "bitrate": 0, "node_id": 1}},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: next(iter(wrong)))
+def test_a_wrong_about_is_named_and_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(LogFailed, match=f"^a.zip is no bundle that this hornbill can read: {next(iter(wrong))}"):
+        read_about(orjson.dumps({**ABOUT, **wrong}), "a.zip")
+
+
+@given(st.binary(max_size=200))
+def test_bytes_never_do_worse_than_log_failed(data: bytes) -> None:
+    with pytest.raises(LogFailed):
+        read_about(data, "a.zip")
+    read_telemetry(data)
+    read_events(data)
+    read_writes(data)
+
+
+def test_deep_json_is_refused() -> None:
+    with pytest.raises(LogFailed):
+        read_about(b"[" * 100_000, "a.zip")
+    assert read_events(b"[" * 100_000) == []
+
+
+def test_samples_events_and_writes_come_back(tmp_path: Path) -> None:
+    writes = [
+        RecordedWrite(1001.0, 11, UID, "parameter", "angle_limit_cw", "0x38", 610, 61.0),
+        RecordedWrite(1001.0, 11, UID, "parameter", "", "=1+1", -3, "-a"),
+        RecordedWrite(1001.0, 11, UID, "opcode", "", 0, 0),
+        RecordedWrite(1001.0, 11, UID, "restart"),
+        RecordedWrite(1001.0, None, "", "array_command", "unitless", "actuator 7", "", 0.5),
+        RecordedWrite(1001.0, None, "", "array_command", "speed", "actuator 8", "", -1.0),
+    ]
+
+    async def scene() -> None:
+        file = await BundleWriter.begin(RecordingFolder(tmp_path, BUNDLES), "a.zip")
+        await file.add_samples(UID, "current_angle", [101.0, 102.0], [-0.1, None])
+        await file.add_events([b'{"a":1}', b'{"a":2}'])
+        await file.add_writes(writes)
+        await file.finish(About.model_validate(ABOUT))
+
+    asyncio.run(scene())
+    with BundleReader(tmp_path / "a.zip") as bundle:
+        assert bundle.member("telemetry.csv").decode() == (
+            f"time,uid,channel,value\n101.000000,{UID},current_angle,-0.1\n102.000000,{UID},current_angle,\n"
+        )
+        assert bundle.member("writes.csv").decode().splitlines() == [
+            "time,node_id,uid,kind,key,name,raw,value",
+            f"1001.000000,11,{UID},parameter,angle_limit_cw,0x38,610,61.0",
+            f"1001.000000,11,{UID},parameter,,'=1+1,-3,'-a",
+            f"1001.000000,11,{UID},opcode,,0,0,",
+            f"1001.000000,11,{UID},restart,,,,",
+            "1001.000000,,,array_command,unitless,actuator 7,,0.5",
+            "1001.000000,,,array_command,speed,actuator 8,,-1",
+        ]
+        (column,), complete = read_telemetry(bundle.member("telemetry.csv"))
+        assert read_events(bundle.member("events.jsonl")) == [{"a": 1}, {"a": 2}]
+        assert read_writes(bundle.member("writes.csv"))[-1]["name"] == "actuator 8"
+        assert bundle.about() == About.model_validate(ABOUT)
+    assert complete
+    assert (column.uid, column.channel, column.t, column.v) == (UID, "current_angle", [101.0, 102.0], [-0.1, None])
+
+
+def test_telemetry_without_end_is_cut_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hornbill.bus.recordings.bundle.SAMPLES_MOST", 10)
+    (column,), complete = read_telemetry(b"time,uid,channel,value\n" + f"1.0,{UID},a,1.0\n".encode() * 20)
+    assert (len(column.t), complete) == (10, False)

@@ -11,7 +11,7 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
-from hornbill.bus.clock import START, Deadlock, JumpingLoop, run
+from jumping_clock import START, Deadlock, JumpingLoop, run
 
 
 def test_an_hour_passes_at_once() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hornbill.bus.errorframe import (
+from hornbill.bus.ports.errorframe import (
     BUS_ERROR,
     NOW_ACTIVE,
     NOW_BUS_OFF,

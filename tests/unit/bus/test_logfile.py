@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hornbill.bus.logfile import ENDINGS, LogFile, LogFormat, LoggedFrame
-from hornbill.bus.recording import Recording, RecordingCounters
+from hornbill.bus.recordings.reader import Recording, RecordingCounters
+from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter
 from hornbill.errors import LogFailed
-from hornbill.wire.frame import Frame
+from hornbill.wire.frame import Frame, LoggedFrame
 
 every_form = pytest.mark.parametrize("form", LogFormat)
 
@@ -26,8 +26,8 @@ START = 1_700_000_000.007_123
 FRAMES = [Frame(0x1003_F30B, bytes(range(n % 9)), START + n * 0.000_137) for n in range(300)]
 
 
-def write(path: Path, form: LogFormat, frames: list[Frame], limit: int = 10**9) -> LogFile:
-    file = LogFile(path, form, limit)
+def write(path: Path, form: LogFormat, frames: list[Frame], limit: int = 10**9) -> LogWriter:
+    file = LogWriter(path, form, limit)
     file.write(LoggedFrame(frame, "can0", n % 2 == 0) for n, frame in enumerate(frames))
     file.close()
     return file
@@ -90,7 +90,7 @@ def test_candump_names_the_channel_and_the_first_line_is_that_of_can_utils(tmp_p
 @every_form
 def test_a_log_ends_before_it_would_be_larger_than_its_limit(form: LogFormat, tmp_path: Path) -> None:
     path = tmp_path / "log"
-    file = LogFile(path, form, 5_000)
+    file = LogWriter(path, form, 5_000)
     room = True
     for n in range(100_000):
         room = file.write([LoggedFrame(FRAMES[n % 300]._replace(at=START + n), "can0", False)])
@@ -106,7 +106,7 @@ def test_no_log_is_ever_written_over(tmp_path: Path) -> None:
     path = tmp_path / "log"
     path.write_text("precious")
     with pytest.raises(LogFailed, match="cannot be written"):
-        LogFile(path, LogFormat.CANDUMP, 1000)
+        LogWriter(path, LogFormat.CANDUMP, 1000)
     assert path.read_text() == "precious"
 
 
@@ -114,7 +114,7 @@ def test_a_folder_that_is_missing_is_made_and_one_that_cannot_be_is_told(tmp_pat
     write(tmp_path / "a" / "b" / "log", LogFormat.CANDUMP, FRAMES[:1])
     assert (tmp_path / "a" / "b" / "log").exists()
     with pytest.raises(LogFailed, match="cannot be written"):
-        LogFile(tmp_path / "a" / "b" / "log" / "c", LogFormat.CANDUMP, 1000)
+        LogWriter(tmp_path / "a" / "b" / "log" / "c", LogFormat.CANDUMP, 1000)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
@@ -128,7 +128,7 @@ def test_a_full_disk_is_an_os_error_and_closing_lets_go_of_the_file(
         return opened(Path("/dev/full"), mode.replace("x", "w"))
 
     monkeypatch.setattr(Path, "open", full)
-    file = LogFile(tmp_path / "log", form, 10**6)
+    file = LogWriter(tmp_path / "log", form, 10**6)
     with pytest.raises(OSError, match="No space"):
         file.write([LoggedFrame(FRAMES[0], "can0", False)])
     with pytest.raises(OSError, match="No space"):

@@ -6,12 +6,12 @@ from random import Random
 
 import pytest
 
-from hornbill.bus.clock import START, run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import BusDisconnected
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
+from jumping_clock import START, run
 
 BIT = 1e-6
 

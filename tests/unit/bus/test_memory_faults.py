@@ -4,11 +4,11 @@ import asyncio
 
 import pytest
 
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
-from hornbill.bus.memory_port import MemoryPort
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.bus.embedded.memory_port import MemoryPort
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
+from jumping_clock import run
 
 COUNT = 400
 

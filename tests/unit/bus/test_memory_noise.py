@@ -4,12 +4,12 @@ import asyncio
 
 import pytest
 
-from hornbill.bus.clock import START, Deadlock, run
-from hornbill.bus.memory import MemoryBus
-from hornbill.bus.memory_port import MemoryPort
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.bus.embedded.memory_port import MemoryPort
 from hornbill.wire.bittime import NOISE_BITS, frame_bits
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
+from jumping_clock import START, Deadlock, run
 
 BIT = 1e-6
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from hornbill.bus.memory import COALESCE_S, MemoryBus
+from hornbill.bus.embedded.memory import COALESCE_S, MemoryBus
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
 

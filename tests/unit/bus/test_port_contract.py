@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from hornbill.bus.address import open_port
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState
+from jumping_clock import run
 from unit.bus.adapter import FakeAdapter
 
 _channels = count()

@@ -11,9 +11,9 @@ from pathlib import Path
 import can
 import pytest
 
-from hornbill.bus import pythoncan
 from hornbill.bus.address import open_port
-from hornbill.bus.pythoncan import PythonCanPort
+from hornbill.bus.ports import pythoncan
+from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
@@ -188,14 +188,14 @@ def test_a_refused_frame_is_counted_and_the_next_one_goes() -> None:
 
 
 def test_a_stale_frame_never_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pythoncan, "STALE_S", 0.01)
+    monkeypatch.setattr(pythoncan, "STALE_S", 0.2)
 
     async def main() -> None:
         adapter = Adapter()
         adapter.gate.clear()
         port = opened(adapter)
         port.send([Frame(1, b"at once"), Frame(2, b"old")])
-        await asyncio.sleep(0.03)
+        await asyncio.sleep(0.25)
         port.send([Frame(3, b"fresh")])
         adapter.gate.set()
         await until(lambda: len(adapter.sent) == 2)

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import can
 import pytest
 
-from hornbill.bus.errorframe import ErrorFrame
-from hornbill.bus.link import Received
-from hornbill.bus.rawcan import RawLink
+from hornbill.bus.ports.errorframe import ErrorFrame
+from hornbill.bus.ports.link import Received
+from hornbill.bus.ports.rawcan import RawLink
 from hornbill.wire.frame import Frame
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="SocketCAN is a matter of Linux")

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hornbill.bus.clock import run
 from hornbill.bus.reopening import BUS_OFF_S, PAUSES_S, STEADY_S, ReopeningPort
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PortState
+from jumping_clock import run
 from unit.bus.reopening_desk import Desk, play, refusal
 
 

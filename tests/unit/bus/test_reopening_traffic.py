@@ -8,15 +8,15 @@ from typing import Any
 import can
 import pytest
 
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
-from hornbill.bus.pythoncan import PythonCanPort
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.bus.reopening import ReopeningPort
 from hornbill.errors import BusDisconnected
 from hornbill.node.participant import Participant
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState, PortStatistics
 from hornbill.wire.services import GetNodeInfoRequest, SoftwareVersion
+from jumping_clock import run
 from unit.bus.reopening_desk import Adapter
 from unit.bus.test_pythoncan import Adapter as Scripted
 from unit.bus.test_pythoncan import until

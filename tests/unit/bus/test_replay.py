@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from hornbill.bus import replay
-from hornbill.bus.clock import run
-from hornbill.bus.logfile import LogFile, LogFormat, LoggedFrame
-from hornbill.bus.recording import Recording
-from hornbill.bus.replay import ReplayPort, open_replay, parse
+from hornbill.bus.recordings import replay
+from hornbill.bus.recordings.reader import Recording
+from hornbill.bus.recordings.replay import ReplayPort, open_replay, parse
+from hornbill.bus.recordings.writer import LogFormat, LogWriter
 from hornbill.errors import BusDisconnected, BusReadOnly, PortOpenFailed
 from hornbill.wire.bittime import frame_bits
-from hornbill.wire.frame import Frame
+from hornbill.wire.frame import Frame, LoggedFrame
 from hornbill.wire.port import PortState
+from jumping_clock import run
 
 UTC = 1_700_000_000.0
 
@@ -28,7 +28,7 @@ def frame(at: float, n: int = 0) -> Frame:
 
 def recording(folder: Path, *frames: Frame, form: LogFormat = LogFormat.CANDUMP) -> Path:
     path = folder / "recording"
-    file = LogFile(path, form, 10**9)
+    file = LogWriter(path, form, 10**9)
     file.write(LoggedFrame(one, "can0", False) for one in frames)
     file.close()
     return path

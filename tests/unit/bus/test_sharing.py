@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from hornbill.bus import clock
-from hornbill.bus.memory import MemoryBus
+import jumping_clock as clock
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.sharing import SharedBus
 from hornbill.errors import BusDisconnected
 from hornbill.wire.frame import Frame

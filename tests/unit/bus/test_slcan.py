@@ -1,4 +1,4 @@
-"""Owns the tests of slcan adapters: what they answer, refuse, lose and break, on a pseudo terminal."""
+"""Tests of slcan adapters: what they answer, refuse, lose and break, on a pseudo terminal."""
 
 import asyncio
 import contextlib
@@ -11,9 +11,10 @@ from typing import Any
 import can
 import pytest
 
-from hornbill.bus import serial_line, slcan
+from hornbill.bus.adapters.serial_ports import UsbAdapter
 from hornbill.bus.address import open_port
-from hornbill.bus.slcan import SlcanBus
+from hornbill.bus.ports import baud, serial_line, slcan
+from hornbill.bus.ports.slcan import SlcanBus
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState
@@ -27,7 +28,9 @@ from unit.bus.adapter import FakeAdapter, wait_until
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Do not wait as long as slow hardware needs for those that never answer."""
     monkeypatch.setattr(slcan, "_ANSWER_S", 0.05)
-    monkeypatch.setattr(slcan, "_WAKE_S", 0.2)
+    monkeypatch.setattr(slcan, "_ANSWER_SILENT_S", 0.02)
+    monkeypatch.setattr(baud, "SEARCH_S", 0.2)
+    monkeypatch.setattr(baud, "ONE_RATE_S", 0.2)
 
 
 async def until(condition: Callable[[], object]) -> None:
@@ -67,10 +70,11 @@ def test_every_kind_of_adapter_opens_and_is_closed_again(answers: str) -> None:
 
 
 def test_an_adapter_that_starts_anew_when_opened_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(slcan, "_WAKE_S", 2.0)
+    monkeypatch.setattr(baud, "SEARCH_S", 2.0)
     with FakeAdapter(boots_for_s=0.3) as adapter:
         SlcanBus(adapter.channel).shutdown()
-        assert [command for command in adapter.heard if command][:4] == [b"C", b"V", b"S8", b"O"]
+        wait_until(lambda: adapter.heard[-1] == b"C")
+        assert [command for command in adapter.heard if command][-6:] == [b"V", b"C", b"S8", b"O", b"F", b"C"]
 
 
 def test_the_channel_another_program_left_open_is_closed_first() -> None:
@@ -81,13 +85,27 @@ def test_the_channel_another_program_left_open_is_closed_first() -> None:
         bus.shutdown()
 
 
-@pytest.mark.parametrize(("command", "what"), [(b"S8", "the bit rate of 1000000 bit/s"), (b"O", "to open")])
-def test_a_refused_command_is_told_with_what_was_refused(command: bytes, what: str) -> None:
+@pytest.mark.parametrize(
+    ("bitrate", "command", "what"),
+    [(500_000, b"S6", "the bit rate of 500000 bit/s"), (1_000_000, b"O", "to open")],
+)
+def test_a_refused_command_is_told_with_what_was_refused(bitrate: int, command: bytes, what: str) -> None:
     with FakeAdapter(refuses=(command,)) as adapter:
         with pytest.raises(PortOpenFailed, match=f"refuses {what}.*{command.decode()}"):
-            asyncio.run(open_port(f"slcan:{adapter.channel}"))
+            asyncio.run(open_port(f"slcan:{adapter.channel}", bitrate=bitrate))
         adapter.refuses = ()
         SlcanBus(adapter.channel).shutdown()  # the port was let go
+
+
+def test_an_adapter_that_refuses_the_bit_rate_of_the_servos_is_used_with_a_note() -> None:
+    with FakeAdapter(refuses=(b"S8",)) as adapter:
+        bus = SlcanBus(adapter.channel)
+        assert [note.code for note in bus.notes] == ["bit_rate_fixed"]
+        assert "BELL to S8" in bus.notes[0].text
+        wait_until(lambda: adapter.is_open)
+        adapter.say(b"T000000010\r")
+        assert bus.receive(1, 0.0).frames[0][:2] == (1, b"")
+        bus.shutdown()
 
 
 def test_an_adapter_that_has_nothing_open_to_close_may_refuse_that() -> None:
@@ -179,7 +197,7 @@ def test_frames_are_sent_in_order_and_a_stop_overtakes_them() -> None:
 
 def test_several_frames_leave_in_one_write(monkeypatch: pytest.MonkeyPatch) -> None:
     with FakeAdapter() as adapter:
-        bus = SlcanBus(adapter.channel)
+        bus = SlcanBus(adapter.channel, usb=UsbAdapter(native_usb=True))
         written: list[int] = []
         write, line = os.write, bus.fileno()
 
@@ -397,8 +415,9 @@ def test_it_is_a_bus_of_python_can() -> None:
         wait_until(lambda: adapter.sent == [b"T00000007101"])
 
 
-def test_a_line_without_a_descriptor_works_as_well() -> None:
-    bus = SlcanBus("loop://")  # it says back what it is told
+def test_a_line_without_a_descriptor_works_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = SlcanBus("loop://")  # it says back what it is told: so does every frame that comes
+    monkeypatch.setattr(bus, "_own", None)
     assert bus.transmit([Frame(0x12345678, b"\x55")]) == 1
     heard: list[Frame] = []
     for _ in range(100):

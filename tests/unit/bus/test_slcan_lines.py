@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.bus.errorframe import BUS_ERROR, NOW_ACTIVE, NOW_BUS_OFF, NOW_PASSIVE, OVERFLOW, UNACKNOWLEDGED
-from hornbill.bus.link import Received
-from hornbill.bus.slcan_lines import LONGEST, Lines, line_of
+from hornbill.bus.ports.errorframe import BUS_ERROR, NOW_ACTIVE, NOW_BUS_OFF, NOW_PASSIVE, OVERFLOW, UNACKNOWLEDGED
+from hornbill.bus.ports.link import Received
+from hornbill.bus.ports.slcan_lines import LONGEST, Lines, line_of
 from hornbill.wire.frame import Frame
 
 frames = st.builds(Frame, st.integers(0, 0x1FFF_FFFF), st.binary(max_size=8), st.just(1.0))
@@ -128,3 +128,9 @@ def test_a_line_that_never_ends_is_given_up() -> None:
     lines = Lines()
     assert sum(lines.feed(b"x" * 100, 1.0).garbled for _ in range(100)) > 10
     assert lines.feed(b"\rT000000010\r", 1.0).frames == [Frame(1, b"", 1.0)]
+
+
+def test_a_frame_behind_noise_is_understood_and_the_noise_is_counted() -> None:
+    got = said(b"\xf0\x81T0000000112A\rT000000010\r")
+    assert got == Received(frames=[Frame(1, b"\x2a", 1.0), Frame(1, b"", 1.0)], garbled=1)
+    assert said(b"\xf0\x81T0000000122A\r") == Received(garbled=1), "half a frame"

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from hornbill.bus import socketcan
+from hornbill.bus.adapters import socketcan
+from hornbill.bus.adapters.socketcan import Interface, check, interfaces
 from hornbill.bus.address import open_port
-from hornbill.bus.clock import run
-from hornbill.bus.socketcan import Interface, check, interfaces
 from hornbill.errors import PortOpenFailed
+from jumping_clock import run
 
 SET_IT = "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
 

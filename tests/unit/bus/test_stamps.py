@@ -3,8 +3,8 @@
 import pytest
 
 from hornbill import clocks
-from hornbill.bus import link
-from hornbill.bus.link import Stamps
+from hornbill.bus.ports import link
+from hornbill.bus.ports.link import Stamps
 
 AHEAD_S = 1_700_000_000.0
 

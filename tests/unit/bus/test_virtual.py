@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hornbill.bus import socketcan, virtual
-from hornbill.bus.virtual import find_vcan
+from hornbill.bus.adapters import socketcan, virtual
+from hornbill.bus.adapters.virtual import find_vcan
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 import typer
 
-from hornbill.cli.agreeing import agree
+from hornbill.cli.confirm import agree
 
 
 def terminal(monkeypatch: pytest.MonkeyPatch, *, there: bool) -> None:

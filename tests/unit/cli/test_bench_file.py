@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.cli.bench_file import Complaints, check_keys, parse, write
+from hornbill.cli.bench.file import Complaints, check_keys, parse, write
 from hornbill.errors import InvalidValue
 
 FILE = Path("bench.toml")

@@ -5,8 +5,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from hornbill.bus import virtual
-from hornbill.cli import app, starting
+from hornbill.bus.adapters import virtual
+from hornbill.cli import app
+from hornbill.cli.server import starting
 
 
 @pytest.fixture

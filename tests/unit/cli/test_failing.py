@@ -52,8 +52,8 @@ def test_the_numbers_are_those_that_scripts_know() -> None:
 
 
 def test_what_a_server_says_is_printed_with_its_code(capsys: pytest.CaptureFixture[str]) -> None:
-    error = errors.OutOfRange("0 is below the 1 this model allows.")
+    error = errors.OutOfRange("0 is below this model's limit of 1.")
     error.status = 422
     with pytest.raises(typer.Exit), failures():
         raise error
-    assert capsys.readouterr().err == "out_of_range: 0 is below the 1 this model allows.\n"
+    assert capsys.readouterr().err == "out_of_range: 0 is below this model's limit of 1.\n"

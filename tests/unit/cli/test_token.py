@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hornbill.cli import app
-from hornbill.cli.tokens import first_link
+from hornbill.cli.server.tokens import first_link
 from hornbill.store.store import Store
 from hornbill.store.tokens import digest
 

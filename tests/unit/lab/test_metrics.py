@@ -1,13 +1,15 @@
 """The numbers of a step response, held against second-order systems whose answers are known in closed form."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from hornbill.lab.metrics import Metrics, of_step
+from hornbill.domain.servo import StepMetrics
+from hornbill.lab.metrics import of_step
 
 SAMPLE_S = 0.002
 
@@ -23,7 +25,7 @@ def second_order(
     return t.tolist(), y.tolist()
 
 
-def measured(zeta: float, omega: float, *, size: float = 10.0, start: float = 0.0, dead_s: float = 0.0) -> Metrics:
+def measured(zeta: float, omega: float, *, size: float = 10.0, start: float = 0.0, dead_s: float = 0.0) -> StepMetrics:
     t, y = second_order(zeta, omega, dead_s=dead_s)
     return of_step(t, [start + size * one for one in y], start, start + size, band_deg=abs(size) * 0.02)
 
@@ -80,6 +82,48 @@ def test_hunting_is_a_swing_that_goes_on_after_settling(swing_deg: float, hertz:
     if word != "none":
         assert found.hunting_hz == pytest.approx(hertz, rel=0.15)
         assert found.hunting_rms_deg == pytest.approx(swing_deg / math.sqrt(2), rel=0.05)
+
+
+def limit_cycle(hertz: float, peak_deg: float, sample_s: float, seconds: float, off_deg: float) -> StepMetrics:
+    """A step of 5° that overshoots and ends in a swing that never stops."""
+    t = [i * sample_s for i in range(int(seconds / sample_s))]
+    rise = [5.0 * (1 - math.exp(-one / 0.03)) + 3.0 * math.exp(-one / 0.08) * math.sin(40 * one) for one in t]
+    y = [at + off_deg + peak_deg * math.sin(2 * math.pi * hertz * one) for at, one in zip(rise, t, strict=True)]
+    return of_step(t, [round(one, 1) for one in y], 0.0, 5.0, band_deg=0.5)
+
+
+@pytest.mark.parametrize("hertz", [4.0, 9.0, 16.0, 30.0])
+@pytest.mark.parametrize(("peak_deg", "off_deg"), [(0.8, 0.0), (1.0, 0.0), (1.0, -1.5), (4.0, 0.0)])
+def test_a_horn_that_never_settles_because_it_swings_hunts(hertz: float, peak_deg: float, off_deg: float) -> None:
+    found = limit_cycle(hertz, peak_deg, 0.002, 1.0, off_deg)
+    assert found.settling_s is None
+    assert found.hunting == "hunting"
+    assert found.hunting_hz == pytest.approx(hertz, rel=0.05)
+    assert found.hunting_rms_deg == pytest.approx(peak_deg / math.sqrt(2), rel=0.1)
+
+
+@pytest.mark.parametrize("sample_s", [0.02, 0.035, 0.05])
+def test_a_swing_that_is_sampled_too_seldom_hunts_at_a_frequency_nobody_knows(sample_s: float) -> None:
+    found = limit_cycle(16.0, 1.0, sample_s, 1.5, 0.0)
+    assert found.hunting == "hunting"
+    assert found.hunting_hz is None
+    assert found.hunting_rms_deg == pytest.approx(0.7, abs=0.15)
+
+
+UNSETTLED: dict[str, Callable[[float], float]] = {
+    "short of it": lambda _t: 3.0,
+    "creeps": lambda t: 5.0 * t,
+    "rings and calms down": lambda t: 5.0 + 6.0 * math.exp(-t / 0.45) * math.cos(40 * t),
+    "pushed at the end": lambda t: 5.0 if t < 0.9 else 7.0,
+    "trembles by a digit": lambda t: 4.0 + 0.1 * (int(t * 50) % 2),
+}
+
+
+@pytest.mark.parametrize("angle", UNSETTLED.values(), ids=UNSETTLED)
+def test_what_never_settles_for_another_reason_does_not_hunt(angle: Callable[[float], float]) -> None:
+    t = [i * 0.002 for i in range(500)]
+    found = of_step(t, [angle(one) for one in t], 0.0, 5.0, band_deg=0.5)
+    assert (found.settling_s, found.hunting, found.hunting_hz) == (None, "none", None)
 
 
 def test_a_steady_error_is_told_with_its_sign() -> None:

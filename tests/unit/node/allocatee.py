@@ -5,7 +5,7 @@ from random import Random
 
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Allocation, Health, Mode, NodeStatus
+from hornbill.wire.messages import AllocationMessage, Mode, NodeHealth, NodeStatus
 from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
@@ -57,20 +57,20 @@ class Allocatee:
 
     def _ask(self, offset: int) -> None:
         part = self.unique_id[offset : offset + 6]
-        message = Allocation(self.preferred, offset == 0, part)
+        message = AllocationMessage(self.preferred, offset == 0, part)
         transfer = Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, message.encode())
         self._asked_at = self._loop.time()
-        self.port.send(split(transfer, Allocation.TYPE, discriminator=self._random.randrange(1 << 14)))
+        self.port.send(split(transfer, AllocationMessage.TYPE, discriminator=self._random.randrange(1 << 14)))
 
     def _receive(self, frames: list[Frame]) -> None:
         for transfer in self._reassembler.feed(frames, self._loop.time()):
             if self.node_id or transfer.kind != Kind.MESSAGE or transfer.type_id != 1:
                 continue
-            message = Allocation.decode(transfer.payload)
+            message = AllocationMessage.decode(transfer.payload)
             if message is not None:
                 self._hear(message, anonymous=transfer.source == 0)
 
-    def _hear(self, message: Allocation, *, anonymous: bool) -> None:
+    def _hear(self, message: AllocationMessage, *, anonymous: bool) -> None:
         self._arm()  # rule C
         if self._follow_up is not None:
             self._follow_up.cancel()
@@ -93,7 +93,7 @@ class Allocatee:
             self._say_status()
 
     def _say_status(self) -> None:
-        status = NodeStatus(int(self._loop.time() - self._born), Health.OK, Mode.OPERATIONAL)
+        status = NodeStatus(int(self._loop.time() - self._born), NodeHealth.OK, Mode.OPERATIONAL)
         transfer = Transfer(Kind.MESSAGE, 341, self.node_id, 0, 16, status.uptime_sec & 31, status.encode())
         self.port.send(split(transfer, NodeStatus.TYPE))
         self._request_timer = self._loop.call_later(1.0, self._say_status)

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable
 
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.node.participant import Participant
 from hornbill.wire.services import EMPTY, GetSetRequest
 from unit.node.peer import Peer, participant

@@ -4,7 +4,7 @@ import asyncio
 
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
@@ -26,16 +26,16 @@ class IdealAllocator:
 
     def _receive(self, frames: list[Frame]) -> None:
         for transfer in self._reassembler.feed(frames):
-            message = Allocation.decode(transfer.payload)
-            if transfer.source or transfer.type_id != Allocation.TYPE.id or message is None:
+            message = AllocationMessage.decode(transfer.payload)
+            if transfer.source or transfer.type_id != AllocationMessage.TYPE.id or message is None:
                 continue
             self._gathered = (b"" if message.first_part_of_unique_id else self._gathered) + message.unique_id
             whole = len(self._gathered) == 16
             node_id = self._given.setdefault(self._gathered, 125 - len(self._given)) if whole else 0
-            answer = Allocation(node_id, False, self._gathered[:16]).encode()
+            answer = AllocationMessage(node_id, False, self._gathered[:16]).encode()
             asyncio.get_running_loop().call_later(self._delay_s, self._answer, answer)
 
     def _answer(self, answer: bytes) -> None:
         self._transfer_id = (self._transfer_id + 1) & 31
-        transfer = Transfer(Kind.MESSAGE, Allocation.TYPE.id, NODE_ID, 0, 24, self._transfer_id, answer)
-        self._port.send(split(transfer, Allocation.TYPE))
+        transfer = Transfer(Kind.MESSAGE, AllocationMessage.TYPE.id, NODE_ID, 0, 24, self._transfer_id, answer)
+        self._port.send(split(transfer, AllocationMessage.TYPE))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from hornbill.node.participant import Participant
 from hornbill.wire.datatype import Kind, Structure
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, SoftwareVersion, integer
@@ -63,7 +63,7 @@ class Peer:
 
     def say_status(self, uptime: int = 0) -> None:
         """One NodeStatus."""
-        self.send(Kind.MESSAGE, NodeStatus(uptime, Health.OK, Mode.OPERATIONAL), transfer_id=uptime & 31)
+        self.send(Kind.MESSAGE, NodeStatus(uptime, NodeHealth.OK, Mode.OPERATIONAL), transfer_id=uptime & 31)
 
     def _receive(self, frames: list[Frame]) -> None:
         for transfer in self._reassembler.feed(frames, asyncio.get_running_loop().time()):

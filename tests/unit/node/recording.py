@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from hornbill.errors import BusDisconnected
 from hornbill.node.guard import GuardedPort
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import FrameSink, PortState, PortStatistics
+from hornbill.wire.port import PLAIN, FrameSink, PortState, PortStatistics
 
 
 class RecordingPort:
@@ -19,6 +19,7 @@ class RecordingPort:
         self.sample_point: float | None = None
         self.trouble: str | None = None
         self.retry_in_s: float | None = None
+        self.details = PLAIN
         self.sent: list[Frame] = []
         self.calls: list[list[Frame]] = []
         self.closed = False

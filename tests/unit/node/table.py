@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from hornbill.node.allocator import Allocator
 from hornbill.units import NodeId, Uid
 from hornbill.wire.datatype import Kind
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
 
 
@@ -72,13 +72,15 @@ class Neighbours:
         return self.heard.get(node_id)
 
 
-def ask(allocator: Allocator, part: bytes, now: float, *, first: bool = False, preferred: int = 0) -> Allocation | None:
+def ask(
+    allocator: Allocator, part: bytes, now: float, *, first: bool = False, preferred: int = 0
+) -> AllocationMessage | None:
     """One anonymous request, and what it is answered with."""
-    message = Allocation(preferred, first, part)
+    message = AllocationMessage(preferred, first, part)
     return allocator.handle(message, Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, message.encode(), now), now)
 
 
-def answer_of(allocator: Allocator, source: int, message: Allocation, now: float) -> Allocation | None:
+def answer_of(allocator: Allocator, source: int, message: AllocationMessage, now: float) -> AllocationMessage | None:
     """An answer of another allocator is heard."""
     return allocator.handle(message, Transfer(Kind.MESSAGE, 1, source, 0, 24, 0, message.encode(), now), now)
 
@@ -86,9 +88,9 @@ def answer_of(allocator: Allocator, source: int, message: Allocation, now: float
 def exchange(allocator: Allocator, unique_id: bytes, now: float, *, preferred: int = 0) -> int | None:
     """All three stages, 0.1 s apart from `now` on; the node id given."""
     first = ask(allocator, unique_id[:6], now, first=True, preferred=preferred)
-    assert first == Allocation(0, False, unique_id[:6])
+    assert first == AllocationMessage(0, False, unique_id[:6])
     second = ask(allocator, unique_id[6:12], now + 0.1, preferred=preferred)
-    assert second == Allocation(0, False, unique_id[:12])
+    assert second == AllocationMessage(0, False, unique_id[:12])
     last = ask(allocator, unique_id[12:], now + 0.2, preferred=preferred)
     if last is None:
         return None

@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.node.allocator import Allocator, AllocatorMode, AllocatorState
+from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus
 from hornbill.node.directory import Directory
 from hornbill.node.node_ids import find_free
-from hornbill.node.waiting import Pending
+from hornbill.node.waiting import AllocationRequest
 from hornbill.wire.datatype import Kind
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
 from unit.node.table import MemoryTable, Neighbours, ask, exchange
 
@@ -146,7 +146,7 @@ def test_whoever_talks_while_the_owner_asks_is_another_whatever_it_said_of_itsel
     ask(it, A[:6], 10.0, first=True)
     neighbours.heard[125] = 10.05
     ask(it, A[6:12], 10.1)
-    assert ask(it, A[12:], 10.2) == Allocation(124, False, A)
+    assert ask(it, A[12:], 10.2) == AllocationMessage(124, False, A)
 
 
 def test_a_node_met_before_gets_the_id_it_had_unless_it_wishes_for_another() -> None:
@@ -187,7 +187,7 @@ def test_a_pinned_id_is_given_and_never_replaced_by_another() -> None:
     neighbours = Neighbours()
     table = MemoryTable({A.hex(): 10}, frozenset({A.hex()}))
     it = allocator(table, neighbours)
-    refusals: list[Pending] = []
+    refusals: list[AllocationRequest] = []
     it.on_refused.append(refusals.append)
     assert exchange(it, A, 0.0) == 10
     neighbours.heard[10], neighbours.uids[10] = 99.0, B
@@ -205,7 +205,7 @@ def test_a_follow_up_after_half_a_second_is_too_late() -> None:
     ask(it, A[:6], 0.0, first=True)
     assert ask(it, A[6:12], 0.51) is None
     ask(it, A[:6], 1.0, first=True)
-    assert ask(it, A[6:12], 1.5) == Allocation(0, False, A[:12])
+    assert ask(it, A[6:12], 1.5) == AllocationMessage(0, False, A[:12])
     assert ask(it, A[12:], 2.01) is None
     assert exchange(it, A, 3.0) == 125
 
@@ -228,8 +228,8 @@ def test_parts_that_fit_nothing_are_ignored_and_disturb_nothing() -> None:
     for wrong in (b"", A[:5], A[:7], A):
         assert ask(it, wrong, 1.1) is None
         assert ask(it, wrong, 1.1, first=True) is None
-    assert ask(it, A[6:12], 1.2) == Allocation(0, False, A[:12])
-    assert ask(it, A[12:], 1.3) == Allocation(125, False, A)
+    assert ask(it, A[6:12], 1.2) == AllocationMessage(0, False, A[:12])
+    assert ask(it, A[12:], 1.3) == AllocationMessage(125, False, A)
 
 
 def test_an_answer_that_got_lost_is_given_again_from_the_first_part() -> None:
@@ -264,7 +264,7 @@ def test_no_message_makes_it_raise_or_break_a_rule(
     now = 0.0
     for pause, first, node_id, part, source in messages:
         now += pause
-        message = Allocation(node_id, first, part)
+        message = AllocationMessage(node_id, first, part)
         reply = it.handle(message, Transfer(Kind.MESSAGE, 1, source, 0, 24, 0, message.encode(), now), now)
         if reply is not None:
             assert source == 0
@@ -282,13 +282,16 @@ def test_no_message_makes_it_raise_or_break_a_rule(
 def test_a_waiting_node_is_shown_with_what_is_known_of_it() -> None:
     it = allocator()
     ask(it, A[:6], 0.0, first=True)
-    assert it.pending(0.0) == [Pending(A[:6].hex(), 1, 0.0, 0.0, 1)]
+    assert it.pending(0.0) == [AllocationRequest(A[:6].hex(), 1, 0.0, 0.0, 1)]
     ask(it, A[6:12], 0.2)
-    assert it.pending(0.2) == [Pending(A[:12].hex(), 2, 0.0, 0.2, 1)]
+    assert it.pending(0.2) == [AllocationRequest(A[:12].hex(), 2, 0.0, 0.2, 1)]
     ask(it, B[:6], 0.3, first=True)
     ask(it, A[:6], 1.3, first=True)
     # It keeps what was known of it, although it had to begin again.
-    assert it.pending(1.3) == [Pending(A[:12].hex(), 2, 0.0, 1.3, 2), Pending(B[:6].hex(), 1, 0.3, 0.3, 1)]
+    assert it.pending(1.3) == [
+        AllocationRequest(A[:12].hex(), 2, 0.0, 1.3, 2),
+        AllocationRequest(B[:6].hex(), 1, 0.3, 0.3, 1),
+    ]
     assert exchange(it, A, 2.0) == 125
     assert [each.partial for each in it.pending(2.2)] == [B[:6].hex()]
     assert it.pending(61.0) == []
@@ -304,11 +307,11 @@ def test_strangers_without_number_do_not_fill_the_memory() -> None:
 
 def test_switched_off_it_shows_who_waits_and_answers_nobody() -> None:
     it = allocator()
-    it.mode = AllocatorMode.OFF
-    assert it.state is AllocatorState.OFF
+    it.mode = AllocationMode.OFF
+    assert it.state is AllocatorStatus.OFF
     assert ask(it, A[:6], 0.0, first=True) is None
     assert [each.partial for each in it.pending(0.0)] == [A[:6].hex()]
-    it.mode = AllocatorMode.ON
+    it.mode = AllocationMode.ON
     assert exchange(it, A, 1.0) == 125
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from hornbill.node.allocator import RECYCLE_AFTER_S, Allocator
-from hornbill.node.waiting import Pending
+from hornbill.node.waiting import AllocationRequest
 from hornbill.units import NodeId, Uid
 from unit.node.table import MemoryTable, Neighbours, exchange
 
@@ -22,7 +22,7 @@ def number(n: int) -> bytes:
 def test_when_every_id_is_taken_it_says_so_and_names_the_node(caplog: pytest.LogCaptureFixture) -> None:
     table = MemoryTable({number(n).hex(): n for n in range(1, 126)})
     it = allocator(table)
-    refusals: list[Pending] = []
+    refusals: list[AllocationRequest] = []
     it.on_refused.append(refusals.append)
     assert exchange(it, A, 0.0) is None
     assert exchange(it, A, 1.0) is None
@@ -74,7 +74,7 @@ def test_as_long_as_an_id_is_left_nobody_loses_one() -> None:
 def test_when_the_table_fails_a_node_is_refused_and_the_next_time_it_is_asked_again() -> None:
     table = MemoryTable()
     it = allocator(table)
-    refusals: list[Pending] = []
+    refusals: list[AllocationRequest] = []
     it.on_refused.append(refusals.append)
     table.broken = True
     assert exchange(it, A, 0.0) is None

@@ -6,9 +6,9 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from hornbill.node.allocator import RECYCLE_AFTER_S, Allocator, AllocatorMode, AllocatorState
+from hornbill.node.allocator import RECYCLE_AFTER_S, AllocationMode, Allocator, AllocatorStatus
 from hornbill.wire.datatype import Kind
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
 from unit.node.table import MemoryTable, Neighbours
 
@@ -50,8 +50,8 @@ class Machine(RuleBasedStateMachine):
         self.nodes = [Node(uid) for uid in UIDS]
         self.residents: dict[int, Node] = {}
         """Nodes with an id of their own, by that id; they never asked for it."""
-        self.last: Allocation | None = None
-        self.mode = AllocatorMode.ON
+        self.last: AllocationMessage | None = None
+        self.mode = AllocationMode.ON
         self.start_server()
 
     # The server and the people.
@@ -65,8 +65,8 @@ class Machine(RuleBasedStateMachine):
         for node in self.living():
             node.spoke = False
 
-    @rule(mode=st.sampled_from(AllocatorMode))
-    def choose(self, mode: AllocatorMode) -> None:
+    @rule(mode=st.sampled_from(AllocationMode))
+    def choose(self, mode: AllocationMode) -> None:
         self.mode = self.it.mode = mode
         self.it.resume()
 
@@ -157,14 +157,14 @@ class Machine(RuleBasedStateMachine):
     def ask_first(self, who: int, preferred: int, heard: bool, answered: bool) -> None:
         node = self.nodes[who]
         if node.powered and not node.node_id:
-            self.ask(node, Allocation(preferred if preferred <= 125 else 0, True, node.uid[:6]), heard, answered)
+            self.ask(node, AllocationMessage(preferred if preferred <= 125 else 0, True, node.uid[:6]), heard, answered)
 
     @rule(who=applicants, preferred=ids | st.just(0), heard=st.booleans(), answered=st.booleans())
     def follow_up(self, who: int, preferred: int, heard: bool, answered: bool) -> None:
         node = self.nodes[who]
         if node.powered and not node.node_id and node.told:
             part = node.uid[len(node.told) : len(node.told) + 6]
-            self.ask(node, Allocation(preferred, False, part), heard, answered)
+            self.ask(node, AllocationMessage(preferred, False, part), heard, answered)
 
     @rule(who=applicants)
     def run_through(self, who: int) -> None:
@@ -173,7 +173,7 @@ class Machine(RuleBasedStateMachine):
         for _ in range(3):
             if node.powered and not node.node_id:
                 part = node.uid[len(node.told) : len(node.told) + 6] if node.told else node.uid[:6]
-                self.ask(node, Allocation(0, not node.told, part), heard=True, answered=True)
+                self.ask(node, AllocationMessage(0, not node.told, part), heard=True, answered=True)
 
     @precondition(lambda self: self.last is not None)
     @rule()
@@ -183,16 +183,16 @@ class Machine(RuleBasedStateMachine):
 
     @rule(node_id=st.integers(0, 127), first=st.booleans(), part=st.binary(max_size=16))
     def a_stranger_sends_anything(self, node_id: int, first: bool, part: bytes) -> None:
-        self.deliver(self.handle(Allocation(node_id, first, part)), lost=True)
+        self.deliver(self.handle(AllocationMessage(node_id, first, part)), lost=True)
 
     @rule(who=applicants, length=st.sampled_from([0, 6, 7, 12, 16]), node_id=st.integers(0, 127))
     def a_rival_answers(self, who: int, length: int, node_id: int) -> None:
-        message = Allocation(node_id, False, UIDS[who][:length])
+        message = AllocationMessage(node_id, False, UIDS[who][:length])
         assert self.handle(message, source=9) is None
         if length < 16 or all(node.node_id != node_id for node in self.living()):
             self.deliver(message, lost=False)
 
-    def ask(self, node: Node, message: Allocation, heard: bool, answered: bool) -> None:
+    def ask(self, node: Node, message: AllocationMessage, heard: bool, answered: bool) -> None:
         """Rule C for those who hear it: everybody but the sender gives up its turn."""
         node.told = b""
         if heard:
@@ -201,14 +201,14 @@ class Machine(RuleBasedStateMachine):
             self.last = message
             self.deliver(self.handle(message), lost=not answered)
 
-    def handle(self, message: Allocation, source: int = 0) -> Allocation | None:
+    def handle(self, message: AllocationMessage, source: int = 0) -> AllocationMessage | None:
         before, state = dict(self.table.kept), self.it.state
         transfer = Transfer(Kind.MESSAGE, 1, source, 0, 24, 0, message.encode(), self.now)
         reply = self.it.handle(message, transfer, self.now)
         if reply is None:
             return None
         assert source == 0
-        assert state is AllocatorState.ON or self.it.state is AllocatorState.ON, "it is silent otherwise"
+        assert state is AllocatorStatus.ON or self.it.state is AllocatorStatus.ON, "it is silent otherwise"
         assert not reply.first_part_of_unique_id
         assert reply.unique_id.endswith(message.unique_id)
         assert len(reply.unique_id) in (6, 12, 16)
@@ -217,7 +217,7 @@ class Machine(RuleBasedStateMachine):
             self.check_grant(reply, before)
         return reply
 
-    def check_grant(self, reply: Allocation, before: dict[str, int]) -> None:
+    def check_grant(self, reply: AllocationMessage, before: dict[str, int]) -> None:
         uid, node_id = reply.unique_id.hex(), reply.node_id
         assert 1 <= node_id <= 125
         assert node_id != OWN
@@ -234,7 +234,7 @@ class Machine(RuleBasedStateMachine):
             somebody = self.neighbours.heard.get(was)
             assert was == OWN or was > 125 or (somebody is not None and self.now - somebody < 3), "the same id again"
 
-    def deliver(self, reply: Allocation | None, *, lost: bool) -> None:
+    def deliver(self, reply: AllocationMessage | None, *, lost: bool) -> None:
         """Rules C, D and E for every node that waits."""
         if reply is None or lost:
             return

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hornbill.node.allocator import Allocator, AllocatorMode, AllocatorState, Rival
-from hornbill.wire.messages import Allocation
+from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, Rival
+from hornbill.wire.messages import AllocationMessage
 from unit.node.table import MemoryTable, Neighbours, answer_of, ask, exchange
 
 A = bytes(range(0xA0, 0xB0))
@@ -17,14 +17,14 @@ def test_it_stands_down_when_another_allocator_answers(caplog: pytest.LogCapture
     table = MemoryTable()
     it = allocator(table)
     ask(it, A[:6], 0.0, first=True)
-    assert answer_of(it, 9, Allocation(0, False, A[:6]), 0.01) is None
-    assert it.state is AllocatorState.STANDING_DOWN
+    assert answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.01) is None
+    assert it.state is AllocatorStatus.STANDING_DOWN
     assert it.rival == Rival(9, 0.01, 1)
     assert ask(it, A[6:12], 0.1) is None
-    answer_of(it, 9, Allocation(0, False, A[:12]), 0.11)
+    answer_of(it, 9, AllocationMessage(0, False, A[:12]), 0.11)
     assert [(each.partial, each.stage) for each in it.pending(0.2)] == [(A[:12].hex(), 2)]
     assert ask(it, A[12:], 0.3) is None
-    answer_of(it, 9, Allocation(77, False, A), 0.31)
+    answer_of(it, 9, AllocationMessage(77, False, A), 0.31)
     assert it.pending(0.4) == []
     assert table.recorded == []
     assert it.rival == Rival(9, 0.31, 3)
@@ -36,12 +36,12 @@ def test_it_comes_back_when_the_other_one_leaves_three_requests_unanswered() -> 
     told: list[Rival] = []
     it.on_rival.append(told.append)
     it.on_rival_gone.append(told.append)
-    answer_of(it, 9, Allocation(0, False, A[:6]), 0.0)
+    answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
     for n in range(3):
         assert ask(it, A[:6], 1.0 + n, first=True) is None
     assert len(told) == 1
     assert exchange(it, A, 4.0) == 125
-    assert it.state is AllocatorState.ON
+    assert it.state is AllocatorStatus.ON
     assert told == [Rival(9, 0.0, 1)] * 2
 
 
@@ -49,27 +49,27 @@ def test_the_other_one_keeps_it_down_for_as_long_as_it_answers() -> None:
     it = allocator()
     for n in range(20):
         ask(it, A[:6], n, first=True)
-        answer_of(it, 9, Allocation(0, False, A[:6]), n + 0.001)
-    assert it.state is AllocatorState.STANDING_DOWN
+        answer_of(it, 9, AllocationMessage(0, False, A[:6]), n + 0.001)
+    assert it.state is AllocatorStatus.STANDING_DOWN
 
 
 def test_when_told_to_insist_it_answers_beside_another_one() -> None:
     it = allocator()
-    it.mode = AllocatorMode.INSIST
+    it.mode = AllocationMode.INSIST
     for n, part in enumerate((A[:6], A[6:12], A[12:])):
         now, before = 0.1 * n, A[: 6 * n]
         reply = ask(it, part, now, first=n == 0)
-        assert reply == Allocation(125 if n == 2 else 0, False, before + part)
-        answer_of(it, 9, Allocation(99 if n == 2 else 0, False, before + part), now + 0.01)
-    assert it.state is AllocatorState.ON
+        assert reply == AllocationMessage(125 if n == 2 else 0, False, before + part)
+        answer_of(it, 9, AllocationMessage(99 if n == 2 else 0, False, before + part), now + 0.01)
+    assert it.state is AllocatorStatus.ON
     assert it.rival is not None
     assert it.rival.answers == 3
-    it.mode = AllocatorMode.ON
-    assert it.state is AllocatorState.STANDING_DOWN
+    it.mode = AllocationMode.ON
+    assert it.state is AllocatorStatus.STANDING_DOWN
 
 
 def test_a_person_can_let_it_answer_again() -> None:
     it = allocator()
-    answer_of(it, 9, Allocation(0, False, A[:6]), 0.0)
+    answer_of(it, 9, AllocationMessage(0, False, A[:6]), 0.0)
     it.resume()
     assert exchange(it, A, 1.0) == 125

@@ -4,17 +4,17 @@ import asyncio
 
 import pytest
 
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.node.directory import Directory, NodeRecord
 from hornbill.wire.datatype import Kind
-from hornbill.wire.messages import ActuatorStatus, Allocation, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, AllocationMessage, Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import GetNodeInfoResponse, HardwareVersion, SoftwareVersion
 from hornbill.wire.transfer import Transfer, split
+from jumping_clock import run
 from unit.node.peer import Peer, participant
 
 
-def status(uptime: int, health: Health = Health.OK) -> NodeStatus:
+def status(uptime: int, health: NodeHealth = NodeHealth.OK) -> NodeStatus:
     return NodeStatus(uptime, health, Mode.OPERATIONAL)
 
 
@@ -33,9 +33,9 @@ class Told:
 def test_a_node_is_online_until_three_seconds_after_its_last_status() -> None:
     directory = Directory()
     directory.hear(42, status(5), 100.0)
-    directory.hear(42, status(6, Health.WARNING), 101.0)
+    directory.hear(42, status(6, NodeHealth.WARNING), 101.0)
     record = directory.records[42]
-    assert record == NodeRecord(42, status(6, Health.WARNING), 101.0, 100.0)
+    assert record == NodeRecord(42, status(6, NodeHealth.WARNING), 101.0, 100.0)
     assert directory.is_online(42, 103.9)
     assert not directory.is_online(42, 104.0)
     assert not directory.is_online(43, 103.9)
@@ -175,8 +175,8 @@ def test_on_a_bus_it_knows_nodes_that_say_no_status_too() -> None:
         directory.forget(43)
         assert directory.known() == set()
         assert directory.anonymous_heard is None
-        asking = Allocation(0, True, bytes(6))
-        mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, asking.encode()), Allocation.TYPE))
+        asking = AllocationMessage(0, True, bytes(6))
+        mute.port.send(split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, asking.encode()), AllocationMessage.TYPE))
         await asyncio.sleep(0.01)
         assert directory.anonymous_heard == pytest.approx(host.clock(), abs=0.01)
         leave()

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hornbill.bus.clock import run
 from hornbill.errors import BusDisconnected, ForbiddenParameter
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
@@ -15,6 +14,7 @@ from hornbill.wire.messages import NodeStatus
 from hornbill.wire.port import CanPort, PortState
 from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest, GetSetResponse, Value, ValueKind, integer
 from hornbill.wire.transfer import Transfer, split
+from jumping_clock import run
 from unit.node.recording import WRITABLE, port
 
 SPELLINGS = (

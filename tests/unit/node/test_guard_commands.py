@@ -1,11 +1,11 @@
-"""A command that moves every servo at once does not pass the guard by default."""
+"""A command that moves every servo at once, or every servo without a servo id, does not pass the guard by default."""
 
 import pytest
 
 from hornbill.errors import ForbiddenParameter, OutOfRange
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ArrayCommand, Command, CommandType
+from hornbill.wire.messages import ActuatorCommand, ArrayCommand, CommandType
 from hornbill.wire.transfer import Transfer, split
 from unit.node.recording import port
 
@@ -15,7 +15,7 @@ def message(command: ArrayCommand) -> list[Frame]:
 
 
 def commands(*actuators: int) -> ArrayCommand:
-    return ArrayCommand([Command(each, CommandType.POSITION, 1.0) for each in actuators])
+    return ArrayCommand([ActuatorCommand(each, CommandType.POSITION, 1.0) for each in actuators])
 
 
 @pytest.mark.parametrize("actuators", [(255,), (1, 255), (*range(1, 15), 255), (255, 1, 2)])
@@ -25,6 +25,16 @@ def test_a_command_to_every_servo_is_refused(actuators: tuple[int, ...]) -> None
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
     assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 255}
+
+
+@pytest.mark.parametrize("actuators", [(0,), (1, 0), (*range(1, 15), 0), (0, 255)])
+@pytest.mark.parametrize("allow_broadcast", [False, True])
+def test_a_command_to_id_0_is_refused_whatever_is_allowed(actuators: tuple[int, ...], allow_broadcast: bool) -> None:
+    guarded, inner = port(allow_broadcast=allow_broadcast)
+    with pytest.raises(OutOfRange, match="without a servo id") as caught:
+        guarded.send(message(commands(*actuators)))
+    assert inner.sent == []
+    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 0}
 
 
 def test_a_command_in_the_form_of_can_fd_is_refused() -> None:
@@ -45,7 +55,7 @@ def test_a_command_to_every_servo_passes_where_it_was_allowed() -> None:
 
 def test_commands_to_single_servos_pass_whatever_their_values() -> None:
     guarded, inner = port()
-    frames = message(ArrayCommand([Command(n, 255, float("nan")) for n in range(1, 16)]))
+    frames = message(ArrayCommand([ActuatorCommand(n, 255, float("nan")) for n in range(1, 16)]))
     for frame in frames:
         guarded.send([frame])
     assert inner.sent == frames

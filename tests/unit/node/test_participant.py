@@ -5,16 +5,16 @@ from collections.abc import Sequence
 
 import pytest
 
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import BusDisconnected
 from hornbill.node.participant import Participant
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, AllocationMessage, Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetNodeInfoResponse, GetSetRequest, SoftwareVersion
 from hornbill.wire.transfer import Transfer, split
 from hornbill.wire.types import decode
+from jumping_clock import run
 from unit.node.peer import HOST, Peer, participant
 from unit.node.recording import RecordingPort
 
@@ -35,7 +35,7 @@ def test_it_says_node_status_at_once_and_then_every_second() -> None:
         await asyncio.sleep(3.5)
         said = statuses(peer)
         assert [round(at - began, 2) for at, _ in said] == [0, 1, 2, 3]
-        assert [each for _, each in said] == [NodeStatus(n, Health.OK, Mode.OPERATIONAL) for n in range(4)]
+        assert [each for _, each in said] == [NodeStatus(n, NodeHealth.OK, Mode.OPERATIONAL) for n in range(4)]
         assert [(each.source, each.transfer_id) for each in peer.others] == [(HOST, n) for n in range(4)]
         await host.close()
         await asyncio.sleep(3)
@@ -62,7 +62,7 @@ def test_it_answers_get_node_info_whatever_bytes_the_request_has(payload: bytes)
         assert answer.name == "org.hornbill"
         assert answer.hardware_version.unique_id == bytes(range(16))
         assert answer.software_version == SoftwareVersion(0, 1)
-        assert answer.status == NodeStatus(2, Health.OK, Mode.OPERATIONAL)
+        assert answer.status == NodeStatus(2, NodeHealth.OK, Mode.OPERATIONAL)
         await host.close()
 
     run(play())
@@ -159,8 +159,8 @@ def test_another_node_with_our_id_is_counted_and_not_listened_to(caplog: pytest.
         await asyncio.sleep(0.01)
         assert heard == []
         assert HOST not in host.heard
-        assert host.counters.own_id_heard == 2
-        assert host.counters.own_id_heard_at == pytest.approx(host.clock(), abs=0.02)
+        assert host.shared_id.frames == 2
+        assert host.shared_id.heard_at == pytest.approx(host.clock(), abs=0.02)
         await host.close()
 
     run(play())
@@ -175,7 +175,7 @@ def test_it_knows_when_each_node_was_last_heard_whatever_it_said() -> None:
         host.start()
         peer.send(Kind.MESSAGE, ActuatorStatus(1, 0.0, 0.0, 0.0, 0))
         peer.port.send(
-            split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, b"\1abcdef"), Allocation.TYPE)  # anonymous
+            split(Transfer(Kind.MESSAGE, 1, 0, 0, 24, 0, b"\1abcdef"), AllocationMessage.TYPE)  # anonymous
         )
         await asyncio.sleep(1)
         assert list(host.heard) == [42]
@@ -219,7 +219,7 @@ def test_without_a_bus_it_stays_quiet_and_goes_on_when_it_is_back() -> None:
         port.state = port.state.LOST
         await asyncio.sleep(5)
         with pytest.raises(BusDisconnected, match="recording:0 is not connected"):
-            host.broadcast(NodeStatus(0, Health.OK, Mode.OPERATIONAL), priority=24)
+            host.broadcast(NodeStatus(0, NodeHealth.OK, Mode.OPERATIONAL), priority=24)
         assert len(port.sent) == 1
         port.state = port.state.ACTIVE
         await asyncio.sleep(1.1)

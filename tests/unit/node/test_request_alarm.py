@@ -2,8 +2,8 @@
 
 import asyncio
 
-from hornbill.bus import clock
-from hornbill.bus.memory import MemoryBus
+import jumping_clock as clock
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import NoAnswer
 from hornbill.node.participant import Participant
 from unit.node.asking import now, pair, read

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import Busy, ForbiddenParameter, NoAnswer
 from hornbill.node.guard import GuardedPort
 from hornbill.wire.services import GetSetRequest, GetSetResponse, integer
+from jumping_clock import run
 from unit.node.asking import now, pair, read, turns
 from unit.node.peer import Peer, participant
 

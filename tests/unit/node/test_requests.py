@@ -4,13 +4,13 @@ import asyncio
 
 import pytest
 
-from hornbill.bus.clock import JumpingLoop, run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import BusDisconnected, NoAnswer
 from hornbill.wire.datatype import Kind
 from hornbill.wire.messages import NodeStatus
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
 from hornbill.wire.transfer import split
+from jumping_clock import JumpingLoop, run
 from unit.node.asking import now, pair, read
 from unit.node.peer import HOST, Peer, participant
 

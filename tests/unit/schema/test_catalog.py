@@ -67,7 +67,60 @@ def test_models_tell_their_supply() -> None:
         "BLA21-12U-AB": 12.0,
         "BLA21-28U-A0": 28.0,
         "BLA21-28U-AB": 28.0,
+        "BLA34-12U-AB": 12.0,
+        "BLA34-28U-AB": 28.0,
     }
+
+
+@pytest.mark.parametrize(
+    ("identity", "treated_as"),
+    [
+        ((61, 12050), "BLA21-12U-AB"),
+        ((86, 12050), "BLA34-12U-AB"),
+        ((61, 12060), "BLA21-12U-AB"),
+        ((61, 6990), "BLA21-06U-AB"),
+        ((62, 12050), "BLA15-12U-A0"),
+        ((86, 6050), "BLA34-28U-AB"),
+        ((87, 12050), None),
+        ((86, None), None),
+    ],
+)
+def test_an_unknown_hardware_number_is_the_newest_known_of_its_series_with_the_same_supply_first(
+    identity: tuple[int, int | None], treated_as: str | None
+) -> None:
+    model = CATALOG.treated_as(*identity)
+    assert (None if model is None else model.name) == treated_as
+
+
+@pytest.mark.parametrize(
+    ("model", "version", "treated_as"),
+    [
+        ("BLA21-06U-A0", 1300, None),
+        ("BLA21-06U-A0", 1200, None),
+        ("BLA21-06U-A0", 1400, None),
+        ("BLA21-06U-A0", 1500, "1.400"),
+        ("BLA21-06U-A0", 1350, "1.300"),
+        ("BLA21-06U-A0", 1000, "1.010"),
+        ("BLA34-12U-AB", 1500, None),
+        ("BLA34-12U-AB", 2000, "1.500"),
+    ],
+)
+def test_an_unknown_firmware_is_the_newest_known_of_its_series_that_it_has_reached(
+    model: str, version: int, treated_as: str | None
+) -> None:
+    servo = CATALOG.models[model]
+    assert servo.counts_as(version) == treated_as
+    if treated_as is not None:
+        assert servo.rows(version) == servo.rows(firmware.from_text(treated_as))
+
+
+def test_the_note_on_a_firmware_is_told_of_known_ones_alone() -> None:
+    model = CATALOG.models["BLA21-06U-A0"]
+    assert "1.400 fixes a stall at low speed" in (CATALOG.note_on(model, 1300) or "")
+    assert "with no other servo on the bus" in (CATALOG.note_on(model, 1300) or "")
+    assert all(step.note for step in CATALOG.firmware)
+    assert [CATALOG.note_on(model, version) for version in (1500, 1350, None)] == [None] * 3
+    assert CATALOG.note_on(None, 1300) is None
 
 
 @pytest.mark.parametrize(("raw", "text"), [(1010, "1.010"), (1300, "1.300"), (12_005, "12.005")])

@@ -3,7 +3,7 @@
 import pytest
 
 from hornbill.schema.catalog import Catalog
-from hornbill.schema.effect import Effect, LastCommand, commanded, why_not
+from hornbill.schema.effect import Effect, LastCommand, Why, commanded, why_not
 from hornbill.schema.parameter import DUMMY
 
 CATALOG = Catalog.load()
@@ -115,14 +115,17 @@ def test_torque_limits_hold_for_every_command_while_control_is_on() -> None:
 )
 def test_the_reason_is_a_sentence(key: str, values: Values, sentence: str) -> None:
     found = why_not(CATALOG, key, fresh(**values), rows=PWM.rows())
-    assert found == Effect(False, f"No effect now: {sentence}.")
+    assert found[:2] == (False, f"No effect now: {sentence}.")
 
 
 def test_an_unread_deciding_value_leaves_the_answer_open() -> None:
     found = why_not(CATALOG, "torque_limit_cw", {}, rows=PWM.rows())
-    assert found == Effect(None, "Effect not known: speed and torque control (0x25) has not been read.")
+    assert found == Effect(
+        None, "Effect not known: speed and torque control (0x25) has not been read.",
+        Why("not_read", {"parameter": "speed_torque_control"}),
+    )  # fmt: skip
     found = why_not(CATALOG, "angle_p_gain", {"speed_torque_control": 1}, rows=PWM.rows())
-    assert found == Effect(None, "Effect not known: the last command is not known.")
+    assert found == Effect(None, "Effect not known: the last command is not known.", Why("last_command_unknown"))
 
 
 def test_a_rule_that_holds_outweighs_one_that_is_open() -> None:
@@ -161,7 +164,11 @@ def test_firmware_without_0x25_counts_as_off() -> None:
 def test_the_time_out_time_waits_for_nothing_under_hold_unless_pwm_may_take_over() -> None:
     values: Values = {"timeout_action": 0}
     found = why_not(CATALOG, "timeout_time", values, rows=PLAIN.rows())
-    assert found == Effect(False, "No effect now: the time-out action (0x26) is hold.")
+    assert found == Effect(
+        False,
+        "No effect now: the time-out action (0x26) is hold.",
+        Why("timeout_holds", {"parameter": "timeout_action"}),
+    )
     assert why_not(CATALOG, "timeout_time", values, rows=PWM.rows()) == Effect(True, None)
     assert why_not(CATALOG, "timeout_time", {"timeout_action": 1}, rows=PLAIN.rows()) == Effect(True, None)
 

@@ -1,11 +1,14 @@
 """Fault bits: registers to bits and back, and the overview that sums them up."""
 
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.schema.catalog import Catalog
-from hornbill.schema.fault import bits_of, overview_of, word_of
+from hornbill.schema.fault import FaultBit, bits_of, overview_of, word_of
+from hornbill.schema.firmware import from_text
 
 CATALOG = Catalog.load()
 
@@ -53,3 +56,11 @@ def test_a_model_without_pwm_input_cannot_raise_pwm_bits() -> None:
         "pwm_low",
         "pwm_high",
     }
+
+
+@pytest.mark.parametrize("bit", CATALOG.faults, ids=lambda bit: bit.key)
+def test_advice_names_only_registers_of_every_servo_that_may_raise_the_bit(bit: FaultBit) -> None:
+    named = set(re.findall(r"0x[0-9A-F]{2}", bit.advice))
+    for model in CATALOG.models.values():
+        for firmware in model.firmware if model.pwm or not bit.pwm_only else ():
+            assert named <= {row.name for row in model.rows(from_text(firmware)).values()}, (model.name, firmware)

@@ -37,6 +37,7 @@ IDENTITIES = [
     (MODEL, "pwm = true", "pwm = false", MODEL, "pwm_neutral", "without PWM input holds 0 here"),
     (PLAIN, "(?m)^pwm_mode .*$", "", PLAIN, "pwm_mode", "without PWM input holds 0 here"),
     (MODEL, '"1.100", "1.200"', '"1.100", "1.250"', MODEL, None, "firmware 1.250 is not one of"),
+    (MODEL, '"1.100", "1.200"', '"1.200", "1.100"', MODEL, None, "oldest first"),
     (MODEL, r"firmware = \[.*\]", "firmware = []", MODEL, None, "`firmware`"),
     (MODEL, "(?m)^overcurrent_limit .*$", "", MODEL, "overcurrent_limit", "needs default, minimum and maximum"),
     (MODEL, "default = 120, minimum = 60", "default = 59, minimum = 60", MODEL, "overcurrent_limit", "default 59"),

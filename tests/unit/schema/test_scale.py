@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hornbill.errors import ForbiddenParameter, InvalidValue, OutOfRange
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import DUMMY, Parameter
-from hornbill.schema.scale import allowed, to_raw, to_text, to_value, unit_of
+from hornbill.schema.scale import allowed, to_nearest_raw, to_raw, to_text, to_value, unit_of
 
 CATALOG = Catalog.load()
 ROWS = CATALOG.models["BLA21-06U-AB"].rows()
@@ -62,7 +62,7 @@ def test_any_float_is_a_raw_value_or_refused_with_what_is_legal(key: str, value:
         ]
     else:
         assert row.minimum <= found <= row.maximum
-        assert abs(found / row.per_unit - value) < 1e-6
+        assert abs(found / row.per_unit - value) <= 1e-6
 
 
 @pytest.mark.parametrize(
@@ -100,13 +100,13 @@ def test_the_dummy_is_a_number_where_it_means_nothing() -> None:
 @pytest.mark.parametrize(
     ("key", "value", "sentence"),
     [
-        ("torque_limit_cw", 120, "120 % is above the 100 % this model allows. Enter 0 to 100 %."),
-        ("torque_limit_ccw", -101, "−101 % is below the −100 % this model allows. Enter −100 to 0 %."),
-        ("voltage_limit_lower", 3.0, "3.0 V is below the 3.5 V this model allows. Enter 3.5 to 7.4 V."),
-        ("origin", 180, "180.0° is above the 179.9° this model allows. Enter −180.0 to 179.9°."),
-        ("origin", 179.95, "179.95° is above the 179.9° this model allows. Enter −180.0 to 179.9°."),
-        ("servo_id", 255, "255 is above the 254 this model allows. Enter 0 to 254."),
-        ("servo_id", 10**400, "1.000000000e+400 is above the 254 this model allows. Enter 0 to 254."),
+        ("torque_limit_cw", 120, "120 % is above this model's limit of 100 %. Enter 0 to 100 %."),
+        ("torque_limit_ccw", -101, "−101 % is below this model's limit of −100 %. Enter −100 to 0 %."),
+        ("voltage_limit_lower", 3.0, "3.0 V is below this model's limit of 3.5 V. Enter 3.5 to 7.4 V."),
+        ("origin", 180, "180.0° is above this model's limit of 179.9°. Enter −180.0 to 179.9°."),
+        ("origin", 179.95, "179.95° is above this model's limit of 179.9°. Enter −180.0 to 179.9°."),
+        ("servo_id", 255, "255 is above this model's limit of 254. Enter 0 to 254."),
+        ("servo_id", 10**400, "1.000000000e+400 is above this model's limit of 254. Enter 0 to 254."),
     ],
 )
 def test_a_value_out_of_range_is_told_its_limit(key: str, value: float, sentence: str) -> None:
@@ -138,6 +138,29 @@ def test_a_value_between_steps_is_told_its_neighbours(
         to_raw(ROWS[key], value)
     assert caught.value.detail == sentence
     assert caught.value.facts["nearest"] == nearest
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "raw"),
+    [
+        ("command_angle", 8.660254, 87),
+        ("command_angle", -0.05, 0),
+        ("command_angle", 0.15, 2),
+        ("command_angle", -8.66, -87),
+        ("command_torque", 99.6, 100),
+        ("command_torque", 100.4, 100),
+    ],
+)
+def test_a_command_is_rounded_to_the_nearest_step(key: str, value: float, raw: int) -> None:
+    assert to_nearest_raw(ROWS[key], value) == raw
+
+
+def test_a_command_that_rounds_to_beyond_the_range_is_refused() -> None:
+    with pytest.raises(OutOfRange):
+        to_nearest_raw(ROWS["command_torque"], 100.6)
+    for wrong in (True, "5", None, float("nan")):
+        with pytest.raises(InvalidValue):
+            to_nearest_raw(ROWS["command_torque"], wrong)
 
 
 def test_sums_of_tenths_are_taken_as_the_step_they_mean() -> None:
@@ -211,7 +234,7 @@ class TestPwmOutputRange:
         assert to_raw(self.row, value, values) == 150
 
     def test_its_limit_is_in_the_unit_of_the_mode(self) -> None:
-        with pytest.raises(OutOfRange, match=r"^400\.0° is above the 360\.0°"):
+        with pytest.raises(OutOfRange, match=r"^400\.0° is above this model's limit of 360\.0°"):
             to_raw(self.row, 400, {"pwm_mode": 0})
         assert to_raw(self.row, 400, {"pwm_mode": 1}) == 400
         with pytest.raises(OutOfRange, match="Enter 0 to 3600 rpm"):

@@ -65,8 +65,9 @@ PLACES = [
     ("(?m)^specification.*$", "", None, "`specification` is missing"),
     ("(?m)^specification =", "spec = 1\nspecification =", None, "`spec` is not a field of this table"),
     ("specification = ", "specification == ", None, "not valid TOML"),
-    ('"1.010", "1.100"', '"1.100", "1.010"', None, "oldest first"),
-    ('"1.010", "1.100"', '"1.010", "1.010", "1.100"', None, "list each version once"),
+    ('version = "1.300"', 'version = "1.600"', None, "oldest first"),
+    ('version = "1.300"', 'version = "1.200"', None, "list each version once"),
+    ('first = "2024-01"', 'first = "2024-13"', "4 of [[firmware]]", "`first`"),
 ]
 
 

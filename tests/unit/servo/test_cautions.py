@@ -4,12 +4,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hornbill.domain.motion import Caution
 from hornbill.errors import InvalidValue, NeedsConfirmation
 from hornbill.schema.catalog import Catalog
-from hornbill.servo import bursts, permission
-from hornbill.servo.cautions import Caution, cautions, require
-from hornbill.servo.position_estimate import DEGREES, PositionUnit
-from hornbill.servo.servo import Servo
+from hornbill.servo.device import permission
+from hornbill.servo.device.position_estimate import DEGREES, PositionUnit
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion import bursts
+from hornbill.servo.motion.cautions import cautions, require
 from hornbill.units import Uid
 
 CATALOG = Catalog.load()
@@ -29,27 +31,48 @@ def words(found: list[Caution]) -> list[str]:
 @given(raw=st.integers(-36000, 36000), here=st.lists(st.integers(-36000, 36000), max_size=3))
 def test_turns_are_asked_for_exactly_beyond_one_turn_from_where_the_horn_may_be(raw: int, here: list[int]) -> None:
     far = max((abs(raw - angle) for angle in here), default=0)
-    assert ("turns" in words(cautions(servo(), "angle", raw, here))) == (far > 3600)
+    assert ("turns" in words(cautions(servo(), "angle", raw, here, 0.06))) == (far > 3600)
 
 
 @given(raw=st.integers(-300, 300), kind=st.sampled_from(["speed", "torque"]))
 def test_only_what_turns_is_called_endless_and_no_word_is_asked_for_it(raw: int, kind: str) -> None:
-    said = cautions(servo(), kind, raw, [])
+    said = cautions(servo(), kind, raw, [], 0.06)
     assert any("turns without end" in one.text for one in said) == (raw != 0)
     assert words(said) == []
+
+
+@pytest.mark.parametrize("kind", ["speed", "torque"])
+@pytest.mark.parametrize(
+    ("raw", "warned"), [(0, False), (1, True), (-9, True), (10, False), (-10, False), (100, False)]
+)
+def test_what_is_too_small_to_be_usable_is_said(kind: str, raw: int, warned: bool) -> None:
+    said = [one for one in cautions(servo(), kind, raw, [], 0.06) if one.code == "too_small"]
+    assert bool(said) is warned
+    for one in said:
+        assert "at least ±10 " in one.text
+        assert one.params == {"value": raw, "smallest": 10}
+        assert one.confirm is None
+
+
+def test_no_angle_is_too_small() -> None:
+    assert [one.code for one in cautions(servo(), "angle", 1, [0], 0.06)] == []
 
 
 def test_with_lost_turns_only_a_short_move_from_a_known_place_needs_no_word() -> None:
     lost = servo()
     lost.turns_lost_deg = 270.0
-    assert words(cautions(lost, "angle", 450, [0])) == []
-    assert words(cautions(lost, "angle", 451, [0])) == ["turn_count"]
-    assert words(cautions(lost, "angle", 0, [])) == ["turn_count"], "nobody knows where it is"
-    assert words(cautions(lost, "speed", 0, [])) == []
+    assert words(cautions(lost, "angle", 450, [0], 0.06)) == []
+    assert words(cautions(lost, "angle", 451, [0], 0.06)) == ["turn_count"]
+    assert words(cautions(lost, "angle", 0, [], 0.06)) == ["turn_count"], "nobody knows where it is"
+    assert words(cautions(lost, "speed", 0, [], 0.06)) == []
 
 
 def test_all_missing_words_are_named_at_once() -> None:
-    said = [Caution("warning", "One.", "turns"), Caution("failure", "Two."), Caution("warning", "Three.", "turn_count")]
+    said = [
+        Caution("warning", "turns", "One.", "turns", {}),
+        Caution("failure", "held", "Two.", None, {}),
+        Caution("warning", "turn_count", "Three.", "turn_count", {}),
+    ]
     with pytest.raises(NeedsConfirmation) as caught:
         require(said, ())
     assert caught.value.facts == {"confirm": "turns", "words": ["turns", "turn_count"]}
@@ -59,20 +82,20 @@ def test_all_missing_words_are_named_at_once() -> None:
     require(said, ["turn_count", "turns"])
 
 
-@given(raw=st.integers(-36000, 36000), unit=st.sampled_from(list(DEGREES)))
-def test_no_angle_leaves_that_float16_moves_by_more_than_a_step(raw: int, unit: PositionUnit) -> None:
+@given(raw=st.integers(-36000, 36000) | st.integers(-1810, 1810), unit=st.sampled_from(list(DEGREES)))
+def test_no_angle_beyond_half_a_turn_leaves_and_float16_moves_none_by_more_than_a_step(
+    raw: int, unit: PositionUnit
+) -> None:
     one = servo()
     one.position_unit.forced = unit
     target = permission.Target(one.registers["command_angle"].parameter, raw, clamped=False)
     exact = raw / 10
     try:
         part = bursts._part(one, "angle", target)  # pyright: ignore[reportPrivateUsage]
-    except InvalidValue as error:
-        nearest = error.facts["nearest"]
-        assert isinstance(nearest, float)
-        assert abs(nearest - exact) > 0.1 - 1e-3
-        assert abs(exact) > 200, "below it, float16 is fine enough in every unit"
+    except InvalidValue:
+        assert abs(exact) > 180
     else:
+        assert abs(exact) <= 180
         assert abs(part.value - exact) <= 0.1 + 1e-6
         assert abs(part.command.command_value * DEGREES[unit] - part.value) < 1e-9
 

@@ -12,9 +12,9 @@ from hornbill.errors import BadRequest, InvalidValue, OutOfRange
 from hornbill.schema import scale
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
-from hornbill.servo.configuration.comparing import Side, compare, side_of
-from hornbill.servo.configuration.profiles import TORQUE
-from hornbill.servo.configuration.restoring import choose
+from hornbill.servo.device.output import KEY as TORQUE
+from hornbill.servo.profiles.comparing import Side, compare, side_of
+from hornbill.servo.profiles.restoring import choose
 from hornbill.units import Raw
 
 CATALOG = Catalog.load()

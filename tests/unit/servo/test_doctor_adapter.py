@@ -5,16 +5,16 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any
 
-from hornbill.bus import socketcan
-from hornbill.bus.clock import run
+from hornbill.bus.adapters import socketcan
+from hornbill.domain.bus import Finding
 from hornbill.errors import PortOpenFailed
 from hornbill.node.allocator import Allocator
 from hornbill.node.directory import Directory
 from hornbill.servo.doctor.doctor import Doctor
-from hornbill.servo.doctor.finding import Finding, Severity
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.port import PortState
 from hornbill.wire.transfer import Kind, Transfer, split
+from jumping_clock import run
 from unit.node.peer import participant
 from unit.node.recording import RecordingPort
 from unit.node.table import MemoryTable
@@ -43,7 +43,7 @@ class Ward:
     def say_status(self, ahead: int = 0) -> None:
         """Node 20 is heard; `ahead`: or its twin, whose uptime and transfer ids are so far ahead."""
         self.said += not ahead
-        status = NodeStatus(self.said + ahead, Health.OK, Mode.OPERATIONAL).encode()
+        status = NodeStatus(self.said + ahead, NodeHealth.OK, Mode.OPERATIONAL).encode()
         transfer = Transfer(Kind.MESSAGE, NodeStatus.TYPE.id, 20, 0, 24, (self.said + ahead) % 32, status)
         now = asyncio.get_running_loop().time()
         frames = [frame._replace(at=now) for frame in split(transfer, NodeStatus.TYPE)]
@@ -64,7 +64,9 @@ def with_ward(
         port.address, port.bitrate = address, bitrate
         node = participant(port)
         doctor = Doctor(asyncio.get_running_loop().time, list)
-        doctor.follow(port, node, Allocator(MemoryTable(), own_ids=frozenset({127}), residents=Directory()))
+        directory = Directory()
+        allocator = Allocator(MemoryTable(), own_ids=frozenset({127}), residents=directory)
+        doctor.follow(port, node, allocator, directory)
         node.start()
         await scene(Ward(doctor, port))
         await node.close()
@@ -79,7 +81,7 @@ def test_an_interface_that_is_down_when_it_is_to_be_opened() -> None:
         "socketcan:can0", PortOpenFailed(f"{DOWN.reason} {DOWN.remedy}", address="socketcan:can0", remedy=DOWN.remedy)
     )
     (found,) = doctor.findings()
-    assert (found.code, found.severity, found.text) == ("interface_down", Severity.FAILURE, "socketcan:can0 is down")
+    assert (found.code, found.severity, found.text) == ("interface_down", "failure", "socketcan:can0 is down")
     assert found.remedy == "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
 
 
@@ -89,7 +91,7 @@ def test_an_interface_that_runs_at_another_bit_rate() -> None:
     doctor = Doctor(lambda: 0.0, list)
     doctor.could_not_open("socketcan:can0", PortOpenFailed(f"{fault.reason} {fault.remedy}", remedy=fault.remedy))
     (found,) = doctor.findings()
-    assert (found.code, found.severity) == ("bit_rate", Severity.FAILURE)
+    assert (found.code, found.severity) == ("bit_rate", "failure")
     assert found.remedy is not None
     assert "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000" in found.remedy
 
@@ -103,7 +105,7 @@ def test_an_interface_that_is_taken_down_while_it_is_used_and_up_again() -> None
         ward.port.trouble, ward.port.retry_in_s = f"{DOWN.reason} {DOWN.remedy}", 2.0
         await ward.live(7)
         found = ward.only()
-        assert (found.code, found.severity) == ("interface_down", Severity.FAILURE)
+        assert (found.code, found.severity) == ("interface_down", "failure")
         assert found.evidence == "For 7 s; opened again by itself 0 times before. Tried again in 2 s."
         assert found.remedy is not None
         assert "sudo ip link set can0 up" in found.remedy
@@ -120,7 +122,9 @@ def test_an_adapter_that_never_opened_is_not_called_lost() -> None:
         port = RecordingPort()
         port.state, port.trouble = PortState.LOST, "There is no such device. Plug the adapter in."
         doctor = Doctor(asyncio.get_running_loop().time, list)
-        doctor.follow(port, participant(port), Allocator(MemoryTable(), own_ids=frozenset(), residents=Directory()))
+        directory = Directory()
+        allocator = Allocator(MemoryTable(), own_ids=frozenset(), residents=directory)
+        doctor.follow(port, participant(port), allocator, directory)
         doctor.tick(asyncio.get_running_loop().time())
         (found,) = doctor.findings()
         assert (found.code, found.text, found.remedy) == (
@@ -140,10 +144,10 @@ def test_the_sample_point_of_the_servos_and_others() -> None:
         (told,) = [one for one in ward.doctor.findings(everything=True) if one.code == "bit_rate"]
         assert told.evidence == "1 Mbit/s, 87.5 %, read back from socketcan:can0."
         ward.port.sample_point = 0.857
-        assert (ward.only().code, ward.only().severity) == ("sample_point", Severity.NOTICE)
+        assert (ward.only().code, ward.only().severity) == ("sample_point", "notice")
         ward.port.sample_point = 0.75
         found = ward.only()
-        assert (found.code, found.severity) == ("sample_point", Severity.WARNING)
+        assert (found.code, found.severity) == ("sample_point", "warning")
         assert found.text == "The sample point is 75.0 %, and the servos' is 87.5 %"
         assert found.remedy == (
             "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
@@ -156,7 +160,7 @@ def test_another_bit_rate_is_a_failure_until_frames_come_in() -> None:
     async def scene(ward: Ward) -> None:
         await ward.live(1)
         found = ward.only()
-        assert (found.code, found.severity) == ("bit_rate", Severity.NOTICE)
+        assert (found.code, found.severity) == ("bit_rate", "notice")
         assert found.remedy == (
             'Connect again at the right one: PUT /api/v1/bus {"address": "slcan:/dev/ttyACM0", "bitrate": 1000000}.'
         )
@@ -167,8 +171,8 @@ def test_another_bit_rate_is_a_failure_until_frames_come_in() -> None:
         ward.quiet = True
         await ward.live(4)
         assert [(one.code, one.severity) for one in ward.doctor.findings()] == [
-            ("no_traffic", Severity.FAILURE),
-            ("bit_rate", Severity.FAILURE),
+            ("no_traffic", "failure"),
+            ("bit_rate", "failure"),
         ]
 
     with_ward(silent, "slcan:/dev/ttyACM0", 500_000)
@@ -181,7 +185,7 @@ def test_standard_and_fd_frames_are_a_notice_for_ten_seconds() -> None:
 
         await ward.live(5, foreign)
         found = ward.only()
-        assert (found.code, found.severity) == ("foreign_frames", Severity.NOTICE)
+        assert (found.code, found.severity) == ("foreign_frames", "notice")
         assert found.evidence.startswith("150 standard, remote or CAN FD frames in 5 s")
         await ward.live(12)
         assert ward.doctor.findings() == []
@@ -287,15 +291,15 @@ def test_the_reopened_adapter_goes_on_where_it_was() -> None:
         ward.port.statistics.bus_offs = 1
         ward.quiet = True
         await ward.live(1)
-        assert (ward.only().code, ward.only().severity) == ("bus_off", Severity.FAILURE)
+        assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
         ward.port.state = PortState.LOST
         ward.port.trouble = "socketcan:can0 is off the bus after too many errors."
         await ward.live(1)
-        assert (ward.only().code, ward.only().severity) == ("bus_off", Severity.FAILURE)
+        assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
         ward.port.state, ward.quiet = PortState.ACTIVE, False
         ward.port.statistics.reopened = 1
         await ward.live(1)
-        assert (ward.only().code, ward.only().severity) == ("bus_off", Severity.WARNING)
+        assert (ward.only().code, ward.only().severity) == ("bus_off", "warning")
         await ward.live(31)
         assert ward.doctor.findings() == []
 

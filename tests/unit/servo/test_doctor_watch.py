@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.servo.doctor.watch import NodeWatch, Questions, Stream, two_counters
+from hornbill.servo.doctor.watch import MessageTimes, NodeWatch, Questions, two_counters
 
 IDS = st.integers(0, 31)
 
@@ -48,7 +48,7 @@ def test_no_sequence_raises(ids: list[int]) -> None:
 
 
 def test_a_stream_is_doubled_only_while_it_is_heard() -> None:
-    stream = Stream()
+    stream = MessageTimes()
     for number in range(8):
         stream.take(number // 2 + (17 if number % 2 else 0), 100.0 + number / 2)
     assert stream.doubled(104.0, 1.0)
@@ -60,7 +60,7 @@ def test_a_stream_is_doubled_only_while_it_is_heard() -> None:
 
 @pytest.mark.parametrize("loss", [0.1, 0.3, 0.5])
 def test_a_lossy_stream_of_a_thousand_messages_is_never_doubled(loss: float) -> None:
-    stream, chance = Stream(), Random(7)
+    stream, chance = MessageTimes(), Random(7)
     for number in range(1000):
         if chance.random() >= loss:
             stream.take(number % 32, number / 10)

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.configuration.audit import Audit
-from hornbill.servo.configuration.drift import Drift, doubtful, drifted
-from hornbill.servo.hub import Hub
-from hornbill.servo.servo import Servo
+from hornbill.servo.device.drift import DriftDetector, doubtful, drifted
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.audit import Audit
+from hornbill.servo.runtime.hub import Hub
 from hornbill.store.servos import Servos
 from hornbill.store.store import Store
 from hornbill.units import Uid
@@ -26,7 +26,7 @@ class Bench:
         self.inventory: Servos = store.servos
         self.hub = Hub()
         self.audit = Audit(store.audit, self.hub)
-        self.drift = Drift(self.inventory, self.hub, self.audit)
+        self.drift = DriftDetector(self.inventory, self.hub, self.audit)
         self.servo = Servo(UID, CATALOG)
         self.servo.identify_as(CATALOG.models["BLA21-06U-A0"], 1300)
         self.rom = dict.fromkeys(KEYS, 1)
@@ -77,7 +77,7 @@ def new_server(bench: Bench) -> None:
     bench.start(set(KEYS))
     kept = bench.inventory.get(UID)
     assert kept is not None
-    bench.drift = Drift(bench.inventory, bench.hub, bench.audit)
+    bench.drift = DriftDetector(bench.inventory, bench.hub, bench.audit)
     bench.servo.drift = drifted(kept)
 
 

@@ -1,21 +1,23 @@
 """Fault words as they are read, one after the other: what counts as coming up, as going, and as the same as before."""
 
+import asyncio
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import pytest
 
+from hornbill.domain.servo import Fault
 from hornbill.errors import StoreFailed
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.configuration.audit import Audit
-from hornbill.servo.faults import Fault, Faults
-from hornbill.servo.hub import Change, Happened, Hub, ReadingChanged, ServoChanged
-from hornbill.servo.servo import Servo
-from hornbill.servo.timebase import TimeBase
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.monitoring.faults import Faults
+from hornbill.servo.runtime.audit import Audit
+from hornbill.servo.runtime.hub import Change, Happened, Hub, ReadingChanged, ServoChanged
+from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.faults import FaultEntry, Sight
 from hornbill.store.store import Store
 from hornbill.units import Uid
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 
 CATALOG = Catalog.load()
 UID = Uid("a0" * 16)
@@ -45,7 +47,7 @@ class Desk:
         self.servo.identify_as(CATALOG.models[self.model], 1300)
         self.servo.online = True
         self.faults = Faults(
-            CATALOG, self.store.faults, self.hub, base, {UID: self.servo}.get, Audit(self.store.audit, self.hub)
+            CATALOG, self.store, self.hub, base, {UID: self.servo}.get, Audit(self.store.audit, self.hub)
         )
         self.hub.listen(self._note)
         self._hear()
@@ -80,7 +82,7 @@ class Desk:
         return found
 
     def _hear(self) -> None:
-        self.servo.status = NodeStatus(int(self.now - self.started), Health.OK, Mode.OPERATIONAL)
+        self.servo.status = NodeStatus(int(self.now - self.started), NodeHealth.OK, Mode.OPERATIONAL)
         self.servo.status_at = self.now
 
     def _note(self, change: Change) -> None:
@@ -138,7 +140,7 @@ def test_the_servo_is_told_to_have_changed_with_each_bit_and_with_each_acknowled
     desk.hub.listen(lambda _change: told.append(desk.faults.unacknowledged(UID)), ServoChanged)
     desk.read(WARNING, HOT)
     desk.read(WARNING, HOT)
-    desk.faults.acknowledge(UID, "Ada")
+    asyncio.run(desk.faults.acknowledge(UID, "Ada"))
     desk.read(WARNING, 0)
     assert told == [1, 0, 0]
 
@@ -166,7 +168,7 @@ def test_bits_the_document_does_not_know_are_told_by_number(desk: Desk) -> None:
 
 def test_a_bit_that_is_set_again_after_a_start_counts_anew(desk: Desk) -> None:
     desk.read(WARNING, HOT)
-    desk.faults.acknowledge(UID, "Ada")
+    asyncio.run(desk.faults.acknowledge(UID, "Ada"))
     desk.power_cycle()
     desk.notice_restart()
     desk.told()
@@ -252,9 +254,9 @@ def test_warnings_and_failures_want_to_be_acknowledged_and_notifications_do_not(
     desk.read(WARNING, HOT)
     desk.read(FAILURE, DRIVER | 1 << 3)
     assert desk.faults.unacknowledged(UID) == 3
-    desk.faults.acknowledge(UID, "Ada", "motor_driver")
+    asyncio.run(desk.faults.acknowledge(UID, "Ada", "motor_driver"))
     assert desk.faults.unacknowledged(UID) == 2
-    desk.faults.acknowledge(UID, "Ada")
+    asyncio.run(desk.faults.acknowledge(UID, "Ada"))
     assert desk.faults.unacknowledged(UID) == 0
 
 
@@ -300,7 +302,7 @@ def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
     )
     assert (desk.one("temperature_high").count, desk.faults.unacknowledged(UID)) == (2, 1)
     with pytest.raises(StoreFailed):
-        desk.faults.acknowledge(UID, "Ada")
+        asyncio.run(desk.faults.acknowledge(UID, "Ada"))
     assert desk.faults.unacknowledged(UID) == 1
 
 
@@ -322,7 +324,7 @@ def test_what_was_kept_before_the_store_failed_is_there_when_it_works_again(
 def test_a_servo_that_is_forgotten_starts_with_nothing(desk: Desk) -> None:
     desk.read(WARNING, HOT)
     desk.silence(10.0)
-    desk.faults.forget(UID)
+    asyncio.run(desk.faults.forget(UID))
     assert desk.faults.of(UID) == []
     desk.read(WARNING, HOT)
     assert desk.one("temperature_high").count == 1

@@ -5,7 +5,7 @@ import random
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.servo.frame_ring import KEPT_S, LIMIT_BYTES, FrameRing
+from hornbill.servo.recorder.frame_ring import KEPT_S, LIMIT_BYTES, FrameRing
 from hornbill.wire.frame import Frame
 
 FRAMES = st.lists(
@@ -21,7 +21,7 @@ def test_what_was_put_in_comes_out_in_order_of_time(given_frames: list[tuple[int
     for at, number, data, sent in told:
         ring.add([Frame(number, data, at)], sent)
     out = [one for part in ring.slices(0.0, 1e9) for one in part]
-    assert [(at, number, data, sent) for at, number, data, sent, _ in out] == told
+    assert [(one.frame.at, one.frame.id, one.frame.data, one.sent) for one in out] == told
     assert ring.frames == len(told)
 
 
@@ -31,8 +31,8 @@ def test_frames_that_were_under_way_take_their_place_again() -> None:
         ring.add([Frame(1, b"ours", second + 0.02)], True)
         ring.add([Frame(2, b"theirs", second + 0.01)], False)
     out = [one for part in ring.slices(5.0, 20.0) for one in part]
-    assert [one[2] for one in out] == [b"theirs", b"ours"] * 15
-    assert [one[3] for one in out] == [False, True] * 15
+    assert [one.frame.data for one in out] == [b"theirs", b"ours"] * 15
+    assert [one.sent for one in out] == [False, True] * 15
 
 
 def test_an_hour_of_frames_stays_within_its_memory_and_keeps_ten_minutes() -> None:
@@ -81,4 +81,4 @@ def test_frames_carry_the_name_of_the_bus_they_were_on() -> None:
     ring.add([Frame(1, b"", 1.0)], False)
     ring.turn("can1")
     ring.add([Frame(1, b"", 2.0)], False)
-    assert [one[4] for part in ring.slices(0, 9) for one in part] == ["can0", "can1"]
+    assert [one.channel for part in ring.slices(0, 9) for one in part] == ["can0", "can1"]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hornbill.servo.hub import BusChanged, Change, Happened, Hub, Sampled, ServoChanged
+from hornbill.servo.runtime.hub import BusChanged, Change, Happened, Hub, Sampled, ServoChanged
 from hornbill.units import Uid
 
 SAMPLE = Sampled(Uid("a"), "current_angle", 1.0, 2.0)

@@ -6,9 +6,10 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from hornbill.bus import clock
+import jumping_clock as clock
 from hornbill.errors import Busy, HornbillError, Interrupted, NoAnswer, NotAsWanted, Stopped, Unknown
-from hornbill.servo.jobs import KEPT, NOT_KNOWN, Job, Jobs, Step, Work
+from hornbill.servo.runtime.jobs import KEPT, NOT_KNOWN, Jobs, RunningJob, Step, Work
+from hornbill.servo.runtime.steps import Evidence
 from hornbill.store.jobs import StoredJob
 from hornbill.store.store import Store
 from hornbill.units import Uid
@@ -30,7 +31,7 @@ def run(work: Callable[[Jobs], Awaitable[None]], *later: Callable[[Jobs], Awaita
     return seen
 
 
-async def for_ever(job: Job) -> dict[str, object]:
+async def for_ever(job: RunningJob) -> dict[str, object]:
     await asyncio.sleep(1e6)
     return {}
 
@@ -41,11 +42,11 @@ def steps() -> list[Step]:
 
 def test_success_carries_the_result_and_the_evidence() -> None:
     async def work(jobs: Jobs) -> None:
-        async def body(job: Job) -> dict[str, object]:
+        async def body(job: RunningJob) -> dict[str, object]:
             job.begin("one")
             assert job.step == "one"
-            job.done("one", "42 rows")
-            job.skip("two", "not needed")
+            job.done("one", Evidence("read_back", "42 rows", {"rows": 42}))
+            job.skip("two", Evidence("save_not_needed", "not needed"))
             return {"rows": 42}
 
         job = await jobs.wait(jobs.start("save", Uid("aa"), [Step("one", "1"), Step("two", "2")], body))
@@ -57,7 +58,7 @@ def test_success_carries_the_result_and_the_evidence() -> None:
 
 def test_an_error_fails_the_running_step_and_is_kept() -> None:
     async def work(jobs: Jobs) -> None:
-        async def body(job: Job) -> dict[str, object]:
+        async def body(job: RunningJob) -> dict[str, object]:
             job.begin("one")
             raise NoAnswer("gone")
 
@@ -72,7 +73,7 @@ def test_an_error_fails_the_running_step_and_is_kept() -> None:
 
 def test_a_defect_ends_the_job_instead_of_leaving_it_running() -> None:
     async def work(jobs: Jobs) -> None:
-        async def body(job: Job) -> dict[str, object]:
+        async def body(job: RunningJob) -> dict[str, object]:
             raise ZeroDivisionError
 
         job = await jobs.wait(jobs.start("save", None, [], body))
@@ -84,7 +85,7 @@ def test_a_defect_ends_the_job_instead_of_leaving_it_running() -> None:
 
 def test_cancelling_ends_it_at_once() -> None:
     async def work(jobs: Jobs) -> None:
-        async def body(job: Job) -> dict[str, object]:
+        async def body(job: RunningJob) -> dict[str, object]:
             await asyncio.sleep(1e6)
             return {}
 
@@ -109,7 +110,7 @@ def test_cancelling_one_that_has_not_begun_ends_it_too() -> None:
 
 def test_only_the_last_finished_jobs_are_kept() -> None:
     async def work(jobs: Jobs) -> None:
-        async def body(job: Job) -> dict[str, object]:
+        async def body(job: RunningJob) -> dict[str, object]:
             return {}
 
         for _ in range(KEPT + 20):
@@ -121,16 +122,16 @@ def test_only_the_last_finished_jobs_are_kept() -> None:
 
 def test_the_next_process_knows_how_each_ended() -> None:
     async def work(jobs: Jobs) -> None:
-        async def well(job: Job) -> dict[str, object]:
+        async def well(job: RunningJob) -> dict[str, object]:
             job.begin("one")
-            job.done("one", "42 rows")
-            job.skip("two", "not needed")
+            job.done("one", Evidence("read_back", "42 rows", {"rows": 42}))
+            job.skip("two", Evidence("save_not_needed", "not needed"))
             return {"rows": 42, "by_uid": {A: [1, None]}}
 
-        async def badly(job: Job) -> dict[str, object]:
+        async def badly(job: RunningJob) -> dict[str, object]:
             raise NotAsWanted("It holds something else.", differences=[{"key": "origin", "wanted": 1}])
 
-        async def unknown(job: Job) -> dict[str, object]:
+        async def unknown(job: RunningJob) -> dict[str, object]:
             raise Unknown("unknown_profile", "There is no such profile.")
 
         for body in (well, badly, unknown):
@@ -157,9 +158,9 @@ def test_the_next_process_knows_how_each_ended() -> None:
 async def killed(jobs: Jobs) -> None:
     """A process that dies in the second of three steps."""
 
-    async def body(job: Job) -> dict[str, object]:
+    async def body(job: RunningJob) -> dict[str, object]:
         job.begin("one")
-        job.done("one", "read")
+        job.done("one", Evidence("read_back", "read"))
         job.begin("two")
         await asyncio.sleep(1e6)
         return {}
@@ -208,8 +209,8 @@ def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
     async def later(jobs: Jobs) -> None:
         ran: list[str] = []
 
-        def resumer(job: Job) -> Work:
-            async def go_on(job: Job) -> dict[str, object]:
+        def resumer(job: RunningJob) -> Work:
+            async def go_on(job: RunningJob) -> dict[str, object]:
                 assert job.request == {"count": 12}
                 assert job.lease_id == "lease"
                 for step in job.steps:
@@ -249,7 +250,7 @@ def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
 
 def test_a_resumer_that_refuses_leaves_the_job_as_it_was() -> None:
     async def later(jobs: Jobs) -> None:
-        def resumer(job: Job) -> Work:
+        def resumer(job: RunningJob) -> Work:
             raise Stopped("Stop is latched.")
 
         jobs.resumers["commissioning"] = resumer
@@ -296,7 +297,7 @@ def test_what_ends_because_the_server_closes_was_interrupted_not_cancelled() -> 
 
 def test_a_store_that_fails_stops_no_job_and_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
     async def work(jobs: Jobs) -> None:
-        async def body(job: Job) -> dict[str, object]:
+        async def body(job: RunningJob) -> dict[str, object]:
             for name in ("one", "two", "three"):
                 job.begin(name)
                 job.done(name)

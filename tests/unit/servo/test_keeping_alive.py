@@ -7,9 +7,9 @@ from typing import Any, cast
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.servo.hub import Hub
-from hornbill.servo.keeping_alive import KeepingAlive
-from hornbill.servo.timebase import TimeBase
+from hornbill.servo.motion.keeping_alive import KeepingAlive
+from hornbill.servo.runtime.hub import Hub
+from hornbill.servo.runtime.timebase import TimeBase
 
 AGE_S = st.floats(0, 3, allow_nan=False)
 
@@ -30,7 +30,9 @@ def runs_on(*, uptime_s: float, age_s: float, way_s: float, restarted_after_s: f
 
     never = cast(Any, None)
     base = TimeBase(lambda: now)
-    keeping = KeepingAlive(cast(Any, SimpleNamespace(node_info=node_info)), Hub(), base, never, never, never)
+    keeping = KeepingAlive(
+        cast(Any, SimpleNamespace(node_info=node_info, before_write={})), Hub(), base, never, never, never
+    )
     return asyncio.run(keeping._runs_on(cast(Any, servo), 1))  # pyright: ignore[reportPrivateUsage]
 
 

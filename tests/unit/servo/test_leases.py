@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.errors import LeaseHeld, LeaseRequired, Unknown
-from hornbill.servo.leases import Leases
+from hornbill.servo.runtime.leases import Leases
 
 
 def test_a_second_holder_is_told_who_has_it_and_for_how_long() -> None:
@@ -20,6 +20,17 @@ def test_a_second_holder_is_told_who_has_it_and_for_how_long() -> None:
 def test_motion_without_a_lease_is_refused_with_the_remedy() -> None:
     with pytest.raises(LeaseRequired, match="POST /api/v1/leases"):
         Leases().require(None, now=0.0)
+
+
+def test_what_everybody_sees_of_a_leases_id_tells_it_from_others_and_lets_nobody_use_it() -> None:
+    leases = Leases()
+    lease = leases.grant("Page 1", 3.0, now=0.0)
+    assert lease.id.startswith(lease.shown_id)
+    assert len(lease.id) - len(lease.shown_id) >= 24, "96 bits nobody is told"
+    with pytest.raises(LeaseHeld):
+        leases.require(lease.shown_id, now=1.0)
+    leases.release(lease.id, now=1.0)
+    assert leases.grant("Page 1", 3.0, now=1.0).shown_id != lease.shown_id
 
 
 def test_a_lapsed_lease_is_no_lease_and_is_handed_out_once() -> None:

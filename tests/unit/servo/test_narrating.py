@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.narrating import Narrator
-from hornbill.servo.position_estimate import Estimate, PositionUnit
-from hornbill.servo.servo import Servo
+from hornbill.servo.device.position_estimate import Estimate, PositionUnit
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.monitoring.transfer_text import TransferText
 from hornbill.wire.datatype import Kind
-from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Command, CommandType
+from hornbill.wire.messages import ActuatorCommand, ActuatorStatus, ArrayCommand, CommandType
 from hornbill.wire.services import EMPTY, GetNodeInfoRequest, GetSetRequest, GetSetResponse, Value, ValueKind, integer
 from hornbill.wire.transfer import Transfer
 from hornbill.wire.types import AnyStructure, decode
@@ -34,11 +34,11 @@ class Met:
         return self.pwm_mode if key == "pwm_mode" else None
 
 
-def narrator(*servos: Met) -> Narrator:
-    return Narrator(CATALOG, lambda: cast("list[Servo]", servos))
+def narrator(*servos: Met) -> TransferText:
+    return TransferText(CATALOG, lambda: cast("list[Servo]", servos))
 
 
-def tell(one: Narrator, structure: AnyStructure, at: float = 0.0, **header: Any) -> str:
+def tell(one: TransferText, structure: AnyStructure, at: float = 0.0, **header: Any) -> str:
     sent = transfer(structure, **header)._replace(at=at)
     return one.tell(sent, structure, one.follow(sent))
 
@@ -82,7 +82,7 @@ def test_the_position_of_a_servo_is_in_degrees_and_that_of_a_stranger_is_not() -
 def test_the_position_is_told_by_the_unit_of_the_servo(unit: PositionUnit, told: str) -> None:
     servo = Met(10, 1, position_unit=Estimate(forced=unit))
     assert tell(narrator(servo), ActuatorStatus(1, 0.125, 0.0, 0.0, 0), source=10) == f"Status servo 1, {told}"
-    command = ArrayCommand((Command(1, CommandType.POSITION, 0.125),))
+    command = ArrayCommand((ActuatorCommand(1, CommandType.POSITION, 0.125),))
     assert tell(narrator(servo), command) == f"ArrayCommand servo 1 to {told}"
 
 
@@ -90,18 +90,18 @@ def test_a_position_whose_unit_would_be_a_guess_is_told_without_one() -> None:
     servo = Met(10, 1, position_unit=Estimate())
     status = ActuatorStatus(1, 0.125, 0.0, 0.0, 0)
     assert tell(narrator(servo), status, source=10) == "Status servo 1, position 0.125"
-    command = ArrayCommand((Command(1, CommandType.POSITION, 0.125),))
+    command = ArrayCommand((ActuatorCommand(1, CommandType.POSITION, 0.125),))
     assert tell(narrator(servo), command) == "ArrayCommand servo 1 position 0.125"
 
 
 def test_a_command_is_in_the_units_of_the_servo_it_is_for() -> None:
     message = ArrayCommand(
         (
-            Command(1, CommandType.POSITION, -0.125),
-            Command(1, CommandType.UNITLESS, 0.5),
-            Command(1, CommandType.SPEED, 100),
-            Command(1, CommandType.FORCE, -20),
-            Command(9, CommandType.POSITION, -0.125),
+            ActuatorCommand(1, CommandType.POSITION, -0.125),
+            ActuatorCommand(1, CommandType.UNITLESS, 0.5),
+            ActuatorCommand(1, CommandType.SPEED, 100),
+            ActuatorCommand(1, CommandType.FORCE, -20),
+            ActuatorCommand(9, CommandType.POSITION, -0.125),
         )
     )
     assert tell(narrator(Met(10, 1)), message) == (

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hornbill.servo.position_estimate import DEGREES, HELD, Angle, Estimate, PositionUnit
+from hornbill.servo.device.position_estimate import DEGREES, HELD, LITERAL, Angle, Estimate, PositionUnit
 
 UNITS = st.sampled_from(get_args(PositionUnit))
 Rounding = Literal["nearest", "down", "none"]
@@ -72,7 +72,8 @@ def test_a_horn_that_rests_off_zero_is_enough_whatever_is_rounded(
 ) -> None:
     estimate = Estimate()
     watch(estimate, still(degrees), unit, rounding=rounding)
-    assert (estimate.measured, estimate.state) == (unit, "confirmed")
+    assert (estimate.measured, estimate.state) == (unit, "confirmed" if unit == LITERAL else "conflict")
+    assert estimate.sure is (unit == LITERAL)
     assert f"{HELD} times" in estimate.evidence
 
 
@@ -181,7 +182,7 @@ def test_two_units_measured_on_one_servo_are_a_conflict(first: PositionUnit, sec
     watch(estimate, still(40.0), first)
     assert estimate.measured == first
     watch(estimate, still(-30.0), second, start=10)
-    assert estimate.state == ("confirmed" if first == second else "conflict")
+    assert estimate.state == ("confirmed" if first == second == LITERAL else "conflict")
     if first != second:
         assert estimate.shown(1.0) is None
 

@@ -1,5 +1,6 @@
 """Files of profiles: written and read back they say the same, and an edited one gets a verdict on every line."""
 
+import asyncio
 import json
 import time
 import tomllib
@@ -9,23 +10,29 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from hornbill.domain.change import LineVerdict
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.model import ServoModel
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value, to_value
-from hornbill.servo.configuration import profile_file
-from hornbill.servo.configuration.audit import Audit
-from hornbill.servo.configuration.profile_file import Form, Line
-from hornbill.servo.configuration.profiles import Draft, Profile, Profiles
-from hornbill.servo.hub import Hub
+from hornbill.servo.profiles import profile_file
+from hornbill.servo.profiles.profile_file import Form
+from hornbill.servo.profiles.profiles import Draft, Profiles, ProfileValues
+from hornbill.servo.runtime.audit import Audit
+from hornbill.servo.runtime.hub import Hub
 from hornbill.store.store import Store
 
 CATALOG = Catalog.load()
 STORE = Store("sqlite://")
-PROFILES = Profiles(STORE.profiles, CATALOG, Audit(STORE.audit, Hub()))
+PROFILES = Profiles(STORE, CATALOG, Audit(STORE.audit, Hub()))
 FORMS: list[Form] = ["toml", "json"]
 
-GRIPPER = PROFILES.put(
+
+def put(name: str, draft: Draft, *, identity: bool = False, by: str) -> ProfileValues:
+    return asyncio.run(PROFILES.put(name, draft, identity=identity, by=by))
+
+
+GRIPPER = put(
     "Gripper",
     Draft(
         {"timeout_action": "off", "angle_limit_cw": 60, "angle_limit_ccw": -60.5, "soft_start": False,
@@ -70,7 +77,7 @@ def read(text: str, form: Form = "toml", *, identity: bool = False) -> profile_f
     return profile_file.read(text, form, PROFILES, CATALOG, identity=identity)
 
 
-def edited(*changes: tuple[str, str]) -> list[Line]:
+def edited(*changes: tuple[str, str]) -> list[LineVerdict]:
     """The lines that are not ok once these texts of the file were replaced; nothing is kept then."""
     text = GRIPPER_TOML
     for old, new in changes:
@@ -87,7 +94,7 @@ def _raws(row: Parameter) -> st.SearchStrategy[int]:
 
 
 @st.composite
-def profiles(draw: st.DrawFn) -> Profile:
+def profiles(draw: st.DrawFn) -> ProfileValues:
     """Any set of legal values of any model and firmware, with any texts around it."""
     model: ServoModel = draw(st.sampled_from(list(CATALOG.models.values())))
     firmware = draw(st.sampled_from([*CATALOG.firmware_steps, None]))
@@ -100,16 +107,16 @@ def profiles(draw: st.DrawFn) -> Profile:
         st.text(st.characters(blacklist_categories=["Cs", "Cc"], blacklist_characters="/\\"), min_size=1, max_size=80)
     )
     text = draw(st.text(st.characters(blacklist_categories=["Cs"]), max_size=1000))
-    return PROFILES.put(name, Draft(values, text, model.name, firmware), identity=True, by="hypothesis")
+    return put(name, Draft(values, text, model.name, firmware), identity=True, by="hypothesis")
 
 
 @settings(suppress_health_check=[HealthCheck.too_slow])  # every profile is checked and kept on its way
 @given(profiles(), st.sampled_from(FORMS))
-def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: Profile, form: Form) -> None:
+def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: ProfileValues, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)
     found = read(text, form, identity=True)
     assert found.draft is not None, found.lines
-    again = PROFILES.put(profile.name, found.draft, identity=True, by="hypothesis")
+    again = put(profile.name, found.draft, identity=True, by="hypothesis")
     assert (again.values, again.units) == (profile.values, profile.units)
     assert {key: type(one) for key, one in again.values.items()} == {
         key: type(one) for key, one in profile.values.items()
@@ -119,7 +126,7 @@ def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: Profile,
 
 
 @given(profiles(), st.sampled_from(FORMS))
-def test_every_verdict_names_the_line_its_key_stands_on(profile: Profile, form: Form) -> None:
+def test_every_verdict_names_the_line_its_key_stands_on(profile: ProfileValues, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)
     written = text.split("\n")
     for one in read(text, form, identity=True).lines:

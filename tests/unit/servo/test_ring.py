@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.hub import Happened, Hub, Sampled, ServoChanged
-from hornbill.servo.ring import FIRST_CHUNK, LARGEST_CHUNK, Ring
-from hornbill.servo.servo import Servo
-from hornbill.servo.telemetry import MOST_BYTES, Telemetry
-from hornbill.servo.timebase import TimeBase
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.monitoring.sample_ring import FIRST_CHUNK, LARGEST_CHUNK, SampleRing
+from hornbill.servo.monitoring.telemetry import MOST_BYTES, TelemetryCollector
+from hornbill.servo.runtime.hub import Happened, Hub, Sampled, ServoChanged
+from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.units import Uid
 
 CATALOG = Catalog.load()
@@ -27,14 +27,14 @@ def in_order(steps: list[float]) -> list[tuple[float, float]]:
     return found
 
 
-def filled(samples: list[tuple[float, float]]) -> Ring:
-    ring = Ring()
+def filled(samples: list[tuple[float, float]]) -> SampleRing:
+    ring = SampleRing()
     for t, v in samples:
         ring.append(t, v)
     return ring
 
 
-def told(ring: Ring, since: float, until: float | None = None) -> list[tuple[float, float]]:
+def told(ring: SampleRing, since: float, until: float | None = None) -> list[tuple[float, float]]:
     times, values = ring.window(since, until).joined()
     return list(zip(times.tolist(), values.tolist(), strict=True))
 
@@ -65,7 +65,7 @@ def test_late_samples_are_kept_and_times_stay_in_order(steps: list[float], late:
 @settings(deadline=None)
 def test_what_is_dropped_is_the_oldest_and_is_counted(steps: list[float], times: int) -> None:
     samples = in_order(steps)
-    ring = Ring()
+    ring = SampleRing()
     size = sum(ring.append(t, v) for t, v in samples)
     for _ in range(times):
         size -= ring.drop_oldest()
@@ -86,9 +86,9 @@ def test_a_window_does_not_change_when_the_ring_does() -> None:
 
 
 def test_a_long_channel_takes_seventeen_bytes_a_sample_and_a_short_one_a_kilobyte() -> None:
-    ring = Ring()
+    ring = SampleRing()
     assert sum(ring.append(t, v) for t, v in in_order([0.02] * 30_000)) < 17 * 30_000 + 16 * LARGEST_CHUNK
-    assert Ring().append(1.0, 1.0) == 16 * FIRST_CHUNK == 1024
+    assert SampleRing().append(1.0, 1.0) == 16 * FIRST_CHUNK == 1024
 
 
 class Desk:
@@ -102,7 +102,7 @@ class Desk:
         self.servo.online = True
         self.told: list[Sampled] = []
         base = TimeBase(lambda: self.now)
-        self.telemetry = Telemetry(self.hub, base, lambda uid: self.servo if uid == UID else None, **settings)
+        self.telemetry = TelemetryCollector(self.hub, base, lambda uid: self.servo if uid == UID else None, **settings)
         self.hub.listen(self.told.append, Sampled)
         self.hub.tell(ServoChanged(UID))
 
@@ -249,7 +249,7 @@ def test_a_gap_is_told_once_wherever_its_instant_is_rounded_to() -> None:
     awkward = [t for t in instants if (t + 5.0) - t > 5.0]
     assert awkward, "none of these instants is rounded up, so nothing is tested"
     hub, told = Hub(), list[Sampled]()
-    Telemetry(hub, TimeBase(lambda: 0.0), lambda _uid: None)
+    TelemetryCollector(hub, TimeBase(lambda: 0.0), lambda _uid: None)
     hub.listen(told.append, Sampled)
     hub.tell(Sampled(UID, "current_voltage", awkward[0], 7.4))
     hub.tell(Sampled(UID, "current_voltage", awkward[0] + 60, 7.4))

@@ -1,4 +1,4 @@
-"""The rules over several rows: limits in order, ids with one owner each, and no output switched off unasked."""
+"""The rules over several rows: ids with one owner each, and no output switched off unasked."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -7,106 +7,89 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.errors import Conflict, InvalidValue, NeedsConfirmation
+from hornbill.errors import Conflict, NeedsConfirmation
 from hornbill.schema.catalog import Catalog
+from hornbill.schema.model import ServoModel
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.configuration import rules
-from hornbill.servo.configuration.rules import WINDOWS, Claim
+from hornbill.servo.configuration.rules import Claim
 from hornbill.units import Raw, Uid
 
 CATALOG: Final = Catalog.load()
 ROWS: Final[Mapping[str, Parameter]] = CATALOG.models["BLA21-12U-A0"].rows(1300)
 
-windows = st.sampled_from(WINDOWS)
+READINGS: Final = [row for row in ROWS.values() if row.limits is not None and row.limits.confirm is not None]
+windows = st.sampled_from(READINGS)
 raws = st.integers(-60, 600)
-sides = st.sets(st.sampled_from(("lower", "upper")))
 
 
-@given(windows, raws, raws, raws, raws, sides)
-def test_limits_are_refused_exactly_when_a_change_leaves_lower_not_below_upper(
-    window: rules.Window, low: Raw, high: Raw, new_low: Raw, new_high: Raw, written: set[str]
-) -> None:
-    now = {window.lower: low, window.upper: high}
-    wanted: dict[str, Raw] = {}
-    if "lower" in written:
-        wanted[window.lower] = new_low
-    if "upper" in written:
-        wanted[window.upper] = new_high
-    after = now | wanted
-    bad = after != now and after[window.lower] >= after[window.upper]
-    if not bad:
-        rules.check_order(ROWS, now, wanted)
-        return
-    with pytest.raises(InvalidValue) as refused:
-        rules.check_order(ROWS, now, wanted)
-    assert refused.value.facts["keys"] == [window.lower, window.upper]
-    assert refused.value.facts["key"] in wanted
-    for key in (window.lower, window.upper):
-        assert ROWS[key].label.casefold() in refused.value.detail.casefold()
-
-
-@given(windows, raws, raws)
-def test_a_limit_whose_fellow_is_not_known_is_let_through(window: rules.Window, low: Raw, high: Raw) -> None:
-    rules.check_order(ROWS, {window.upper: None}, {window.lower: low})
-    rules.check_order(ROWS, {}, {window.upper: high})
+@pytest.mark.parametrize("model", CATALOG.models.values(), ids=lambda model: model.name)
+def test_no_lower_limit_can_be_set_above_its_upper_one_and_both_may_be_equal(model: ServoModel) -> None:
+    rows = model.rows(1300)
+    for reading in READINGS:
+        assert reading.limits is not None
+        assert rows[reading.limits.lower].maximum == rows[reading.limits.upper].minimum
 
 
 @given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
 def test_a_limit_is_asked_about_exactly_when_it_is_drawn_in_to_within_the_margin_of_the_reading(
-    window: rules.Window, before: Raw, after: Raw, reading: Raw, which: str
+    row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
 ) -> None:
-    side = 1 if which == "upper" else -1
-    key = window.upper if which == "upper" else window.lower
-    margin = window.margin * ROWS[window.reading].per_unit
+    limits, side = row.limits, 1 if which == "upper" else -1
+    assert limits is not None
+    key = limits.upper if which == "upper" else limits.lower
+    margin = limits.tolerance or 0
     drawn_in = (after - before) * side < 0
     too_near = (after - reading) * side < margin
-    now = {key: before, window.reading: reading}
+    now = {key: before, row.key: reading}
     for confirm in ((), ("torque_off_in_rom",)):
         if not (drawn_in and too_near):
             rules.check_readings(ROWS, now, {key: after}, confirm)
             continue
         with pytest.raises(NeedsConfirmation) as asks:
             rules.check_readings(ROWS, now, {key: after}, confirm)
-        assert (asks.value.facts["confirm"], asks.value.facts["key"]) == (window.word, key)
-        assert f"±{window.margin:g}" in asks.value.detail
-    rules.check_readings(ROWS, now, {key: after}, (window.word,))
+        assert (asks.value.facts["confirm"], asks.value.facts["key"]) == (limits.confirm, key)
+        assert f"±{margin / row.per_unit:g}" in asks.value.detail
+    rules.check_readings(ROWS, now, {key: after}, (str(limits.confirm),))
 
 
 @given(windows, raws, raws, raws, st.sampled_from(("lower", "upper")))
 def test_the_remedy_of_a_question_is_a_limit_that_is_not_asked_about(
-    window: rules.Window, before: Raw, after: Raw, reading: Raw, which: str
+    row: Parameter, before: Raw, after: Raw, reading: Raw, which: str
 ) -> None:
-    side = 1 if which == "upper" else -1
-    key = window.upper if which == "upper" else window.lower
-    per_unit = ROWS[window.reading].per_unit
-    now = {key: before, window.reading: reading}
+    limits, side = row.limits, 1 if which == "upper" else -1
+    assert limits is not None
+    key = limits.upper if which == "upper" else limits.lower
+    now = {key: before, row.key: reading}
     try:
         rules.check_readings(ROWS, now, {key: after}, ())
     except NeedsConfirmation:
-        remedy = round(reading + side * window.margin * per_unit)
+        remedy = reading + side * (limits.tolerance or 0)
         rules.check_readings(ROWS, now, {key: remedy}, ())
         with pytest.raises(NeedsConfirmation):
             rules.check_readings(ROWS, now | {key: remedy + side}, {key: remedy - side}, ())
 
 
-@pytest.mark.parametrize("window", WINDOWS)
-def test_without_a_reading_a_limit_that_is_drawn_in_is_asked_about(window: rules.Window) -> None:
+@pytest.mark.parametrize("row", READINGS, ids=lambda row: row.key)
+def test_without_a_reading_a_limit_that_is_drawn_in_is_asked_about(row: Parameter) -> None:
+    assert row.limits is not None
+    upper = row.limits.upper
     with pytest.raises(NeedsConfirmation, match="is not known"):
-        rules.check_readings(ROWS, {window.upper: 200, window.reading: None}, {window.upper: 199}, ())
+        rules.check_readings(ROWS, {upper: 200, row.key: None}, {upper: 199}, ())
 
 
 def test_the_other_limit_and_the_reading_are_to_be_read_and_nothing_twice() -> None:
-    assert rules.to_read(["angle_p_gain", "servo_id"]) == []
-    assert rules.to_read(["voltage_limit_upper"]) == ["voltage_limit_lower", "current_voltage"]
+    assert rules.to_read(ROWS, ["angle_p_gain", "servo_id"]) == []
+    assert rules.to_read(ROWS, ["voltage_limit_upper"]) == ["current_voltage"]
     both = ["voltage_limit_upper", "voltage_limit_lower", "temperature_limit_lower"]
-    assert rules.to_read(both) == ["current_voltage", "temperature_limit_upper", "current_temperature"]
+    assert rules.to_read(ROWS, both) == ["current_temperature", "current_voltage"]
 
 
 owners = st.one_of(st.none(), st.sampled_from([Uid("aa" * 16), Uid("bb" * 16)]))
 claims = st.lists(st.builds(Claim, st.integers(1, 254), owners, st.just("elbow"), st.just("on the bus")), max_size=20)
 
 
-@given(st.sampled_from(sorted(rules.GIVEN_IDS)), st.integers(0, 254), claims)
+@given(st.sampled_from(CATALOG.unique), st.integers(0, 254), claims)
 def test_an_id_is_refused_exactly_when_somebody_has_it_and_the_one_offered_is_free(
     key: str, requested: int, taken: list[Claim]
 ) -> None:
@@ -117,10 +100,11 @@ def test_an_id_is_refused_exactly_when_somebody_has_it_and_the_one_offered_is_fr
     with pytest.raises(Conflict) as refused:
         rules.check_id(ROWS[key], requested, taken)
     facts = refused.value.facts
-    low, high = rules.GIVEN_IDS[key]
+    unique = ROWS[key].unique
     free = facts["free"]
     assert isinstance(free, int)
-    assert low <= free <= high
+    assert unique is not None
+    assert unique.lowest <= free <= unique.highest
     assert free not in numbers
     assert facts["owner"] == next(one.owner for one in taken if one.number == requested)
     assert "elbow" in refused.value.detail
@@ -136,3 +120,30 @@ def test_when_every_id_is_taken_none_is_offered() -> None:
     with pytest.raises(Conflict, match="None is free") as refused:
         rules.check_id(ROWS["node_id"], 5, taken)
     assert refused.value.facts["free"] is None
+
+
+@pytest.mark.parametrize(
+    ("key", "before", "after", "asks"),
+    [
+        ("angle_limit_cw", 1799, 9990, True),
+        ("angle_limit_ccw", -1800, -9990, True),
+        ("angle_limit_cw", None, 1801, True),
+        ("angle_limit_cw", 9990, 36000, True),
+        ("angle_limit_cw", 9990, 5000, False),
+        ("angle_limit_cw", 9990, 9990, False),
+        ("angle_limit_cw", 600, 1800, False),
+        ("angle_limit_ccw", -600, -1800, False),
+    ],
+)
+def test_an_angle_limit_moved_outward_beyond_half_a_turn_is_asked_about(
+    key: str, before: Raw | None, after: Raw, asks: bool
+) -> None:
+    rules.check_turns(ROWS, {key: before}, {key: after}, ["multi_turn"])
+    if not asks:
+        rules.check_turns(ROWS, {key: before}, {key: after}, [])
+        return
+    with pytest.raises(NeedsConfirmation) as caught:
+        rules.check_turns(ROWS, {key: before}, {key: after}, ["supply"])
+    assert caught.value.facts["confirm"] == "multi_turn"
+    assert caught.value.facts["turns"] == round(abs(after) / 3600, 1)
+    assert "lost at power-off" in caught.value.detail

@@ -6,11 +6,11 @@ from itertools import pairwise
 import pytest
 
 from hornbill.node.directory import NodeRecord
-from hornbill.servo.strangers import CURIOUS, POLITE, Strangers
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.servo.device.foreign_nodes import CURIOUS, POLITE, ForeignNodes
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 
 NODE = 33
-Outcome = Callable[[Strangers], None]
+Outcome = Callable[[ForeignNodes], None]
 
 
 class Clock:
@@ -23,13 +23,13 @@ class Clock:
 
 
 def record(restarts: int = 0) -> NodeRecord:
-    return NodeRecord(NODE, NodeStatus(1, Health.OK, Mode.OPERATIONAL), 0.0, 0.0, restarts=restarts)
+    return NodeRecord(NODE, NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL), 0.0, 0.0, restarts=restarts)
 
 
 def rounds(outcome: Outcome, hours: float = 10, *, actuator: bool = False) -> list[float]:
     """The instants at which a node is asked that always behaves the same; it says NodeStatus once a second."""
     clock, asked = Clock(), list[float]()
-    strangers = Strangers(clock)
+    strangers = ForeignNodes(clock)
     for second in range(round(hours * 3600)):
         clock.now = second
         if actuator:
@@ -40,15 +40,15 @@ def rounds(outcome: Outcome, hours: float = 10, *, actuator: bool = False) -> li
     return asked
 
 
-def silent(strangers: Strangers) -> None:
+def silent(strangers: ForeignNodes) -> None:
     strangers.silent(NODE)
 
 
-def deaf(strangers: Strangers) -> None:
+def deaf(strangers: ForeignNodes) -> None:
     strangers.deaf(NODE)
 
 
-def refused(strangers: Strangers) -> None:
+def refused(strangers: ForeignNodes) -> None:
     strangers.refused(NODE)
 
 
@@ -75,7 +75,7 @@ def test_an_actuator_is_asked_for_ever_for_it_may_be_a_servo(outcome: Outcome, l
 
 
 def test_an_actuator_may_be_a_servo_until_it_refused_five_times() -> None:
-    strangers = Strangers(Clock())
+    strangers = ForeignNodes(Clock())
     assert not strangers.is_foreign(NODE)
     assert strangers.due(record())
     strangers.heard_status(NODE)
@@ -91,7 +91,7 @@ def test_an_actuator_may_be_a_servo_until_it_refused_five_times() -> None:
 
 def test_what_never_answers_and_broadcasts_status_may_always_be_a_servo() -> None:
     clock = Clock()
-    strangers = Strangers(clock)
+    strangers = ForeignNodes(clock)
     for second in range(100):
         clock.now = second
         strangers.heard_status(NODE)
@@ -103,7 +103,7 @@ def test_what_never_answers_and_broadcasts_status_may_always_be_a_servo() -> Non
 
 @pytest.mark.parametrize("outcome", [deaf, refused])
 def test_without_status_a_node_is_foreign_after_one_round(outcome: Outcome) -> None:
-    strangers = Strangers(Clock())
+    strangers = ForeignNodes(Clock())
     outcome(strangers)
     assert strangers.is_foreign(NODE)
     assert strangers.note(NODE)
@@ -111,7 +111,7 @@ def test_without_status_a_node_is_foreign_after_one_round(outcome: Outcome) -> N
 
 def test_a_node_that_starts_anew_is_asked_at_once_and_knows_no_past() -> None:
     clock = Clock()
-    strangers = Strangers(clock)
+    strangers = ForeignNodes(clock)
     assert strangers.due(record())
     strangers.refused(NODE)
     clock.now = 0.5
@@ -123,7 +123,7 @@ def test_a_node_that_starts_anew_is_asked_at_once_and_knows_no_past() -> None:
 
 def test_the_first_status_of_an_actuator_ends_the_wait() -> None:
     clock = Clock()
-    strangers = Strangers(clock)
+    strangers = ForeignNodes(clock)
     assert strangers.due(record())
     assert strangers.patience(NODE) == POLITE
     for _ in range(4):
@@ -137,7 +137,7 @@ def test_the_first_status_of_an_actuator_ends_the_wait() -> None:
 
 def test_somebody_who_needs_to_know_does_not_wait() -> None:
     clock = Clock()
-    strangers = Strangers(clock)
+    strangers = ForeignNodes(clock)
     strangers.hurry(NODE)
     assert strangers.due(record())
     strangers.silent(NODE)

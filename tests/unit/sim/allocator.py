@@ -2,7 +2,7 @@
 
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Allocation
+from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.port import CanPort
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.transfer import Transfer, split
@@ -23,15 +23,15 @@ class IdealAllocator:
     def _on_frames(self, frames: list[Frame]) -> None:
         for transfer in self._ears.feed(frames):
             message = decode(transfer)
-            if isinstance(message, Allocation) and not transfer.source:
+            if isinstance(message, AllocationMessage) and not transfer.source:
                 self._hear(message)
 
-    def _hear(self, message: Allocation) -> None:
+    def _hear(self, message: AllocationMessage) -> None:
         self._so_far = message.unique_id if message.first_part_of_unique_id else self._so_far + message.unique_id
         node_id = 0
         if len(self._so_far) == 16:
             node_id = self.given.setdefault(self._so_far, 125 - len(self.given))
-        answer = Allocation(node_id, False, self._so_far)
+        answer = AllocationMessage(node_id, False, self._so_far)
         transfer = Transfer(Kind.MESSAGE, 1, 127, 0, 24, self._transfer_id, answer.encode())
         self._transfer_id = (self._transfer_id + 1) & 31
-        self._port.send(split(transfer, Allocation.TYPE))
+        self._port.send(split(transfer, AllocationMessage.TYPE))

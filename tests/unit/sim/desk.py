@@ -7,17 +7,17 @@ from typing import TypeVar
 
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.behaviour import Behaviour
-from hornbill.sim.link import Link
-from hornbill.sim.recipe import Recipe
-from hornbill.sim.servo import SimServo
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.link import SimNode
+from hornbill.sim.servo import SimulatedServo
 from hornbill.units import NodeId, Raw
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import (
+    ActuatorCommand,
     ActuatorStatus,
-    Allocation,
+    AllocationMessage,
     ArrayCommand,
-    Command,
     CommandType,
     NodeStatus,
 )
@@ -47,7 +47,7 @@ START = 1000.0
 FIRMWARE = ("1.010", "1.100", "1.200", "1.300")
 MODELS = (
     "BLA21-06U-A0", "BLA21-06U-AB", "BLA21-12U-A0", "BLA21-12U-AB",
-    "BLA21-28U-A0", "BLA21-28U-AB", "BLA15-06U-A0", "BLA15-12U-A0",
+    "BLA21-28U-A0", "BLA21-28U-AB", "BLA15-06U-A0", "BLA15-12U-A0", "BLA34-12U-AB", "BLA34-28U-AB",
 )  # fmt: skip
 QUIET = {"timeout_action": 0, "soft_start": 0}
 """Saved in a servo that does nothing before the first command and goes on after the last."""
@@ -82,9 +82,10 @@ class Desk:
     ) -> None:
         """With `up` the servo has power and has come up; it has a node id only where `node_id` is not 0."""
         recipe = Recipe(
-            model, firmware, servo_id=servo_id, node_id=node_id, rom=rom or {}, angle_deg=angle_deg, behaviour=behaviour
-        )
-        self.servo: SimServo = recipe.build(catalog(), seed)
+            model, firmware, servo_id=servo_id, node_id=node_id, rom=rom or {}, angle_deg=angle_deg,
+            behaviour=behaviour, any_firmware=True,
+        )  # fmt: skip
+        self.servo: SimulatedServo = recipe.build(catalog(), seed)
         self.now = START
         self.heard: list[Transfer] = []
         self._ears = Reassembler()
@@ -165,9 +166,9 @@ class Desk:
                 return decoded
         return None
 
-    def servo_link(self) -> Link:
+    def servo_link(self) -> SimNode:
         """A link like the servo's own, to look at its filter."""
-        link = Link(self.servo.uid, Random(1), self.servo.conditions)
+        link = SimNode(self.servo.uid, Random(1), self.servo.conditions)
         link.join(NodeId(self.servo.node_id), self.now)
         return link
 
@@ -216,11 +217,11 @@ class Desk:
 
     def array(self, actuator_id: int, kind: CommandType | int, value: float) -> None:
         """An ArrayCommand of one entry."""
-        self.send(ArrayCommand((Command(actuator_id, kind, value),)))
+        self.send(ArrayCommand((ActuatorCommand(actuator_id, kind, value),)))
 
     def allocation(self, node_id: int, unique_id: bytes, *, source: int = TESTER) -> None:
         """An allocator's answer; source 0 with at most six bytes is another node that asks."""
-        self.send(Allocation(node_id, False, unique_id), source=source)
+        self.send(AllocationMessage(node_id, False, unique_id), source=source)
 
     def statuses(self, transfers: list[Transfer]) -> list[ActuatorStatus]:
         """The Status messages among these."""

@@ -6,14 +6,14 @@ from itertools import count
 
 import pytest
 
-from hornbill.bus.clock import run
-from hornbill.bus.memory import MemoryBus
+from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.errors import InvalidValue, PortOpenFailed, Unknown
-from hornbill.sim.bench import Bench, demo_fleet
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.bench import Bench, demo_fleet
+from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Uid
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort
+from jumping_clock import run
 from unit.sim.allocator import IdealAllocator
 from unit.sim.desk import catalog
 

@@ -1,15 +1,15 @@
-"""Faults: conditions, injected bits and latches add up to the four words, and a start sorts them out."""
+"""SimFaults: conditions, injected bits and latches add up to the four words, and a start sorts them out."""
 
 import pytest
 
-from hornbill.sim.faults import Faults
+from hornbill.sim.faults import SimFaults
 from unit.sim.desk import catalog
 
 WEAK, DRIVER, WATCHDOG, HOT = "sensor_weak", "motor_driver", "watchdog_restart", "temperature_high"
 
 
-def faults() -> Faults:
-    return Faults(catalog().faults_of(True))
+def faults() -> SimFaults:
+    return SimFaults(catalog().faults_of(True))
 
 
 def test_a_condition_and_an_injected_bit_of_the_same_name_are_one_bit() -> None:
@@ -56,7 +56,7 @@ def test_latching_failures_is_a_switch_and_touches_no_warning() -> None:
 
 
 def test_conditions_a_model_does_not_have_are_left_out() -> None:
-    found = Faults(catalog().faults_of(False))
+    found = SimFaults(catalog().faults_of(False))
     found.show(["pwm_missing", WEAK])
     assert found.words == (0, 1 << 4, 0)
     with pytest.raises(ValueError, match="pwm_missing"):

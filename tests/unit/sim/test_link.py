@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse
 from unit.sim.desk import NODE, Desk
 
@@ -49,7 +49,7 @@ def test_no_frames_can_make_it_raise(frames: list[Frame], node_id: int) -> None:
 def test_what_others_say_is_let_by() -> None:
     desk = Desk()
     link = desk.servo_link()
-    for message in (ActuatorStatus(1, 0.5, 0.0, 0.0, 0), NodeStatus(1, Health.OK, Mode.OPERATIONAL)):
+    for message in (ActuatorStatus(1, 0.5, 0.0, 0.0, 0), NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL)):
         assert link.mine(desk.frames_of(message, source=17)) == []
     answer = GetSetResponse(EMPTY, EMPTY, EMPTY, EMPTY, "")
     assert link.mine(desk.frames_of(answer, source=17)) == []

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hornbill.sim.motion import Controller, Motion, Orders
-from hornbill.sim.plant import BREAKAWAY, STEP_S, plant_of
+from hornbill.sim.mechanics.motion import Controller, HornMotion, Orders
+from hornbill.sim.mechanics.plant import BREAKAWAY, STEP_S, plant_of
 from unit.sim.desk import MODELS, catalog
 
 HOLD = Orders(
@@ -12,8 +12,8 @@ HOLD = Orders(
 )  # fmt: skip
 
 
-def motion(orders: Orders | None = None, model: str = "BLA21-06U-A0", angle: float = 0.0) -> Motion:
-    made = Motion(plant_of(catalog().models[model]), angle)
+def motion(orders: Orders | None = None, model: str = "BLA21-06U-A0", angle: float = 0.0) -> HornMotion:
+    made = HornMotion(plant_of(catalog().models[model]), angle)
     if orders is not None:
         made.obey(orders)
     return made

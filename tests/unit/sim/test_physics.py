@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
 
-from hornbill.sim.motion import Controller, Motion, Orders
-from hornbill.sim.plant import BACKLASH_DEG, BREAKAWAY, COULOMB, TORQUE_LAG_S, VISCOUS, Plant, plant_of
+from hornbill.sim.mechanics.motion import Controller, HornMotion, Orders
+from hornbill.sim.mechanics.plant import BACKLASH_DEG, BREAKAWAY, COULOMB, TORQUE_LAG_S, VISCOUS, Plant, plant_of
 from unit.sim.desk import MODELS, START, Desk, catalog
 
 CONTROL_S = 0.001
@@ -114,7 +114,7 @@ def test_a_step_is_within_1_percent_of_an_independent_integration(
 ) -> None:
     plant = plant_of(catalog().models[model])
     orders = orders_of(plant, controller, target, **more)
-    motion, reference = Motion(plant, 0.0), Reference(plant, orders)
+    motion, reference = HornMotion(plant, 0.0), Reference(plant, orders)
     motion.obey(orders)
     furthest = worst = 0.0
     for number in range(1, 301):
@@ -131,7 +131,7 @@ def test_a_step_is_within_1_percent_of_an_independent_integration(
 @pytest.mark.parametrize("model", MODELS)
 def test_energy_never_grows_with_nothing_asked(model: str, inertia: float, controller: Controller) -> None:
     plant = plant_of(catalog().models[model])
-    motion = Motion(plant, 0.0)
+    motion = HornMotion(plant, 0.0)
     motion.obey(Orders(Controller.TORQUE, 0.8, torque_high=1.0, torque_low=-1.0, inertia=inertia))
     motion.advance(0.5)
     assert motion.speed > 100.0
@@ -152,7 +152,7 @@ def test_energy_never_grows_with_nothing_asked(model: str, inertia: float, contr
 
 def test_a_brake_stops_sooner_than_friction_alone() -> None:
     def runs_on(controller: Controller) -> float:
-        motion = Motion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
+        motion = HornMotion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
         motion.obey(Orders(Controller.TORQUE, 0.8, torque_high=1.0, torque_low=-1.0))
         motion.advance(0.5)
         began = motion.angle
@@ -165,7 +165,7 @@ def test_a_brake_stops_sooner_than_friction_alone() -> None:
 
 def test_inertia_on_the_horn_takes_speed_from_a_start_and_not_from_the_end() -> None:
     def speeds(inertia: float) -> tuple[float, float]:
-        motion = Motion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
+        motion = HornMotion(plant_of(catalog().models["BLA21-06U-A0"]), 0.0)
         motion.obey(Orders(Controller.TORQUE, 0.5, torque_high=1.0, torque_low=-1.0, inertia=inertia))
         motion.advance(0.02)
         early = motion.speed

@@ -1,9 +1,11 @@
 """Recipe: what is said of a servo is what is built, and what cannot be is refused."""
 
+from dataclasses import replace
+
 import pytest
 
 from hornbill.errors import InvalidValue
-from hornbill.sim.recipe import Recipe
+from hornbill.sim.bench.recipe import Recipe
 from unit.sim.desk import START, catalog
 
 
@@ -32,4 +34,24 @@ def test_a_model_or_firmware_that_does_not_exist_is_refused_with_those_that_do(r
 @pytest.mark.parametrize("rom", [{"nothing": 1}, {"angle_p_gain": 101}, {"command_angle": 5}, {"angle_boost": 5}])
 def test_rom_holds_only_what_it_could(rom: dict[str, int]) -> None:
     with pytest.raises(ValueError, match="cannot be in the ROM"):
-        Recipe(firmware="1.100", rom=rom).build(catalog(), 1)
+        Recipe(firmware="1.010", rom=rom).build(catalog(), 1)
+
+
+def test_only_what_a_servo_is_recognised_by_can_read_something_else() -> None:
+    servo = Recipe(reads={"model_number": 99, "firmware_version": 3_210}).build(catalog(), 1)
+    servo.power_on(START)
+    servo.advance(START + 0.3)
+    assert [servo.register(at) for at in (0x50, 0x52, 0x53)] == [99, 3_210, 6_010]
+    with pytest.raises(InvalidValue, match="Only firmware_version"):
+        Recipe(reads={"angle_p_gain": 1}).build(catalog(), 1)
+
+
+def test_a_firmware_the_model_was_never_built_with_has_to_be_allowed() -> None:
+    for model in catalog().models.values():
+        for step in catalog().firmware_steps:
+            recipe = Recipe(model.name, step)
+            if step not in model.firmware:
+                with pytest.raises(InvalidValue, match=f"never built with firmware {step}"):
+                    recipe.build(catalog(), 1)
+                recipe = replace(recipe, any_firmware=True)
+            assert recipe.build(catalog(), 1).model is model

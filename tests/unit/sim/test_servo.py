@@ -1,4 +1,4 @@
-"""SimServo as a function of frames and time: equal seeds give equal lives, and looking changes nothing."""
+"""A simulated servo as a function of frames and time: equal seeds give equal lives, and looking changes nothing."""
 
 import pytest
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import alembic.command as _command  # so that no child has to
 import alembic.script as _script
 
-from hornbill.store.audit import Entry
+from hornbill.store.audit import NewAuditEntry
 from hornbill.store.database import FILE_NAME
 from hornbill.store.jobs import StoredJob
 from hornbill.store.store import Store
@@ -76,7 +76,9 @@ DEEDS: dict[str, tuple[Callable[[Store, int], object], Callable[[Store, int], bo
         lambda store, n: store.profiles.get(f"P{n}").document == {"n": n},
     ),
     "audit": (
-        lambda store, n: store.audit.add([Entry("a", "write", "one", uid(n)), Entry("a", "write", "two", uid(n))]),
+        lambda store, n: store.audit.add(
+            [NewAuditEntry("a", "write", "one", uid(n)), NewAuditEntry("a", "write", "two", uid(n))]
+        ),
         lambda store, n: [row.entry.outcome for row in store.audit.rows(uid=uid(n))] == ["two", "one"],
     ),
     "setting": (

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from hornbill.store.audit import AuditEntry, Entry
+from hornbill.store.audit import AuditEntry, NewAuditEntry
 from hornbill.store.store import Store
 from hornbill.store.tables import Json
 from hornbill.units import Uid
@@ -26,7 +26,7 @@ def store(place: str, wall: Wall) -> Iterator[Store]:
 
 
 def test_everything_about_an_entry_comes_back(place: str, store: Store) -> None:
-    entry = Entry("Ada", "write", "clamped", A, "origin", -90.0, 200, 180, "clamped by the servo", "0011")
+    entry = NewAuditEntry("Ada", "write", "clamped", A, "origin", -90.0, 200, 180, "clamped by the servo", "0011")
     store.audit.add([entry])
     store.close()
     with Store(place) as again:
@@ -36,7 +36,7 @@ def test_everything_about_an_entry_comes_back(place: str, store: Store) -> None:
 
 @pytest.mark.parametrize("value", [None, False, True, 0, 0.5, "", "off", [], {"a": None}])
 def test_any_value_comes_back_as_it_was(store: Store, value: Json) -> None:
-    store.audit.add([Entry("Ada", "write", "applied", before=value, requested=value, after=value)])
+    store.audit.add([NewAuditEntry("Ada", "write", "applied", before=value, requested=value, after=value)])
     (row,) = store.audit.rows()
     found = row.entry.before, row.entry.requested, row.entry.after
     assert found == (value, value, value)
@@ -44,7 +44,7 @@ def test_any_value_comes_back_as_it_was(store: Store, value: Json) -> None:
 
 
 def test_rows_come_newest_first_page_by_page(store: Store) -> None:
-    store.audit.add(Entry("Ada", "write", "applied", detail=str(n)) for n in range(5))
+    store.audit.add(NewAuditEntry("Ada", "write", "applied", detail=str(n)) for n in range(5))
     page = store.audit.rows(limit=2)
     assert [row.entry.detail for row in page] == ["4", "3"]
     page = store.audit.rows(limit=2, before_id=page[-1].id)
@@ -55,9 +55,11 @@ def test_rows_come_newest_first_page_by_page(store: Store) -> None:
 
 
 def test_rows_are_found_by_servo_key_action_and_time(store: Store, wall: Wall) -> None:
-    store.audit.add([Entry("Ada", "write", "applied", A, "origin")])
+    store.audit.add([NewAuditEntry("Ada", "write", "applied", A, "origin")])
     wall.now = 2000.0
-    store.audit.add([Entry("Ada", "save", "succeeded", A), Entry("Ada", "write", "applied", B, "origin")])
+    store.audit.add(
+        [NewAuditEntry("Ada", "save", "succeeded", A), NewAuditEntry("Ada", "write", "applied", B, "origin")]
+    )
 
     def found(**filters: object) -> list[tuple[str, Uid | None]]:
         return [(row.entry.action, row.entry.uid) for row in store.audit.rows(**filters)]  # pyright: ignore[reportArgumentType]
@@ -70,8 +72,8 @@ def test_rows_are_found_by_servo_key_action_and_time(store: Store, wall: Wall) -
 
 
 def test_entries_of_one_deed_are_kept_together_or_not_at_all(store: Store) -> None:
-    def entries() -> Iterator[Entry]:
-        yield Entry("Ada", "write", "applied")
+    def entries() -> Iterator[NewAuditEntry]:
+        yield NewAuditEntry("Ada", "write", "applied")
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
@@ -80,7 +82,7 @@ def test_entries_of_one_deed_are_kept_together_or_not_at_all(store: Store) -> No
 
 
 def test_whatever_people_call_themselves_is_kept(store: Store) -> None:
-    store.audit.add([Entry("a\0b\ud800 🐦" + "x" * 200, "label", "applied", A, key="k" * 200, detail="\0" * 3)])
+    store.audit.add([NewAuditEntry("a\0b\ud800 🐦" + "x" * 200, "label", "applied", A, key="k" * 200, detail="\0" * 3)])
     (row,) = store.audit.rows()
     assert row.entry.by == "a\ufffdb\ufffd 🐦" + "x" * 74
     assert (row.entry.key, row.entry.detail) == ("k" * 100, "\ufffd" * 3)

@@ -119,7 +119,12 @@ def test_it_writes_ahead_and_takes_no_longer_than_it_must(tmp_path: Path) -> Non
                 pragma: connection.exec_driver_sql(f"PRAGMA {pragma}").scalar()
                 for pragma in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
             }
-    assert found == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 250}
+    assert found == {
+        "journal_mode": "wal",
+        "synchronous": 1,
+        "foreign_keys": 1,
+        "busy_timeout": databases.PATIENCE_S * 1000,
+    }
 
 
 def upgrade(connection: Connection, target: str) -> None:
@@ -182,6 +187,30 @@ def test_what_the_first_tables_held_is_kept(place: str) -> None:
         assert store.settings.get("stop") == {"latched": True}
         store.servos.keep_drift(A, {"origin": -900})
         store.servos.met(A, ServoFacts(serial=2**40))
+
+
+def test_reasons_of_older_snapshots_get_their_code(place: str) -> None:
+    reasons: dict[str, tuple[str | None, dict[str, object]]] = {
+        "by hand": ("by_hand", {}),
+        "before a change of reverse": ("change", {"key": "reverse", "more": 0}),
+        "before a change of reverse and 2 more": ("change", {"key": "reverse", "more": 2}),
+        "profile Wing, left": ("profile", {"profile": "Wing, left"}),
+        "restore of snapshot 12": ("restore", {"side": "snapshot 12", "snapshot": 12}),
+        "before the first flight": (None, {}),
+    }
+    with connected(place) as connection:
+        upgrade(connection, "0005")
+        for reason in reasons:
+            connection.execute(
+                text(
+                    'INSERT INTO snapshots (uid, at, reason, "by", automatic, schema_revision, ram, rom)'
+                    " VALUES (:uid, 1.5, :reason, 'Ada', TRUE, 'x', '{}', '{}')"
+                ),
+                {"uid": A, "reason": reason},
+            )
+    with Store(place) as store:
+        found = {one.reason: (one.reason_code, one.reason_params) for one in store.snapshots.of(A)}
+    assert found == reasons
 
 
 def test_the_newest_migration_is_the_one_the_code_expects() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from hornbill.errors import Unknown
 from hornbill.store import snapshots
-from hornbill.store.snapshots import Snapshot
+from hornbill.store.snapshots import StoredSnapshot
 from hornbill.store.store import Store
 from hornbill.units import Uid
 from unit.store.clock import Wall
@@ -27,7 +27,7 @@ def store(place: str, wall: Wall) -> Iterator[Store]:
         yield opened
 
 
-def add(store: Store, uid: Uid = A, *, automatic: bool = True, **other: Any) -> Snapshot:
+def add(store: Store, uid: Uid = A, *, automatic: bool = True, **other: Any) -> StoredSnapshot:
     facts: dict[str, Any] = {
         "reason": "before a change", "by": "Ada", "model": "BLA21-06U-A0", "firmware": 1300,
         "schema_revision": "1.3", "ram": {"origin": -900}, "rom": {"origin": 0}, **other,
@@ -37,7 +37,7 @@ def add(store: Store, uid: Uid = A, *, automatic: bool = True, **other: Any) -> 
 
 def test_everything_about_a_snapshot_comes_back(place: str, store: Store) -> None:
     made = add(store)
-    expected = Snapshot(
+    expected = StoredSnapshot(
         made.id, A, 1000.0, "before a change", "Ada", True, "BLA21-06U-A0", 1300, "1.3", {"origin": -900}, {"origin": 0}
     )
     assert made == expected

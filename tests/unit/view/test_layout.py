@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.view.case import BLA15, BLA21, HORN_REACH
+from hornbill.view.case import BLA15, BLA21, HORN_REACH, PLAIN
 from hornbill.view.layout import WALL_NEARER, WALL_PITCH, pick, place, wall
 from unit.view.servos import pose
 
@@ -37,9 +37,11 @@ def test_nobody_is_selected_when_the_uid_is_unknown() -> None:
     assert len(others) == 2
 
 
-def test_each_series_has_its_case_and_an_unknown_model_the_larger_one() -> None:
-    _, others = place([pose(1, series="BLA15"), pose(2), pose(3, series="")], None)
-    assert [servo.case for servo in others] == [BLA15, BLA21, BLA21]
+def test_each_series_has_its_case_and_one_that_is_not_known_a_neutral_one() -> None:
+    _, others = place(
+        [pose(1, series="BLA15"), pose(2), pose(3, series="BLA34"), pose(4, series=""), pose(5, series="BLA99")], None
+    )
+    assert [servo.case for servo in others] == [BLA15, BLA21, BLA21, PLAIN, PLAIN]
 
 
 def test_a_click_meets_the_nearest_servo_on_its_ray() -> None:

@@ -9,8 +9,8 @@ from hornbill.view.palette import DARK, LIGHT
 
 KNOWN = {
     "1.1.1": (
-        "'sha256-5iRcjB7VnwnYpbUpHa15FmjNIRu22hIQnvWuocHMxJw='",
-        "'sha256-o/BTEGoB4UnTxqb+3RxwUFQZkWXpqUxouHkbDNrAkqE='",
+        "'sha256-9snRR0PMABSR8K3bp79PTkzEjzjy0iHeml+9+NXmfB4='",
+        "'sha256-NuK2lui20mMt60Mxy+ktx0RQ3DTALZwt3Ki5EG2jF0U='",
     ),
 }
 """viser's version and the hashes of the script in its page and of the one that unpacks. A version that is not here has
@@ -22,6 +22,10 @@ def test_viser_is_a_version_whose_scripts_were_looked_at() -> None:
     assert found.version in KNOWN
     assert (found.loader_hash, found.program_hash) == KNOWN[found.version]
     assert found.subprotocol == f"viser-v{found.version}"
+
+
+def test_what_complains_in_the_console_is_replaced_in_the_program_of_that_version() -> None:
+    assert client().mended == 2
 
 
 def test_the_served_page_has_one_script_and_its_hash_is_in_the_policy() -> None:

@@ -16,7 +16,7 @@ from websockets.exceptions import ConnectionClosed
 from hornbill.view.geometry import horn_wxyz
 from hornbill.view.layout import place
 from hornbill.view.viewer import Viewer
-from hornbill.view.wish import Wall, Wish
+from hornbill.view.wish import ViewSettings, Wall
 from unit.view.onlooker import CAMERA, Onlooker, click, names
 from unit.view.servos import Servos, pose
 
@@ -159,7 +159,7 @@ def test_selecting_brings_another_servo_to_the_front(make: Make) -> None:
     servos = Servos(pose(0), pose(1, series="BLA15"))
     viewer = make(servos)
     with look(viewer) as onlooker:
-        viewer.show(KEY, Wish(selected=servos.now[1].uid))
+        viewer.show(KEY, ViewSettings(selected=servos.now[1].uid))
         onlooker.read_until(lambda m: m.get("name") == "/hero/bla15-high")
         onlooker.read_for(0.2)
         assert visible(onlooker.messages)["/hero/bla21-high"] is False
@@ -201,10 +201,10 @@ def test_nobody_is_asked_for_poses_while_nobody_looks(make: Make) -> None:
 def test_theme_and_quality_change_the_scene_without_new_connections(make: Make) -> None:
     viewer = make(Servos(pose(0), pose(1)))
     with look(viewer) as onlooker:
-        viewer.show(KEY, Wish(dark=False))
+        viewer.show(KEY, ViewSettings(dark=False))
         got = onlooker.read_until(lambda m: m.get("name") == "/stage/floor")
         assert any("cell_color" in m.get("updates", {}) for m in got)
-        viewer.show(KEY, Wish(dark=False, quality="low"))
+        viewer.show(KEY, ViewSettings(dark=False, quality="low"))
         onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-low")
         onlooker.read_for(0.3)
         environments = [m for m in onlooker.messages if m["type"] == "EnvironmentMapMessage"]
@@ -216,8 +216,8 @@ def test_theme_and_quality_change_the_scene_without_new_connections(make: Make) 
 def test_each_browser_has_a_selection_a_theme_and_a_quality_of_its_own(make: Make) -> None:
     servos = Servos(pose(0), pose(1, series="BLA15"))
     viewer = make(servos)
-    viewer.show(KEY, Wish(selected=servos.now[0].uid))
-    viewer.show(OTHER, Wish(selected=servos.now[1].uid, dark=False, quality="low"))
+    viewer.show(KEY, ViewSettings(selected=servos.now[0].uid))
+    viewer.show(OTHER, ViewSettings(selected=servos.now[1].uid, dark=False, quality="low"))
     with look(viewer) as one, look(viewer, OTHER) as other:
         assert "/hero/bla21-high" in names(one.messages)
         assert "/hero/bla15-low" in names(other.messages)
@@ -226,7 +226,7 @@ def test_each_browser_has_a_selection_a_theme_and_a_quality_of_its_own(make: Mak
         fogs = [[m["color"] for m in each.messages if m["type"] == "FogMessage"][-1] for each in (one, other)]
         assert fogs[0] != fogs[1]
         one.read_for(0.2)
-        viewer.show(OTHER, Wish(selected=servos.now[0].uid, dark=False, quality="low"))
+        viewer.show(OTHER, ViewSettings(selected=servos.now[0].uid, dark=False, quality="low"))
         other.read_until(lambda m: m.get("name") == "/hero/bla21-low")
         assert one.read_for(0.3) == [], "what one chooses is nothing to the other"
 
@@ -235,12 +235,12 @@ def test_a_wall_shows_the_servos_named_in_their_order(make: Make) -> None:
     servos = Servos(*(pose(number) for number in range(5)))
     viewer = make(servos)
     uids = tuple(one.uid for one in servos.now[::-1])
-    viewer.show(KEY, Wish(wall=Wall(3, 0.5, ("f" * 32, *uids))))
+    viewer.show(KEY, ViewSettings(wall=Wall(3, 0.5, ("f" * 32, *uids))))
     with look(viewer) as onlooker:
         known = names(onlooker.messages)
         assert {"/crowd/bla21-far-high", "/crowd/horn-far-high", "/crowd/arcs"} <= known
         assert not any(name.startswith("/hero/bla") for name in known)
-        viewer.show(KEY, Wish())
+        viewer.show(KEY, ViewSettings())
         onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-high")
 
 
@@ -248,7 +248,7 @@ def test_an_instant_of_a_recording_is_drawn_instead_of_the_bus(make: Make) -> No
     servos = Servos(pose(0, angle_deg=10.0))
     viewer = make(servos)
     with look(viewer) as onlooker:
-        viewer.show(KEY, Wish(poses=(pose(0, angle_deg=-33.0),)))
+        viewer.show(KEY, ViewSettings(poses=(pose(0, angle_deg=-33.0),)))
         got = onlooker.read_until(moved("/hero/pivot"))
         assert next(m for m in got if moved("/hero/pivot")(m))["wxyz"] == pytest.approx(horn_wxyz(-33.0))
         onlooker.read_for(0.2)
@@ -256,7 +256,7 @@ def test_an_instant_of_a_recording_is_drawn_instead_of_the_bus(make: Make) -> No
         assert onlooker.read_for(0.3) == []
         assert not viewer.watched, "the bus need not be asked for it"
         before = len(onlooker.messages)
-        viewer.show(KEY, Wish())
+        viewer.show(KEY, ViewSettings())
         got = onlooker.read_until(moved("/hero/pivot"))
         assert next(m for m in got if moved("/hero/pivot")(m))["wxyz"] == pytest.approx(horn_wxyz(80.0))
         assert len(onlooker.messages) > before, "the servos of the bus are back"
@@ -265,15 +265,15 @@ def test_an_instant_of_a_recording_is_drawn_instead_of_the_bus(make: Make) -> No
 def test_a_recording_of_a_servo_that_was_silent_shows_no_live_horn_and_one_without_a_value_none(make: Make) -> None:
     """One of a model nobody wrote down, and none of them on the bus now."""
     viewer = make(Servos())
-    viewer.show(KEY, Wish(poses=(pose(7, series="", stale=True),)))
+    viewer.show(KEY, ViewSettings(poses=(pose(7, series="", stale=True),)))
     onlooker = Onlooker(f"ws://127.0.0.1:{viewer.port}/{KEY}")
     with onlooker:
         onlooker.send(CAMERA)
-        onlooker.read_until(lambda m: m.get("name") == "/hero/bla21-high")
+        onlooker.read_until(lambda m: m.get("name") == "/hero/plain-high")
         onlooker.read_for(0.3)
         shown = visible(onlooker.messages)
         assert (shown["/hero/pivot"], shown["/hero/pivot/stale"], shown["/hero/ghost"]) == (True, True, False)
-        viewer.show(KEY, Wish(poses=(pose(7, series="", angle_deg=None, stale=True),)))
+        viewer.show(KEY, ViewSettings(poses=(pose(7, series="", angle_deg=None, stale=True),)))
         onlooker.read_until(lambda m: m.get("name") == "/hero/pivot" and m.get("visible") is False)
 
 
@@ -281,13 +281,13 @@ def test_nothing_is_computed_for_a_frame_out_of_sight(make: Make) -> None:
     servos = Servos(pose())
     viewer = make(servos)
     with look(viewer) as onlooker:
-        viewer.show(KEY, Wish(looking=False))
+        viewer.show(KEY, ViewSettings(looking=False))
         eventually(lambda: not viewer.watched)
         asked = servos.asked
         servos.now = (pose(angle_deg=-60.0),)
         assert onlooker.read_for(0.3) == []
         assert servos.asked == asked
-        viewer.show(KEY, Wish())
+        viewer.show(KEY, ViewSettings())
         onlooker.read_until(moved("/hero/pivot"))
 
 
@@ -296,7 +296,7 @@ def test_reset_view_moves_the_camera_back(make: Make) -> None:
     with look(viewer) as onlooker:
         onlooker.send(CAMERA)  # somebody orbits away
         onlooker.read_for(0.2)
-        viewer.show(KEY, Wish(resets=1))
+        viewer.show(KEY, ViewSettings(resets=1))
         got = onlooker.read_until(lambda m: m["type"] == "SetCameraPositionMessage")
     position = next(m for m in got if m["type"] == "SetCameraPositionMessage")["position"]
     assert np.linalg.norm(position) < 10

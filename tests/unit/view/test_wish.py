@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from hornbill.view import layout
 from hornbill.view.case import ARC_HEIGHT, ARC_REACH, CASES, HORN_REACH
 from hornbill.view.pose import Pose
-from hornbill.view.wish import KEPT, KEY, NotAWish, Wall, Wish, Wishes, read
+from hornbill.view.wish import KEPT, KEY, NotAWish, ViewSettings, Wall, Wishes, read
 from hornbill.view.wishing import LARGEST
 
 UID, OTHER = "0" * 31 + "7", "0" * 31 + "8"
 
 
 def test_an_empty_object_is_the_usual_wish() -> None:
-    assert read("{}") == Wish()
+    assert read("{}") == ViewSettings()
 
 
 def test_everything_of_a_wish_is_taken_over() -> None:
@@ -88,11 +88,11 @@ def test_a_key_is_hex_and_long(key: str) -> None:
 
 def test_each_key_has_a_wish_of_its_own_and_the_oldest_is_forgotten() -> None:
     wishes = Wishes()
-    assert wishes.of("never") == Wish()
-    wishes.keep("first", Wish(dark=False))
+    assert wishes.of("never") == ViewSettings()
+    wishes.keep("first", ViewSettings(dark=False))
     for number in range(KEPT):
-        wishes.keep(f"{number}", Wish(resets=number))
-    assert wishes.of("first") == Wish()
+        wishes.keep(f"{number}", ViewSettings(resets=number))
+    assert wishes.of("first") == ViewSettings()
     assert [wishes.of(str(number)).resets for number in (0, KEPT - 1)] == [0, KEPT - 1]
 
 

@@ -13,7 +13,15 @@ from random import Random
 from typing import Any
 
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, ArrayCommand, Command, Health, Mode, NodeStatus
+from hornbill.wire.messages import (
+    ActuatorCommand,
+    ActuatorStatus,
+    AllocationMessage,
+    ArrayCommand,
+    Mode,
+    NodeHealth,
+    NodeStatus,
+)
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import (
     EMPTY,
@@ -38,11 +46,11 @@ FRAME_S = 0.00014
 ROUNDS = 20_000
 
 STRUCTURES: tuple[AnyStructure, ...] = (
-    NodeStatus(77, Health.OK, Mode.OPERATIONAL),
+    NodeStatus(77, NodeHealth.OK, Mode.OPERATIONAL),
     ActuatorStatus(1, 0.9, 0.0, 0.0, 0),
-    Allocation(0, True, b"\x01\x02\x03\x04\x05\x06"),
-    Allocation(99, False, bytes(range(16))),
-    ArrayCommand([Command(number, 1, 0.5) for number in range(1, 6)]),
+    AllocationMessage(0, True, b"\x01\x02\x03\x04\x05\x06"),
+    AllocationMessage(99, False, bytes(range(16))),
+    ArrayCommand([ActuatorCommand(number, 1, 0.5) for number in range(1, 6)]),
     GetNodeInfoRequest(),
     ExecuteOpcodeRequest(0),
     GetSetRequest(0, EMPTY, "0x38"),

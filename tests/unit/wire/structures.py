@@ -4,13 +4,13 @@ from hypothesis import strategies as st
 
 from hornbill.wire.frame import Frame
 from hornbill.wire.messages import (
+    ActuatorCommand,
     ActuatorStatus,
-    Allocation,
+    AllocationMessage,
     ArrayCommand,
-    Command,
     CommandType,
-    Health,
     Mode,
+    NodeHealth,
     NodeStatus,
 )
 from hornbill.wire.services import (
@@ -60,16 +60,16 @@ values = st.one_of(
     text(128).map(lambda string: Value(ValueKind.STRING, string)),
 )
 
-commands = st.builds(Command, bits(8), st.sampled_from(CommandType) | bits(8), halves)
+commands = st.builds(ActuatorCommand, bits(8), st.sampled_from(CommandType) | bits(8), halves)
 node_statuses = st.builds(
     NodeStatus,
     bits(32),
-    st.sampled_from(Health),
+    st.sampled_from(NodeHealth),
     st.sampled_from(Mode) | st.integers(4, 6),
     bits(3),
     bits(16),
 )
-allocations = st.builds(Allocation, bits(7), st.booleans(), st.binary(max_size=16))
+allocations = st.builds(AllocationMessage, bits(7), st.booleans(), st.binary(max_size=16))
 array_commands = st.builds(ArrayCommand, st.lists(commands, max_size=15).map(tuple))
 actuator_statuses = st.builds(ActuatorStatus, bits(8), halves, halves, halves, bits(7))
 node_infos = st.builds(

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from hornbill.wire.datatype import Kind
 from hornbill.wire.describe import PROBLEMS, Names, as_object, duration, frame_count, printable, sentence
 from hornbill.wire.messages import (
+    ActuatorCommand,
     ActuatorStatus,
-    Allocation,
+    AllocationMessage,
     ArrayCommand,
-    Command,
     CommandType,
-    Health,
     Mode,
+    NodeHealth,
     NodeStatus,
 )
 from hornbill.wire.reassembly import ReassemblyCounters
@@ -64,10 +64,10 @@ def answer(value: Value, name: str) -> GetSetResponse:
 @pytest.mark.parametrize(
     ("structure", "told"),
     [
-        (NodeStatus(4355, Health.OK, Mode.OPERATIONAL), "NodeStatus OK, operational, up 1 h 12 min"),
-        (NodeStatus(3, Health.ERROR, Mode.SOFTWARE_UPDATE), "NodeStatus error, software update, up 3 s"),
+        (NodeStatus(4355, NodeHealth.OK, Mode.OPERATIONAL), "NodeStatus OK, operational, up 1 h 12 min"),
+        (NodeStatus(3, NodeHealth.ERROR, Mode.SOFTWARE_UPDATE), "NodeStatus error, software update, up 3 s"),
         (
-            NodeStatus(61, Health.CRITICAL, 5, 2, 0x12),
+            NodeStatus(61, NodeHealth.CRITICAL, 5, 2, 0x12),
             "NodeStatus critical, mode 5, up 1 min 1 s, sub mode 2, code 0x0012",
         ),
         (ActuatorStatus(1, 0.125, math.nan, 0.0, 127), "Status servo 1, position 0.125"),
@@ -76,19 +76,19 @@ def answer(value: Value, name: str) -> GetSetResponse:
             "Status servo 1, position −0.5, force 2.5, speed −3, power 40 %",
         ),
         (
-            ArrayCommand((Command(1, CommandType.POSITION, 0.5), Command(2, CommandType.SPEED, -20))),
+            ArrayCommand((ActuatorCommand(1, CommandType.POSITION, 0.5), ActuatorCommand(2, CommandType.SPEED, -20))),
             "ArrayCommand servo 1 position 0.5, servo 2 speed −20",
         ),
-        (ArrayCommand((Command(255, 9, 1.0),)), "ArrayCommand every servo command type 9 1"),
+        (ArrayCommand((ActuatorCommand(255, 9, 1.0),)), "ArrayCommand every servo command type 9 1"),
         (
-            ArrayCommand([Command(n, CommandType.UNITLESS, 0) for n in range(1, 9)]),
+            ArrayCommand([ActuatorCommand(n, CommandType.UNITLESS, 0) for n in range(1, 9)]),
             "ArrayCommand " + ", ".join(f"servo {n} unitless 0" for n in range(1, 7)) + ", 2 more",
         ),
         (ArrayCommand(()), "ArrayCommand to nobody"),
         (GetNodeInfoRequest(), "GetNodeInfo request"),
         (
             GetNodeInfoResponse(
-                NodeStatus(1, Health.OK, Mode.OPERATIONAL),
+                NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL),
                 SoftwareVersion(1, 3),
                 HardwareVersion(6, 1, UID),
                 "com.futaba",
@@ -121,16 +121,16 @@ def test_a_transfer_reads_as_a_sentence(structure: AnyStructure, told: str) -> N
 @pytest.mark.parametrize(
     ("message", "source", "told"),
     [
-        (Allocation(0, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…"),
-        (Allocation(20, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…, asks for node id 20"),
-        (Allocation(0, False, UID[6:12]), 0, "uid part 2 of 3, 5566…".replace("5566", UID[6:8].hex())),
-        (Allocation(0, False, UID[12:]), 0, f"uid part 3 of 3, {UID[12:14].hex()}…"),
-        (Allocation(0, False, UID[:12]), 127, "heard 12 of 16 bytes, 4f0a…"),
-        (Allocation(12, False, UID), 127, "gives node id 12 to 4f0a91c3…"),
-        (Allocation(0, False, b""), 127, "heard 0 of 16 bytes, nothing"),
+        (AllocationMessage(0, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…"),
+        (AllocationMessage(20, True, UID[:6]), 0, "uid part 1 of 3, 4f0a…, asks for node id 20"),
+        (AllocationMessage(0, False, UID[6:12]), 0, "uid part 2 of 3, 5566…".replace("5566", UID[6:8].hex())),
+        (AllocationMessage(0, False, UID[12:]), 0, f"uid part 3 of 3, {UID[12:14].hex()}…"),
+        (AllocationMessage(0, False, UID[:12]), 127, "heard 12 of 16 bytes, 4f0a…"),
+        (AllocationMessage(12, False, UID), 127, "gives node id 12 to 4f0a91c3…"),
+        (AllocationMessage(0, False, b""), 127, "heard 0 of 16 bytes, nothing"),
     ],
 )
-def test_both_sides_of_an_allocation_are_told(message: Allocation, source: int, told: str) -> None:
+def test_both_sides_of_an_allocation_are_told(message: AllocationMessage, source: int, told: str) -> None:
     assert sentence(transfer(message, source=source), message) == f"Allocation {told}"
 
 

@@ -8,26 +8,26 @@ from hypothesis import strategies as st
 
 from hornbill.wire.messages import (
     POWER_RATING_UNKNOWN,
+    ActuatorCommand,
     ActuatorStatus,
-    Allocation,
+    AllocationMessage,
     ArrayCommand,
-    Command,
     CommandType,
-    Health,
     Mode,
+    NodeHealth,
     NodeStatus,
 )
 from unit.wire.structures import array_commands, node_statuses
 
 
 def test_health_mode_and_sub_mode_start_at_the_top_bit() -> None:
-    status = NodeStatus(0x04030201, Health.ERROR, Mode.SOFTWARE_UPDATE, 5, 0xBEEF)
+    status = NodeStatus(0x04030201, NodeHealth.ERROR, Mode.SOFTWARE_UPDATE, 5, 0xBEEF)
     assert status.encode() == bytes((1, 2, 3, 4, 0b10_011_101, 0xEF, 0xBE))
 
 
 def test_reserved_modes_stay_numbers() -> None:
     decoded = NodeStatus.decode(bytes((0, 0, 0, 0, 0b11_101_000, 0, 0)))
-    assert decoded == NodeStatus(0, Health.CRITICAL, 5)
+    assert decoded == NodeStatus(0, NodeHealth.CRITICAL, 5)
     assert decoded is not None
     assert not isinstance(decoded.mode, Mode)
 
@@ -36,17 +36,17 @@ def test_reserved_modes_stay_numbers() -> None:
 def test_known_health_and_mode_come_out_as_enumerations(status: NodeStatus) -> None:
     decoded = NodeStatus.decode(status.encode())
     assert decoded is not None
-    assert isinstance(decoded.health, Health)
+    assert isinstance(decoded.health, NodeHealth)
     assert isinstance(decoded.mode, Mode) == (decoded.mode not in (4, 5, 6))
 
 
 def test_allocation_bits() -> None:
-    assert Allocation(125, True, b"\x01\x02").encode() == bytes((0xFB, 1, 2))
-    assert Allocation.decode(b"\x28") == Allocation(20, False, b"")
+    assert AllocationMessage(125, True, b"\x01\x02").encode() == bytes((0xFB, 1, 2))
+    assert AllocationMessage.decode(b"\x28") == AllocationMessage(20, False, b"")
 
 
-@pytest.mark.parametrize(("message", "length"), [(Allocation, 0), (Allocation, 18), (ArrayCommand, 64)])
-def test_lengths_no_message_has(message: type[Allocation | ArrayCommand], length: int) -> None:
+@pytest.mark.parametrize(("message", "length"), [(AllocationMessage, 0), (AllocationMessage, 18), (ArrayCommand, 64)])
+def test_lengths_no_message_has(message: type[AllocationMessage | ArrayCommand], length: int) -> None:
     assert message.decode(bytes(length)) is None
 
 
@@ -86,13 +86,13 @@ def test_nan_is_written_as_nan() -> None:
     [(65504.0, 65504.0), (65520.0, 65504.0), (1e300, 65504.0), (-1e9, -65504.0), (math.inf, 65504.0)],
 )
 def test_numbers_above_float16_are_clamped_never_infinite(asked: float, sent: float) -> None:
-    decoded = ArrayCommand.decode(ArrayCommand([Command(1, CommandType.POSITION, asked)]).encode())
-    assert decoded == ArrayCommand((Command(1, CommandType.POSITION, sent),))
+    decoded = ArrayCommand.decode(ArrayCommand([ActuatorCommand(1, CommandType.POSITION, asked)]).encode())
+    assert decoded == ArrayCommand((ActuatorCommand(1, CommandType.POSITION, sent),))
 
 
 @given(st.integers(-2048, 2048))
 def test_whole_numbers_to_2048_are_exact(number: int) -> None:
-    decoded = ArrayCommand.decode(ArrayCommand([Command(1, CommandType.POSITION, number)]).encode())
+    decoded = ArrayCommand.decode(ArrayCommand([ActuatorCommand(1, CommandType.POSITION, number)]).encode())
     assert decoded is not None
     assert decoded.commands[0].command_value == number
 
@@ -127,22 +127,22 @@ def test_lengths_an_array_of_commands_cannot_have(length: int) -> None:
 @pytest.mark.parametrize(
     ("message", "named"),
     [
-        (NodeStatus(-1, Health.OK, Mode.OPERATIONAL), "uptime_sec"),
-        (NodeStatus(1 << 32, Health.OK, Mode.OPERATIONAL), "uptime_sec"),
-        (NodeStatus(0, Health.OK, 8), "mode"),
-        (NodeStatus(0, Health.OK, Mode.OFFLINE, 8), "sub_mode"),
-        (NodeStatus(0, Health.OK, Mode.OFFLINE, 0, 1 << 16), "vendor_specific_status_code"),
-        (Allocation(128, False, b""), "node_id"),
-        (Allocation(0, False, bytes(17)), "unique_id"),
-        (ArrayCommand([Command(256, CommandType.SPEED, 0.0)]), "actuator_id"),
-        (ArrayCommand([Command(0, 256, 0.0)]), "command_type"),
-        (ArrayCommand([Command(0, CommandType.SPEED, 0.0)] * 16), "16 commands"),
+        (NodeStatus(-1, NodeHealth.OK, Mode.OPERATIONAL), "uptime_sec"),
+        (NodeStatus(1 << 32, NodeHealth.OK, Mode.OPERATIONAL), "uptime_sec"),
+        (NodeStatus(0, NodeHealth.OK, 8), "mode"),
+        (NodeStatus(0, NodeHealth.OK, Mode.OFFLINE, 8), "sub_mode"),
+        (NodeStatus(0, NodeHealth.OK, Mode.OFFLINE, 0, 1 << 16), "vendor_specific_status_code"),
+        (AllocationMessage(128, False, b""), "node_id"),
+        (AllocationMessage(0, False, bytes(17)), "unique_id"),
+        (ArrayCommand([ActuatorCommand(256, CommandType.SPEED, 0.0)]), "actuator_id"),
+        (ArrayCommand([ActuatorCommand(0, 256, 0.0)]), "command_type"),
+        (ArrayCommand([ActuatorCommand(0, CommandType.SPEED, 0.0)] * 16), "16 commands"),
         (ActuatorStatus(256, 0.0, 0.0, 0.0, 0), "actuator_id"),
         (ActuatorStatus(0, 0.0, 0.0, 0.0, 128), "power_rating_pct"),
     ],
 )
 def test_a_value_that_does_not_fit_is_named(
-    message: NodeStatus | Allocation | ArrayCommand | ActuatorStatus, named: str
+    message: NodeStatus | AllocationMessage | ArrayCommand | ActuatorStatus, named: str
 ) -> None:
     with pytest.raises(ValueError, match=named):
         message.encode()

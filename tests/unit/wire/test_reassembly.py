@@ -8,7 +8,7 @@ from hornbill.wire import types
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame
 from hornbill.wire.identifier import make_anonymous_id, make_message_id, make_service_id
-from hornbill.wire.messages import ActuatorStatus, Health, Mode, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, Mode, NodeHealth, NodeStatus
 from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
 from hornbill.wire.transfer import Transfer
@@ -16,7 +16,7 @@ from unit.wire.structures import frames, transfer
 
 STATUS = ActuatorStatus(1, 90.0, 0.0, 0.0, 127)
 ANSWER = GetSetResponse(integer(1234), EMPTY, EMPTY, EMPTY, "0x20")
-ALIVE = NodeStatus(1, Health.OK, Mode.OPERATIONAL)
+ALIVE = NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL)
 
 
 def test_frames_may_arrive_in_any_batches() -> None:

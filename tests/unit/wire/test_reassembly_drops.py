@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
 from hornbill.wire.services import GetSetRequest, integer
 from unit.wire.structures import frames
@@ -32,7 +32,10 @@ def test_nothing_is_told_of_a_good_bus() -> None:
     told: list[str] = []
     reassembler = Reassembler()
     reassembler.on_drop = lambda reason, _id, _data: told.append(reason)
-    heard = [*frames(NodeStatus(1, Health.OK, Mode.OPERATIONAL), at=1.0), *frames(GetSetRequest(0, integer(5), "0x2C"))]
+    heard = [
+        *frames(NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL), at=1.0),
+        *frames(GetSetRequest(0, integer(5), "0x2C")),
+    ]
     assert len(reassembler.feed(heard)) == 2
     assert told == []
 

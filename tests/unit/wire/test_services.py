@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 
-from hornbill.wire.messages import Health, Mode, NodeStatus
+from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 from hornbill.wire.services import (
     EMPTY,
     MAGIC,
@@ -26,7 +26,7 @@ from hornbill.wire.types import AnyStructure
 from unit.wire.structures import get_set_responses, node_infos, servo_answers
 
 INFO = GetNodeInfoResponse(
-    NodeStatus(1, Health.OK, Mode.OPERATIONAL),
+    NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL),
     SoftwareVersion(1, 3),
     HardwareVersion(1, 0, bytes(range(16))),
     "jp.futaba.bla21",

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from hornbill.wire.datatype import Kind
 from hornbill.wire.identifier import parse
-from hornbill.wire.messages import Allocation, ArrayCommand, Command, CommandType, NodeStatus
+from hornbill.wire.messages import ActuatorCommand, AllocationMessage, ArrayCommand, CommandType, NodeStatus
 from hornbill.wire.reassembly import Reassembler
 from hornbill.wire.services import GetNodeInfoRequest, GetSetRequest, integer
 from hornbill.wire.transfer import Transfer, split
@@ -36,7 +36,7 @@ def test_frames_are_full_and_the_toggle_alternates(structure: AnyStructure) -> N
 
 @pytest.mark.parametrize(("commands", "frames"), [(1, 1), (2, 2), (3, 2), (5, 4), (15, 9)])
 def test_frames_of_an_array_command(commands: int, frames: int) -> None:
-    message = ArrayCommand([Command(1, CommandType.POSITION, 0.0)] * commands)
+    message = ArrayCommand([ActuatorCommand(1, CommandType.POSITION, 0.0)] * commands)
     assert len(split(transfer(message), ArrayCommand.TYPE)) == frames
 
 
@@ -60,22 +60,22 @@ def test_the_write_of_a_parameter_byte_for_byte() -> None:
 def test_anonymous_messages_of_different_unique_ids_get_different_identifiers() -> None:
     made: set[int] = set()
     for number in range(50):
-        message = Allocation(0, True, bytes((number, 2, 3, 4, 5, 6)))
-        (frame,) = split(transfer(message, source=0), Allocation.TYPE)
+        message = AllocationMessage(0, True, bytes((number, 2, 3, 4, 5, 6)))
+        (frame,) = split(transfer(message, source=0), AllocationMessage.TYPE)
         assert parse(frame.id).source == 0
         made.add(frame.id)
     assert len(made) == 50
 
 
 def test_an_anonymous_discriminator_can_be_given() -> None:
-    message = Allocation(0, True, b"abcdef")
-    (frame,) = split(transfer(message, source=0), Allocation.TYPE, discriminator=77)
+    message = AllocationMessage(0, True, b"abcdef")
+    (frame,) = split(transfer(message, source=0), AllocationMessage.TYPE, discriminator=77)
     assert parse(frame.id).discriminator == 77
 
 
 def test_an_anonymous_message_must_fit_one_frame() -> None:
     with pytest.raises(ValueError, match=r"8 bytes are above the 7"):
-        split(transfer(Allocation(0, True, b"1234567"), source=0), Allocation.TYPE)
+        split(transfer(AllocationMessage(0, True, b"1234567"), source=0), AllocationMessage.TYPE)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,4 @@
 /** Owns REST: one typed fetch, and problem+json as an error that can be branched on. */
-import { plain } from "../text/plain";
 import { ROOT } from "./root";
 import { type Answered, note } from "./sent";
 import type { ProblemBody } from "./types";
@@ -13,7 +12,8 @@ export class Problem extends Error {
   readonly facts: Readonly<Record<string, unknown>>;
 
   constructor(code: string, status: number, detail: string, facts: Record<string, unknown> = {}) {
-    super(plain(detail));
+    // What programs are told is of no use here.
+    super(typeof facts.summary === "string" ? facts.summary : detail);
     this.name = "Problem";
     this.code = code;
     this.status = status;

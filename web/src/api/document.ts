@@ -40,19 +40,39 @@ interface Documented {
   summary?: string;
   description?: string;
   tags?: string[];
-  parameters?: { name: string; in: string; required?: boolean; description?: string; schema?: Schema }[];
+  parameters?: (Parameter | Reference)[];
   requestBody?: { content: Record<string, { schema?: Schema }> };
-  responses: Record<string, { description?: string }>;
+  responses: Record<string, { description?: string } | Reference>;
+}
+
+interface Parameter {
+  name: string;
+  in: string;
+  required?: boolean;
+  description?: string;
+  schema?: Schema;
+}
+
+/** To what several operations share, declared once under `components`. */
+interface Reference {
+  $ref: string;
+  description?: string;
 }
 
 export interface OpenApi {
   paths: Record<string, Record<string, Documented>>;
+  components?: {
+    parameters?: Record<string, Parameter>;
+    responses?: Record<string, { description?: string }>;
+  };
 }
+
+const nameOf = (reference: Reference): string => reference.$ref.slice(reference.$ref.lastIndexOf("/") + 1);
 
 /** "integer 1 to 254", "array of Servo", "on | off": a shape in a word or few. */
 export function typeOf(schema: Schema | undefined, list: (of: string) => string): string {
   if (!schema) return "";
-  if (schema.$ref) return schema.$ref.slice(schema.$ref.lastIndexOf("/") + 1);
+  if (schema.$ref) return nameOf({ $ref: schema.$ref });
   const several = (schema.anyOf ?? schema.oneOf)?.filter(one => one.type !== "null");
   if (several) return several.map(one => typeOf(one, list)).join(" | ");
   if (schema.enum) return schema.enum.map(String).join(" | ");
@@ -62,6 +82,17 @@ export function typeOf(schema: Schema | undefined, list: (of: string) => string)
       ? ""
       : ` ${schema.minimum ?? ""}…${schema.maximum ?? ""}`;
   return `${schema.type ?? ""}${range}`;
+}
+
+function parameterOf(found: OpenApi, given: Parameter | Reference): Parameter[] {
+  if (!("$ref" in given)) return [given];
+  const shared = found.components?.parameters?.[nameOf(given)];
+  return shared ? [shared] : [];
+}
+
+function descriptionOf(found: OpenApi, answer: { description?: string } | Reference): string {
+  const shared = "$ref" in answer ? found.components?.responses?.[nameOf(answer)]?.description : undefined;
+  return answer.description ?? shared ?? "";
 }
 
 const VERBS = ["get", "put", "post", "patch", "delete"];
@@ -77,17 +108,19 @@ export function operationsOf(found: OpenApi, list: (of: string) => string): Oper
         path,
         tag: one.tags?.[0] ?? "",
         summary: one.description ?? one.summary ?? "",
-        arguments: (one.parameters ?? []).map(argument => ({
-          name: argument.name,
-          where: argument.in,
-          type: typeOf(argument.schema, list),
-          required: argument.required ?? false,
-          what: argument.description ?? "",
-        })),
+        arguments: (one.parameters ?? [])
+          .flatMap(given => parameterOf(found, given))
+          .map(argument => ({
+            name: argument.name,
+            where: argument.in,
+            type: typeOf(argument.schema, list),
+            required: argument.required ?? false,
+            what: argument.description ?? "",
+          })),
         body: content[0] ? typeOf(content[0][1].schema, list) || content[0][0] : null,
         answers: Object.entries(one.responses).map(([status, answer]) => ({
           status,
-          what: (answer.description ?? "").replaceAll("`", ""),
+          what: descriptionOf(found, answer).replaceAll("`", ""),
         })),
       };
     }),

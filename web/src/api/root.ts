@@ -4,6 +4,15 @@
 export const ROOT =
   document.querySelector<HTMLMetaElement>('meta[name="hornbill-root"]')?.content.replace(/\/$/, "") ?? "";
 
+/** A part of an address in plain text; as it stands where a "%" in it is none of an escape. */
+export function decoded(part: string): string {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
+  }
+}
+
 const LINK = /^#token=([^&]+)$/;
 
 /** Taken out of the address at once, so that it is in no history, bookmark or picture of the screen. */
@@ -11,7 +20,7 @@ function takeToken(): string | null {
   const found = LINK.exec(location.hash)?.[1];
   if (found === undefined) return null;
   history.replaceState(null, "", location.pathname + location.search);
-  return decodeURIComponent(found);
+  return decoded(found);
 }
 
 let token = takeToken();

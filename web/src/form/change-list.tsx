@@ -9,15 +9,12 @@ import { spanOf } from "./row-state";
 /** The value a key will have once everything staged is applied. */
 export function willBe(sheet: Sheet, key: string) {
   const draft = sheet.drafts.get(key);
-  return draft?.verdict.ok ? draft.verdict.value : sheet.held(key);
+  return draft?.verdict.ok ? draft.verdict.value : willSave(sheet, key);
 }
 
-const NO_TORQUE: readonly unknown[] = ["off", "brake"];
-
-/** Whether a save of it takes torque away at every start: ROM is not known to have none already. */
-export function loosesTorque(sheet: Sheet): boolean {
-  const rom = sheet.reading("torque_mode").value?.rom;
-  return NO_TORQUE.includes(willBe(sheet, "torque_mode")) && !NO_TORQUE.includes(rom);
+/** The value a save puts into ROM where nothing is staged. */
+export function willSave(sheet: Sheet, key: string) {
+  return sheet.held(key);
 }
 
 interface Props {
@@ -52,7 +49,7 @@ export function ChangeList({ sheet, keys, withRam = false }: Props) {
                 {row.label} <small class="second">{row.name}</small>
               </td>
               <td class="right second">{rom === null ? text.servos.notKnown : full(rom, span)} →</td>
-              {withRam && <td class="right second">{full(reading?.value, span)} →</td>}
+              {withRam && <td class="right second">{full(reading?.ram, span)} →</td>}
               <td class="right strong k-intent">{full(willBe(sheet, key), span)}</td>
             </tr>
           );

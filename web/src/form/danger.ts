@@ -1,20 +1,22 @@
 /** Owns what could happen where the server asks back before a write, in the page's words. */
 import type { Problem } from "../api/client";
-import { toConfirm } from "../state/records";
 import { text } from "../text";
 import { editing } from "../text/topics";
 import { withUnit } from "./format";
 import { labelOf, valueText } from "./row-text";
+import { wordsOf } from "./safety-words";
 
 const said = editing.confirm;
 
 /** What could happen, from the facts of the refusal; the server's own sentence where they do not say. */
 export function dangerOf(problem: Problem): string {
-  const { key, requested, reading, margin, unit, confirm } = problem.facts;
-  if (confirm === "torque_off_in_rom") return said.torqueOff;
+  const { key, requested, reading, margin, unit, confirm, choices, turns } = problem.facts;
+  if (confirm === "torque_off_in_rom")
+    return Array.isArray(choices) && choices.length > 1 ? said.torqueUnknown : said.torqueOff;
   if (typeof key !== "string" || typeof requested !== "number") return problem.message;
   const row = labelOf(key);
   const wanted = valueText(key, requested);
+  if (confirm === "multi_turn") return said.turns(row, wanted, String(turns));
   if (typeof reading !== "number") return said.unknown(row, wanted);
   const seen = withUnit(String(reading), String(unit));
   const about = withUnit(String(margin), String(unit));
@@ -24,5 +26,5 @@ export function dangerOf(problem: Problem): string {
 
 /** Why something was refused: the danger where a tick is all that is missing, else what the page says of the code. */
 export function whyRefused(problem: Problem): string {
-  return toConfirm(problem) === null ? text.problem(problem) : dangerOf(problem);
+  return wordsOf(problem).length === 0 ? text.problem(problem) : dangerOf(problem);
 }

@@ -21,16 +21,17 @@ export function Message({ row, span, draft, outcome, view, onUse, onRetry }: Pro
   if (verdict && !verdict.ok) {
     return (
       <Line row={row} loud={verdict.what} rest={`${verdict.remedy} ${text.rows.notStaged}`}>
-        {verdict.nearest !== null && (
+        {(verdict.readings ?? (verdict.nearest === null ? [] : [verdict.nearest])).map(value => (
           <button
+            key={value}
             type="button"
             class="link"
             data-testid={`use-${row.key}`}
-            onClick={() => onUse(verdict.nearest ?? 0)}
+            onClick={() => onUse(value)}
           >
-            {text.rows.use(full(verdict.nearest, span))}
+            {text.rows.use(full(value, span))}
           </button>
-        )}
+        ))}
       </Line>
     );
   }

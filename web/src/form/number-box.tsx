@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Draft } from "../state/draft";
-import { decimalsOf, MINUS, number } from "./format";
+import { decimalsOf, number } from "./format";
 import { check, nearest, parseNumber, type Span, stepOf, unfinished } from "./number";
 
 interface Props {
@@ -45,12 +45,6 @@ export function NumberBox({
   const shown = draft ? draft.text : held === null ? "" : number(held, decimalsOf(span.perUnit));
   const wrong = draft !== undefined && !draft.verdict.ok;
 
-  // The range may come, or change, after the text: judge it anew.
-  // Judged anew when the range changes, not when the draft does.
-  useEffect(() => {
-    if (draft) onDraft({ text: draft.text, verdict: check(draft.text, span) });
-  }, [span.minimum, span.maximum, span.perUnit]);
-
   // After Esc there is nothing to make tidy, though the draft is still here until the next drawing.
   const reverted = useRef(false);
   const put = (typed: string) => onDraft({ text: typed, verdict: check(typed, span) });
@@ -63,12 +57,13 @@ export function NumberBox({
     onCommit();
   };
   const move = (way: number, event: { shiftKey: boolean; altKey: boolean }) => {
-    const from = (draft ? parseNumber(draft.text) : held) ?? held ?? 0;
+    const from = (draft ? parseNumber(draft.text, span.unit) : held) ?? held ?? 0;
     put(number(nearest(from + way * stepOf(span, event), span), decimalsOf(span.perUnit)));
   };
   const onKey = (event: KeyboardEvent) => {
     if (event.key === "Enter") commit();
     else if (event.key === "Escape") {
+      if (draft) event.preventDefault(); // else it is for the dialog round it
       reverted.current = true;
       onBeginning(false);
       onRevert();
@@ -113,7 +108,7 @@ export function NumberBox({
           event.currentTarget.select();
         }}
         onInput={event => {
-          const typed = event.currentTarget.value.replace("-", MINUS);
+          const typed = event.currentTarget.value;
           reverted.current = false;
           onBeginning(unfinished(typed));
           put(typed);

@@ -1,4 +1,4 @@
-/** Owns text ↔ number: what people type, what a row allows, and why a value is not allowed. */
+/** Text and numbers: what people type, what a row allows, and why a value is not allowed. */
 import { text } from "../text";
 import { decimalsOf, number, withUnit } from "./format";
 
@@ -7,56 +7,142 @@ export interface Span {
   perUnit: number;
   minimum: number | null;
   maximum: number | null;
+  /** Set where the range is that of the servo's own angle limits, not of its model. */
+  limits?: "angle";
 }
 
-/** Either a value that may be sent, or the sentence that says why not and the nearest one that may. */
-export type Checked =
-  | { ok: true; value: number }
-  | {
-      ok: false;
-      code: "empty" | "not_a_number" | "between" | "above" | "below";
-      what: string;
-      remedy: string;
-      nearest: number | null;
-    };
+/** The sentence that says why a value may not be sent, and what may be entered instead. */
+export interface Refused {
+  ok: false;
+  code: "empty" | "not_a_number" | "ambiguous" | "unit" | "between" | "above" | "below";
+  what: string;
+  remedy: string;
+  /** The nearest value that may be sent. */
+  nearest: number | null;
+  /** Of a number that can be read in more than one way: those that may be sent. */
+  readings?: readonly number[];
+}
 
-const SPACES = /[\s\u00a0\u2009\u202f]/g;
-const UNIT = /(?:°c|°|deg|rpm|ms|µs|μs|us|s|%|v|a)$/i;
-const NUMBER = /^[+-]?(?:\d+(?:\.\d*)?|\.\d+)$/;
+export type Checked = { ok: true; value: number } | Refused;
 
-/** The number in what was typed: comma or point, any minus sign, unit allowed; null when there is none. */
-export function parseNumber(typed: string): number | null {
-  const plain = typed
-    .replace(SPACES, "")
-    .replace(/[\u2212\u2013\u2012\uff0d]/g, "-")
-    .replace(UNIT, "");
-  // "1,234.5" could mean two things; a wrong guess here would move a horn.
-  if (plain.includes(",") && plain.includes(".")) return null;
-  const pointed = plain.replace(",", ".");
-  return NUMBER.test(pointed) ? Number(pointed) : null;
+/**
+ * What a text says as a number. The rules:
+ *
+ * 1. Point and comma are both decimal separators. Thousands are grouped with spaces alone, as the page itself writes them.
+ * 2. A comma that could group thousands ("1,500", "1,234.5") is not read: both readings are offered.
+ * 3. Full-width characters, any minus sign, and the marks of a Japanese keyboard count as their plain ones.
+ * 4. A unit may follow, if it is the unit of the row.
+ */
+type Read =
+  | { as: "number"; value: number }
+  | { as: "ambiguous"; readings: readonly number[] }
+  | { as: "unit"; unit: string }
+  | { as: "nothing" };
+
+/** Full-width forms and signs like ℃ and ㎳. Not all of NFKC: it would make 102 of "10²". */
+const WIDE = /[\uff01-\uff5e\u2103\u3371-\u33df]/g;
+const PLAIN: readonly (readonly [RegExp, string])[] = [
+  [/\s+/g, " "],
+  [/[\u2212\u2010-\u2015\u30fc]/g, "-"],
+  [/[\u3002\uff61]/g, "."],
+  [/[\u3001\uff64]/g, ","],
+  [/[\u00b5\u03bc]/g, "u"],
+];
+
+function plain(typed: string): string {
+  const narrow = typed.replace(WIDE, one => one.normalize("NFKC"));
+  return PLAIN.reduce((before, [pattern, by]) => before.replace(pattern, by), narrow).trim();
+}
+
+const DIGITS = String.raw`\d{1,3}(?: \d{3})+|\d+`;
+const NUMBER = new RegExp(String.raw`^([+-]?) ?(?:(${DIGITS})(?:[.,](\d*))?|[.,](\d+))$`);
+const GROUPED = /^[+-]? ?[1-9]\d{0,2}(?:,\d{3})+(?:\.\d+)?$|^[+-]? ?[1-9]\d{0,2}(?:\.\d{3})+,\d+$/;
+const WITH_UNIT = /^(.*?[\d.,]) ?([a-z%°][a-z%°/]*)$/i;
+
+const OTHER_NAMES: Readonly<Record<string, string>> = { deg: "°", "deg/s": "°/s", c: "°c" };
+const UNITS: ReadonlySet<string> = new Set([
+  "°",
+  "°/s",
+  "°c",
+  "rpm",
+  "s",
+  "ms",
+  "us",
+  "%",
+  "v",
+  "a",
+  "kbit/s",
+  "mb",
+]);
+
+function unitOf(word: string): string {
+  const small = plain(word).toLowerCase();
+  return OTHER_NAMES[small] ?? small;
+}
+
+function read(typed: string, unit: string): Read {
+  const whole = plain(typed);
+  const [, digits = whole, word] = WITH_UNIT.exec(whole) ?? [];
+  if (!NUMBER.test(digits) && !GROUPED.test(digits)) return { as: "nothing" };
+  if (word !== undefined && unitOf(word) !== unitOf(unit)) {
+    return UNITS.has(unitOf(word)) ? { as: "unit", unit: word } : { as: "nothing" };
+  }
+  if (GROUPED.test(digits)) return { as: "ambiguous", readings: readings(digits) };
+  const [, sign, integer = "", fraction, alone] = NUMBER.exec(digits) ?? [];
+  const value = Number(`${integer.replaceAll(" ", "") || "0"}.${fraction ?? alone ?? ""}0`);
+  return { as: "number", value: sign === "-" ? -value : value };
+}
+
+/** "1,500" groups thousands, or is one and a half; of "1,234.5" and "1,234,567" there is one reading only. */
+function readings(digits: string): readonly number[] {
+  const bare = digits.replace(" ", "");
+  const grouping = bare.includes(",") && !/\..*,/.test(bare) ? "," : ".";
+  const grouped = Number(bare.replaceAll(grouping, "").replace(",", "."));
+  return /^[+-]?\d+,\d+$/.test(bare) ? [grouped, Number(bare.replace(",", "."))] : [grouped];
+}
+
+/** The number in what was typed for a value of this unit; null when there is none, or more than one. */
+export function parseNumber(typed: string, unit: string): number | null {
+  const found = read(typed, unit);
+  return found.as === "number" ? found.value : null;
+}
+
+/** The whole number in what was typed, not below zero: an ID, for instance. Null for anything else. */
+export function wholeNumber(typed: string): number | null {
+  const value = parseNumber(typed, "");
+  return value !== null && Number.isInteger(value) && value >= 0 ? value : null;
 }
 
 /** Whether typed text may still become a number: nothing yet, or a sign alone. */
 export function unfinished(typed: string): boolean {
-  return /^[+\-\u2212]?[.,]?$/.test(typed.replace(SPACES, ""));
+  return /^[+-]? ?[.,]?$/.test(plain(typed));
 }
 
 /** Checks typed text against a row. */
 export function check(typed: string, span: Span): Checked {
-  if (typed.trim() === "") {
-    return { ok: false, code: "empty", what: text.check.empty, remedy: enter(span), nearest: null };
+  const refused = (code: Refused["code"], what: string, remedy = enter(span)): Refused => ({
+    ok: false,
+    code,
+    what,
+    remedy,
+    nearest: null,
+  });
+  if (typed.trim() === "") return refused("empty", text.check.empty);
+  const found = read(typed, span.unit);
+  switch (found.as) {
+    case "number":
+      return checkValue(found.value, span);
+    case "unit":
+      return refused("unit", text.check.otherUnit(found.unit, span.unit));
+    case "nothing":
+      return refused("not_a_number", text.check.notANumber(typed.trim()));
+    case "ambiguous": {
+      const [one = "", other = ""] = found.readings.map(value => number(value, written(value)));
+      const remedy = other === "" ? text.check.enterOne(one) : text.check.either(one, other);
+      const allowed = found.readings.filter(value => checkValue(value, span).ok);
+      return { ...refused("ambiguous", text.check.ambiguous(typed.trim()), remedy), readings: allowed };
+    }
   }
-  const value = parseNumber(typed);
-  if (value === null) {
-    return {
-      ok: false,
-      code: "not_a_number",
-      what: text.check.notANumber(typed.trim()),
-      remedy: enter(span),
-      nearest: null,
-    };
-  }
-  return checkValue(value, span);
 }
 
 /** Checks a number against a row: range first, then the register's step. */
@@ -64,11 +150,17 @@ export function checkValue(value: number, span: Span): Checked {
   const { minimum, maximum, perUnit } = span;
   const raw = value * perUnit;
   if (maximum !== null && raw > maximum * perUnit + 1e-6) {
-    const what = text.check.above(show(value, span, 3), show(maximum, span));
+    const [shown, limit] = [show(value, span, 3), show(maximum, span)];
+    const what = span.limits
+      ? text.motion.pastLimit.angle_limit_cw(shown, limit, "0x38")
+      : text.check.above(shown, limit);
     return { ok: false, code: "above", what, remedy: enter(span), nearest: maximum };
   }
   if (minimum !== null && raw < minimum * perUnit - 1e-6) {
-    const what = text.check.below(show(value, span, 3), show(minimum, span));
+    const [shown, limit] = [show(value, span, 3), show(minimum, span)];
+    const what = span.limits
+      ? text.motion.pastLimit.angle_limit_ccw(shown, limit, "0x39")
+      : text.check.below(shown, limit);
     return { ok: false, code: "below", what, remedy: enter(span), nearest: minimum };
   }
   const whole = Math.round(raw);
@@ -103,8 +195,13 @@ export function stepOf(span: Span, held: { shiftKey: boolean; altKey: boolean })
 // A typed value is shown as typed, even between two steps; a limit with the register's decimals.
 function show(value: number, span: Span, extra = 0): string {
   const least = decimalsOf(span.perUnit);
-  const needed = (String(Math.abs(value)).split(".")[1] ?? "").length;
-  return withUnit(number(value, Math.min(least + extra, Math.max(least, extra ? needed : 0))), span.unit);
+  const digits = Math.min(least + extra, Math.max(least, extra ? written(value) : 0));
+  return withUnit(number(value, digits), span.unit);
+}
+
+/** As many decimals as it takes to write a number whole. */
+function written(value: number): number {
+  return (String(Math.abs(value)).split(".")[1] ?? "").length;
 }
 
 function enter(span: Span): string {

@@ -2,6 +2,7 @@
 import { describe, expect, test } from "vitest";
 import type { Row } from "../api/types";
 import type { KnownReading } from "../state/parameters";
+import { text } from "../text";
 import { predict } from "./prediction";
 import { type RowFacts, spanOf, viewOf } from "./row-state";
 import { scaleOf } from "./scale";
@@ -24,6 +25,8 @@ const reading: KnownReading = {
   key: row.key,
   address: row.address,
   value: 300,
+  configured: 300,
+  ram: 300,
   raw: 300,
   unit: "rpm",
   at: 0,
@@ -34,6 +37,7 @@ const reading: KnownReading = {
   maximum: 300,
   in_effect: true,
   why_not: null,
+  why: null,
   stale: false,
   readAt: 10,
 };
@@ -85,6 +89,15 @@ describe("viewOf", () => {
     expect(view).toMatchObject({ goTo: "0x25", words: "No effect now: 0x25 is off." });
     const own = "No effect now: 0x3A does nothing.";
     expect(viewOf(facts({ reading: { ...reading, in_effect: false, why_not: own } })).goTo).toBeNull();
+  });
+
+  test("the reason is said in the language of the page, by its code", () => {
+    const why = { code: "off_now", params: { last_command: "speed" } };
+    Object.assign(text.table.why, { off_now: "after {last_command}" });
+    Object.assign(text.table.commands, { speed: "Drehzahl" });
+    expect(viewOf(facts({ reading: { ...reading, in_effect: false, why } })).words).toContain(
+      "after Drehzahl",
+    );
   });
 
   test("an old value says how old", () => {

@@ -84,15 +84,17 @@ export function viewOf(facts: RowFacts): RowView {
     return say("stale", words);
   }
   if (reading.in_effect === false)
-    return say("no_effect", whySaid(reading.why_not ?? ""), target(reading.why_not, row.name));
+    return say("no_effect", whySaid(reading), target(reading.why_not, row.name));
   return say("idle");
 }
 
 /** "No effect now: …." in the page's language; in the server's words where it has none for the reason. */
-function whySaid(sentence: string): string {
-  const reason = /^No effect now: (.+)\.$/.exec(sentence)?.[1];
-  if (reason === undefined) return shorten(sentence);
-  return text.rows.state.noEffect(text.table.why[reason] ?? shorten(reason).trim());
+function whySaid({ why, why_not }: KnownReading): string {
+  const said = why ? text.table.why[why.code] : undefined;
+  if (said === undefined) return shorten(why_not ?? "");
+  return text.rows.state.noEffect(
+    said.replace("{last_command}", text.table.commands[why?.params?.last_command ?? ""] ?? ""),
+  );
 }
 
 /** Two lines are for names: "speed and torque control (0x25)" becomes "0x25", which the link beside it leads to. */

@@ -5,6 +5,7 @@ import { now } from "../state/clock";
 import type { Draft } from "../state/draft";
 import { servo } from "../state/fleet";
 import { up } from "../state/link";
+import { outputLine, switchedOff } from "../state/output";
 import type { Sheet } from "../state/parameters";
 import { text } from "../text";
 import { editing as words } from "../text/topics";
@@ -62,6 +63,16 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
     sheet.drafts.put(row.key, next);
   };
   const commit = () => sheet.drafts.commit(row.key, reading?.value);
+  const standard = reading?.default ?? null;
+  const wished = draft ? (draft.verdict.ok ? draft.verdict.value : undefined) : reading?.value;
+  /** Stages the default; pressed again, what RAM holds. */
+  const toDefault = () => {
+    const value = wished === standard ? (reading?.value ?? null) : standard;
+    if (value === null) return;
+    const typed = typeof value === "number" ? bare(value, span) : String(value);
+    stage({ text: typed, verdict: { ok: true, value } });
+    commit();
+  };
   const romDiffers =
     unsaved || (reading?.rom != null && reading.value !== null && reading.rom !== reading.value);
   const noteId = `note-${row.key}`;
@@ -91,6 +102,9 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         </span>
         <small id={noteId}>
           {row.name}, §{row.section}
+          {row.key === "torque_mode" && one?.online && switchedOff(one.output) && (
+            <>. {outputLine(one.output)}</>
+          )}
           {(quiet ? "" : view.words) !== "" && (
             <>
               . <span class="words">{view.words.replace(/[.。]$/, "")}</span>
@@ -111,20 +125,24 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
       </span>
       <span role="cell" class="p-range">
         <Range
-          {...{ row, span, draft, reading, stage, commit }}
+          {...{ row, span, draft, reading, stage, commit, toDefault }}
           frozen={locked || sheet.busy.value !== null}
         />
       </span>
-      <Held label={text.rows.ram} value={bare(reading?.value, span)} extra="p-ram" />
+      <Held label={text.rows.ram} value={bare(reading?.ram, span)} extra="p-ram" />
       <Held
         label={text.rows.rom}
         value={row.access === "r" ? "" : bare(reading?.rom, span)}
         extra={romDiffers ? "p-rom strong" : "p-rom"}
       />
-      <Held
-        label={text.rows.default}
-        value={row.access === "r" ? "" : bare(reading?.default, span)}
-        extra="p-default"
+      <Default
+        row={row}
+        value={row.access === "r" ? "" : bare(standard, span)}
+        label={text.rows.toDefault(row.label, full(standard, span))}
+        able={row.access === "rw" && !locked && sheet.busy.value === null && standard !== null}
+        held={reading?.value === standard}
+        chosen={wished === standard}
+        onChoose={toDefault}
       />
       {explained.value && <Help {...{ row, span, reading }} />}
       {!quiet && (
@@ -137,6 +155,47 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
         />
       )}
     </div>
+  );
+}
+
+interface DefaultProps {
+  row: Row;
+  value: string;
+  label: string;
+  able: boolean;
+  /** RAM holds it. */
+  held: boolean;
+  /** It is what stands in the box. */
+  chosen: boolean;
+  onChoose: () => void;
+}
+
+/** The default of a row; pressed, it is staged, and taken back when pressed again. Where RAM holds it, a mere value. */
+function Default({ row, value, label, able, held, chosen, onChoose }: DefaultProps) {
+  if (!able || (held && chosen)) return <Held label={text.rows.default} value={value} extra="p-default" />;
+  return (
+    <span role="cell" class="p-held p-default">
+      <button
+        type="button"
+        class="to-default"
+        aria-label={label}
+        aria-pressed={chosen}
+        title={label}
+        data-testid={`default-${row.key}`}
+        onClick={onChoose}
+      >
+        <svg width="9" height="8" viewBox="-4.5 -1 9 8" aria-hidden="true">
+          <path
+            d="M0 0l3.6 6.5h-7.2z"
+            fill={chosen ? "currentColor" : "none"}
+            stroke="currentColor"
+            stroke-width="1.2"
+          />
+        </svg>
+        <span class="fold">{text.rows.default} </span>
+        {value}
+      </button>
+    </span>
   );
 }
 
@@ -163,9 +222,11 @@ interface EditorProps {
 }
 
 function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commit, beginning }: EditorProps) {
-  const held = reading?.raw === null ? null : reading?.value;
+  const unread = reading === undefined || reading.raw === null;
+  const held = unread ? null : reading.value;
   if (row.access !== "rw") return <span class="fixed">{full(held as never, span)}</span>;
-  const frozen = locked || sheet.busy.value !== null || held === undefined || held === null;
+  const inactive = held === null && row.kind === "number";
+  const frozen = locked || sheet.busy.value !== null || unread || inactive;
   const wish = draft?.verdict.ok ? draft.verdict.value : held;
   const choose = (value: boolean | string) => {
     stage({ text: String(value), verdict: { ok: true, value } });
@@ -218,9 +279,10 @@ function Editor({ sheet, row, span, draft, reading, locked, noteId, stage, commi
 type RangeProps = Pick<EditorProps, "row" | "span" | "draft" | "stage" | "commit"> & {
   reading: { value: unknown; default: unknown } | undefined;
   frozen: boolean;
+  toDefault: () => void;
 };
 
-function Range({ row, span, draft, reading, stage, commit, frozen }: RangeProps) {
+function Range({ row, span, draft, reading, stage, commit, toDefault, frozen }: RangeProps) {
   if (row.kind !== "number" || row.access !== "rw") return null;
   const held = asNumber(reading?.value);
   const standard = asNumber(reading?.default);
@@ -234,6 +296,6 @@ function Range({ row, span, draft, reading, stage, commit, frozen }: RangeProps)
     const put = nearest(value, span);
     stage({ text: number(put, decimalsOf(span.perUnit)), verdict: { ok: true, value: put } });
   };
-  const way = frozen || held === null ? {} : { onDrag: drag, onDrop: commit };
+  const way = frozen || held === null ? {} : { onDrag: drag, onDrop: commit, onStandard: toDefault };
   return <Ruler {...{ scale, held, standard, staged, beyond, label }} {...way} />;
 }

@@ -15,6 +15,8 @@ interface Props {
   /** Told the value under the pointer while it drags; absent where the range is only looked at. */
   onDrag?: (value: number) => void;
   onDrop?: () => void;
+  /** The mark of the default was pressed. */
+  onStandard?: () => void;
 }
 
 const WIDTH = 112;
@@ -24,7 +26,7 @@ const PARTS = 10;
 /** A finger that only scrolls past must not change a value: it has to begin at the mark. */
 const NEAR = 24;
 
-export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, onDrop }: Props) {
+export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, onDrop, onStandard }: Props) {
   const x = (value: number) => placeOf(value, scale) * WIDTH;
   const drawing = useRef<SVGSVGElement>(null);
   const dragging = useRef(false);
@@ -36,6 +38,12 @@ export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, on
     const mark = staged ?? held;
     const left = drawing.current?.getBoundingClientRect().left ?? 0;
     if (!onDrag || mark === null || event.button !== 0) return;
+    // A finger has the default in its column: here it could only be meant to scroll.
+    if (event.pointerType === "mouse" && (event.target as Element).closest(".standard")) {
+      event.preventDefault();
+      onStandard?.();
+      return;
+    }
     if (event.pointerType !== "mouse" && Math.abs(event.clientX - left - 8 - x(mark)) > NEAR) return;
     dragging.current = true;
     drawing.current?.setPointerCapture(event.pointerId);
@@ -68,7 +76,12 @@ export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, on
         <path d={`M${x(held)} ${LINE}H${x(staged)}`} stroke="var(--intent)" stroke-width="2" />
       )}
       {standard !== null && (
-        <path d={`M${x(standard)} 19l3.6 6.5h-7.2z`} fill="none" stroke="var(--ink-3)" stroke-width="1.2" />
+        <g class={onStandard ? "standard" : ""}>
+          {onStandard && (
+            <rect x={x(standard) - 8} y="17" width="16" height="11" fill="none" pointer-events="all" />
+          )}
+          <path d={`M${x(standard)} 19l3.6 6.5h-7.2z`} fill="none" stroke="var(--ink-3)" stroke-width="1.2" />
+        </g>
       )}
       {held !== null && <path d={`M${x(held)} 5.5V20`} stroke="var(--ink)" stroke-width="3" />}
       {staged !== null && (

@@ -4,6 +4,7 @@ import { text } from "../text";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
+import { useKeys } from "../ui/use-keys";
 
 interface Props {
   name: string;
@@ -12,7 +13,7 @@ interface Props {
   ramOnly: number;
   torqueChanged: boolean;
   sideEffect: string;
-  busy: "applying" | "saving" | null;
+  busy: "checking" | "applying" | "saving" | null;
   online: boolean;
   problem: string | null;
   onDiscard: () => void;
@@ -27,6 +28,12 @@ export function SaveBar(props: Props) {
   const parts = said.parts(staged, ramOnly);
   const waiting = !up.value ? said.noLink : props.online ? null : said.offline(name);
   const waits = busy !== null || waiting !== null;
+  const mayApply = !waits && staged > 0;
+  const maySave = !waits && staged + ramOnly > 0;
+  useKeys({
+    "Ctrl+Enter": () => mayApply && props.onApply(),
+    "Ctrl+S": () => maySave && props.onSave(),
+  });
   return (
     <section
       class="save-bar"
@@ -69,20 +76,18 @@ export function SaveBar(props: Props) {
         {said.discard}
       </Button>
       <Button testid="diff" onClick={props.onDiff}>
-        {said.diff} <kbd class="touch-hide">{said.ctrlS}</kbd>
+        {said.diff}
       </Button>
-      <Button look="two" testid="apply" live disabled={waits || staged === 0} onClick={props.onApply}>
-        {said.apply(staged)}
+      <Button look="two" testid="apply" live disabled={!mayApply} onClick={props.onApply}>
+        <span>
+          {said.apply(staged)} <kbd class="touch-hide">{said.ctrlEnter}</kbd>
+        </span>
         <small>{waiting ?? said.applySub}</small>
       </Button>
-      <Button
-        look="two primary"
-        testid="apply-save"
-        live
-        disabled={waits || staged + ramOnly === 0}
-        onClick={props.onSave}
-      >
-        {staged > 0 ? said.save : said.saveOnly}
+      <Button look="two primary" testid="apply-save" live disabled={!maySave} onClick={props.onSave}>
+        <span>
+          {staged > 0 ? said.save : said.saveOnly} <kbd class="touch-hide">{said.ctrlS}</kbd>
+        </span>
         <small>{waiting ?? props.sideEffect}</small>
       </Button>
     </section>

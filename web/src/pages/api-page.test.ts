@@ -83,6 +83,30 @@ describe("what was sent last", () => {
 });
 
 describe("the document", () => {
+  test("what operations share is found under components", () => {
+    const [only] = operationsOf(
+      {
+        paths: {
+          "/stop": {
+            post: {
+              parameters: [{ $ref: "#/components/parameters/uid" }],
+              responses: { default: { $ref: "#/components/responses/CommonProblem" } },
+            },
+          },
+        },
+        components: {
+          parameters: { uid: { name: "uid", in: "path", required: true, description: "Unique ID." } },
+          responses: { CommonProblem: { description: "Refused: `unauthorized`." } },
+        },
+      },
+      of => of,
+    );
+    expect(only?.arguments).toEqual([
+      { name: "uid", where: "path", type: "", required: true, what: "Unique ID." },
+    ]);
+    expect(only?.answers).toEqual([{ status: "default", what: "Refused: unauthorized." }]);
+  });
+
   const found = operationsOf(
     {
       paths: {

@@ -4,8 +4,8 @@ import { useEffect } from "preact/hooks";
 import type { Problem } from "../api/client";
 import type { SafetyWord } from "../api/config-types";
 import { dangerOf } from "../form/danger";
-import type { Agreed, AskBack } from "../state/apply";
-import { toConfirm } from "../state/records";
+import { wordsOf } from "../form/safety-words";
+import type { AskBack } from "../state/apply";
 import { text } from "../text";
 import { editing } from "../text/topics";
 import { Button } from "../ui/button";
@@ -18,7 +18,7 @@ const said = editing.confirm;
 /** A question that waits for its answer. */
 export interface Question {
   problem: Problem;
-  answer: (word: Agreed | null) => void;
+  answer: (word: SafetyWord | null) => void;
 }
 
 /** Puts a question where `AskBack` looks for it, and waits. */
@@ -43,16 +43,16 @@ interface Props {
 
 export function AskBackDialog({ name, count, question }: Props) {
   const agreed = useSignal<readonly SafetyWord[]>([]);
-  const free = useSignal(false);
-  const word = toConfirm(question.problem);
-  const saves = word === "torque_off_in_rom";
+  const words = wordsOf(question.problem);
+  const choice = words.length > 1;
   const { answer } = question;
+  const chosen = agreed.value[0];
   // A page that is left answers no.
   useEffect(() => () => answer(null), [question]);
   return (
     <Dialog
       title={said.title(name)}
-      subtitle={saves ? said.notSaved : said.lead}
+      subtitle={said.lead}
       testid="ask-back"
       onClose={() => answer(null)}
       foot={
@@ -61,25 +61,14 @@ export function AskBackDialog({ name, count, question }: Props) {
             <Button onClick={() => answer(null)}>{text.cancel}</Button>
           </span>
           <Button
-            look={saves ? "plain" : "primary"}
+            look="primary"
             live
             testid="ask-back-go"
-            disabled={word === null || !agreed.value.includes(word)}
-            onClick={() => answer(word)}
+            disabled={chosen === undefined}
+            onClick={() => answer(chosen ?? null)}
           >
-            {saves ? said.goSave : said.go(count)}
+            {words.some(one => one.startsWith("torque")) ? said.next : said.go(count)}
           </Button>
-          {saves && (
-            <Button
-              look="primary"
-              live
-              testid="ask-back-torque"
-              disabled={!free.value}
-              onClick={() => answer("torque_on")}
-            >
-              {said.goTorque}
-            </Button>
-          )}
         </>
       }
     >
@@ -87,20 +76,26 @@ export function AskBackDialog({ name, count, question }: Props) {
         <Glyph kind="warning" size={18} />
         <span>{dangerOf(question.problem)}</span>
       </p>
-      {saves && (
-        <label class="tick">
-          <input
-            type="checkbox"
-            data-testid="ask-back-free"
-            checked={free.value}
-            onChange={event => {
-              free.value = event.currentTarget.checked;
-            }}
-          />
-          {said.free}
-        </label>
+      {choice ? (
+        <fieldset class="ask-choices">
+          {words.map(one => (
+            <label key={one} class="tick">
+              <input
+                type="radio"
+                name="ask-back"
+                data-testid={`ask-back-${one}`}
+                checked={chosen === one}
+                onChange={() => {
+                  agreed.value = [one];
+                }}
+              />
+              {said.choices[one]}
+            </label>
+          ))}
+        </fieldset>
+      ) : (
+        <ConfirmTicks needed={words} agreed={agreed} sentences={said.ticks} />
       )}
-      {word !== null && <ConfirmTicks needed={[word]} agreed={agreed} sentences={said.ticks} />}
     </Dialog>
   );
 }

@@ -9,7 +9,7 @@ import { nameOf, servo } from "../state/fleet";
 import { withWord } from "../state/frame-filter";
 import { up } from "../state/link";
 import { box } from "../state/monitor";
-import { go, pathOf } from "../state/route";
+import { change, go, pathOf } from "../state/route";
 import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
@@ -76,7 +76,7 @@ export function Findings({ list }: { list: readonly Finding[] }) {
 }
 
 function FindingRow({ one }: { one: Finding }) {
-  const { title, remedy } = told(one);
+  const { title, evidence, remedy } = told(one);
   return (
     <li class="finding" data-severity={one.severity} data-code={one.code}>
       <Glyph kind={one.severity} />
@@ -85,7 +85,7 @@ function FindingRow({ one }: { one: Finding }) {
           <span class="hidden-text">{said.severity[one.severity]}: </span>
           {title}
         </p>
-        <p class="f-evidence">{one.evidence}</p>
+        <p class="f-evidence">{evidence}</p>
         {remedy !== null && <Remedy text={remedy} />}
         {one.severity !== "ok" && <Ways one={one} />}
       </div>
@@ -107,7 +107,7 @@ function Ways({ one }: { one: Finding }) {
   if (servos.length + nodes.length === 0 && !ids && !connect) return null;
   const look = (id: number) => {
     box.value = withWord(box.peek(), "node", id);
-    go(pathOf("bus", null, "monitor"), true);
+    change({}, "monitor");
   };
   return (
     <p class="ways small">
@@ -117,7 +117,7 @@ function Ways({ one }: { one: Finding }) {
         </button>
       )}
       {ids && (
-        <button type="button" class="link" onClick={() => go(pathOf("bus", null, "ids"), true)}>
+        <button type="button" class="link" onClick={() => change({}, "ids")}>
           {said.ids}
         </button>
       )}

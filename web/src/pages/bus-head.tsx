@@ -1,4 +1,4 @@
-/** Owns the head of the bus page: what is connected and how it is, and the ways to change that. */
+/** The head of the bus page: what is connected and how it is, and the ways to change that. */
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Bus } from "../api/types";
@@ -13,6 +13,7 @@ import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Icon, Spinner } from "../ui/icon";
+import { lineFact, nothingReceived } from "./bus-line";
 import { LogDialog } from "./bus-log";
 import { Remedy } from "./bus-remedy";
 
@@ -85,27 +86,36 @@ export function BusHead() {
 }
 
 function facts(state: Bus): string {
-  const word =
-    state.state === "active" && state.trouble !== null ? words.trouble.over : words.state[state.state];
+  const word = stateWord(state);
   if (state.state === "disconnected" || state.bitrate === null) return word;
   const rate = text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 3 : 0));
   const point =
     state.sample_point === null
       ? words.samplePointUnknown
       : words.samplePoint(withUnit(number(state.sample_point * 100, 1), "%"));
-  return `${word}. ${rate}, ${point}`;
+  const line = lineFact(state);
+  return `${word}. ${rate}, ${point}${line === null ? "" : `. ${line}`}`;
+}
+
+function stateWord(state: Bus): string {
+  if (state.trouble_code === "recording_over") return words.trouble.over;
+  return state.trouble_code === "nothing_received" ? words.trouble.nothing : words.state[state.state];
 }
 
 /** Why the bus does not work, what helps, and when it is tried again. */
 function Trouble({ state }: { state: Bus }) {
   const waits = retryIn.value;
   if (state.trouble === null && state.state !== "lost" && state.state !== "bus_off") return null;
+  const nothing = state.trouble_code === "nothing_received" ? nothingReceived(state) : null;
   return (
     <section class="bus-trouble" role="alert" data-testid="bus-trouble">
       <Glyph kind={state.state === "passive" || state.state === "active" ? "warning" : "failure"} />
       <div>
-        <p class="strong">{state.state === "active" ? words.trouble.over : words.state[state.state]}</p>
-        {state.trouble !== null && <Remedy text={state.trouble} />}
+        <p class="strong">{stateWord(state)}</p>
+        {nothing?.map(one => (
+          <p key={one}>{one}</p>
+        ))}
+        {nothing === null && state.trouble !== null && <Remedy text={state.trouble} />}
       </div>
       {waits !== null && (
         // Read aloud once, not each second.

@@ -1,7 +1,9 @@
 /** Owns the two dialogs of the node id table: pin an id, forget one. */
+
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocationChange } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
+import { wholeNumber } from "../form/number";
 import { ownerName } from "../state/allocations";
 import { text } from "../text";
 import { bus as words } from "../text/topics";
@@ -28,7 +30,7 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
     if (wrong !== null || busy.peek()) return;
     busy.value = true;
     try {
-      const body = { node_id: Number(typed.peek().trim()) };
+      const body = { node_id: wholeNumber(typed.peek()) };
       onClose((await ask<AllocationChange>("PUT", `/allocations/${one.uid}`, { body })).note);
     } catch (error) {
       refused.value = text.problem(problemOf(error));
@@ -94,8 +96,8 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
 /** Why a typed node id cannot be pinned; null when it can. */
 export function wrongId(typed: string, one: Allocation, table: readonly Allocation[]): string | null {
   const plain = typed.trim();
-  const id = Number(plain);
-  if (!/^\d+$/.test(plain) || id < LOWEST || id > HIGHEST) return said.pinRange(plain === "" ? "–" : plain);
+  const id = wholeNumber(plain);
+  if (id === null || id < LOWEST || id > HIGHEST) return said.pinRange(plain === "" ? "–" : plain);
   const owner = table.find(other => other.node_id === id && other.uid !== one.uid);
   return owner ? said.pinTaken(String(id), ownerName(owner.uid)) : null;
 }

@@ -178,7 +178,11 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
           ]}
         />
         <span class="second small" data-testid="allocator-says">
-          {allocator.state === "standing_down" ? said.says.standing_down : said.says[allocator.mode]}
+          {allocator.state !== "standing_down"
+            ? said.says[allocator.mode]
+            : allocator.own_id_shared
+              ? said.says.own_id_shared
+              : said.says.standing_down}
         </span>
       </div>
       {rival !== null && (

@@ -1,8 +1,10 @@
 /** Owns the dialog of the log: format, name and limit; how far it is; and the files there are. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { LogFile, LogFormat, LogState } from "../api/bus-types";
 import { clock, date, grouped, minute, size } from "../form/format";
+import { parseNumber } from "../form/number";
 import { listLogs, log, logProblem, logs, removeLog, startLog, stopLog, urlOf } from "../state/bus-log";
 import { connected } from "../state/desk";
 import { text } from "../text";
@@ -98,8 +100,8 @@ function Start() {
   const name = useSignal("");
   const limit = useSignal(String(USUAL_MB));
   const busy = useSignal(false);
-  const mb = Number(limit.value.trim().replace(",", "."));
-  const wrong = limit.value.trim() === "" || !(mb >= 1 && mb <= MOST_MB);
+  const mb = parseNumber(limit.value, "MB") ?? 0;
+  const wrong = mb < 1 || mb > MOST_MB;
   const start = async () => {
     if (wrong || busy.peek()) return;
     busy.value = true;

@@ -7,6 +7,7 @@ import { withProblems } from "../state/frame-filter";
 import { onKey } from "../state/keys";
 import { up } from "../state/link";
 import * as monitor from "../state/monitor";
+import { keepInAddress } from "../state/route";
 import { bus as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
@@ -20,6 +21,7 @@ const said = words.monitor;
 
 export function Monitor() {
   useEffect(() => monitor.watchFrames(), []);
+  useEffect(() => keepInAddress("q", monitor.box), []);
   return (
     <section class="monitor" aria-label={said.title} data-testid="monitor">
       <Tools />

@@ -1,10 +1,12 @@
-/** Owns the choice of an adapter: what is plugged in as cards, any other address, and opening it. */
+/** The choice of an adapter: what is plugged in as cards, any other address, and opening it. */
+
 import { computed, type Signal, signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { Adapter } from "../api/bus-types";
 import { ask, type Problem, problemOf } from "../api/client";
 import type { Bus } from "../api/types";
-import { age, number } from "../form/format";
+import { age, grouped, number } from "../form/format";
+import { parseNumber } from "../form/number";
 import { channelOf } from "../state/bus-now";
 import { monotonic, now } from "../state/clock";
 import type { Kind } from "../state/condition";
@@ -16,6 +18,7 @@ import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Guides } from "../ui/guide";
 import { Spinner } from "../ui/icon";
+import { LineFacts } from "./bus-line";
 import { Remedy } from "./bus-remedy";
 
 const said = words.connectDialog;
@@ -23,6 +26,7 @@ const said = words.connectDialog;
 /** Stands for the address typed by hand. */
 const OTHER = "";
 const DEMO = "memory:";
+const SERIAL = "slcan:";
 const USUAL_BITRATE = 1_000_000;
 const ASK_MS = 2000;
 /** Opening has a deadline of its own on the server. */
@@ -36,11 +40,19 @@ export interface Picker {
   chosen: Signal<string | null>;
   typed: Signal<string>;
   kbit: Signal<string>;
+  /** Pause between the frames of one transfer as typed, ms. */
+  gap: Signal<string>;
   opening: Signal<boolean>;
   refused: Signal<{ text: string; remedy: string | null } | null>;
   /** What Connect would open; null while nothing can be. */
-  wish: { readonly value: { address: string; bitrate: number } | null };
+  wish: { readonly value: Wish | null };
   open: () => Promise<boolean>;
+}
+
+interface Wish {
+  address: string;
+  bitrate: number;
+  frame_gap_ms?: number;
 }
 
 /** Lists the adapters again and again while it is shown; one that is plugged in appears by itself. */
@@ -85,12 +97,15 @@ function makePicker(): Picker {
   const kbit = signal(String(USUAL_BITRATE / 1000));
   const opening = signal(false);
   const refused: Picker["refused"] = signal(null);
-  const wish = computed(() => {
-    if (chosen.value === null) return null;
-    if (chosen.value !== OTHER) return { address: chosen.value, bitrate: USUAL_BITRATE };
+  const gap = signal(String(bus.peek()?.frame_gap_ms ?? 0));
+  const wish = computed<Wish | null>(() => {
+    const pause = gapOf(gap.value);
+    if (chosen.value === null || pause === null) return null;
+    const option = pause > 0 ? { frame_gap_ms: pause } : {};
+    if (chosen.value !== OTHER) return { address: chosen.value, bitrate: USUAL_BITRATE, ...option };
     const address = typed.value.trim();
     const bitrate = bitrateOf(kbit.value);
-    return address === "" || bitrate === null ? null : { address, bitrate };
+    return address === "" || bitrate === null ? null : { address, bitrate, ...option };
   });
   const open = async () => {
     if (wish.peek() === null || opening.peek()) return false;
@@ -113,6 +128,7 @@ function makePicker(): Picker {
     chosen,
     typed,
     kbit,
+    gap,
     opening,
     refused,
     wish,
@@ -133,8 +149,16 @@ const MOST_KBIT = 1000;
 
 /** Bit/s of what was typed in kbit/s, or null. */
 export function bitrateOf(typed: string): number | null {
+  const value = parseNumber(typed, "kbit/s");
+  return value !== null && value >= LEAST_KBIT && value <= MOST_KBIT ? Math.round(value * 1000) : null;
+}
+
+const MOST_GAP_MS = 20;
+
+/** Milliseconds of a pause that was typed, or null. */
+export function gapOf(typed: string): number | null {
   const value = Number(typed.trim().replace(",", "."));
-  return typed.trim() !== "" && value >= LEAST_KBIT && value <= MOST_KBIT ? Math.round(value * 1000) : null;
+  return typed.trim() !== "" && value >= 0 && value <= MOST_GAP_MS ? value : null;
 }
 
 export function PickerCards({ picker }: { picker: Picker }) {
@@ -170,7 +194,13 @@ export function PickerCards({ picker }: { picker: Picker }) {
       <p class="small dim" data-testid="adapters-looked">
         {list === null ? said.looking : said.looked(age(Math.max(0, now.value - picker.lookedAt.value), 0))}
       </p>
+      <Options picker={picker} />
       <SwitchesOff picker={picker} />
+      {picker.opening.value && picker.wish.value?.address.startsWith(SERIAL) && (
+        <p class="small second" role="status" data-testid="finding-rate">
+          {said.findingRate}
+        </p>
+      )}
       {refused && (
         <div class="refused" role="alert" data-testid="connect-refused">
           <p class="refusal">
@@ -211,6 +241,7 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
   const facts = [
     one.bitrate === null ? null : text.bar.bitrate(number(one.bitrate / 1e6, one.bitrate % 1e6 ? 3 : 0)),
     one.sample_point === null ? null : words.plot.pct(number(one.sample_point * 100, 1)),
+    one.baud === null ? null : said.lastBaud(grouped(one.baud)),
   ].filter(fact => fact !== null);
   return (
     <div class="adapter" data-usable={one.usable} data-chosen={chosen} data-testid={`adapter-${one.address}`}>
@@ -241,6 +272,11 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
           </span>
         </span>
       </label>
+      {one.state === "connected" && bus.value && !isDemo(one) && (
+        <div class="adapter-why">
+          <LineFacts state={bus.value} />
+        </div>
+      )}
       {(one.reason !== null || one.remedy !== null) && (
         <div class="adapter-why">
           {one.reason !== null && <p>{one.reason}</p>}
@@ -312,6 +348,36 @@ function Other({ picker }: { picker: Picker }) {
         </div>
       )}
     </div>
+  );
+}
+
+/** What applies to every adapter; folded, for few need it. */
+function Options({ picker }: { picker: Picker }) {
+  const wrong = gapOf(picker.gap.value) === null;
+  return (
+    <details class="adapter-options" data-testid="adapter-options">
+      <summary>{said.options}</summary>
+      <div class="field-row">
+        <label for="adapter-gap">{said.gap}</label>
+        <span class="box short" data-wrong={wrong}>
+          <input
+            id="adapter-gap"
+            data-testid="adapter-gap"
+            inputMode="decimal"
+            autocomplete="off"
+            value={picker.gap.value}
+            aria-invalid={wrong}
+            onInput={event => {
+              picker.gap.value = event.currentTarget.value;
+            }}
+          />
+          <span class="unit">ms</span>
+        </span>
+        <span class={wrong ? "small strong" : "small second"}>
+          {wrong ? said.gapWrong(picker.gap.value.trim() || "–") : said.gapLine}
+        </span>
+      </div>
+    </details>
   );
 }
 

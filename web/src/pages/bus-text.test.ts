@@ -4,7 +4,7 @@ import type { Adapter, Allocation, DecodedTransfer, RawFrame } from "../api/bus-
 import { grouped, size } from "../form/format";
 import { channelOf } from "../state/bus-now";
 import { wrongId } from "./bus-id-dialogs";
-import { bitrateOf, chosenOf } from "./bus-picker";
+import { bitrateOf, chosenOf, gapOf } from "./bus-picker";
 import { pieces } from "./bus-remedy";
 import { endsOf, leaves, lineOf, spaced, stamp } from "./bus-row-text";
 
@@ -158,7 +158,11 @@ describe("a remedy", () => {
 describe("what is typed", () => {
   test.each([
     ["1000", 1_000_000],
-    ["83,333", 83_333],
+    ["83.333", 83_333],
+    ["83,33", 83_330],
+    ["83,333", null],
+    ["１０００ｋｂｉｔ／ｓ", 1_000_000],
+    ["0x3E8", null],
     [" 500 ", 500_000],
     ["9", null],
     ["1001", null],
@@ -166,6 +170,18 @@ describe("what is typed", () => {
     ["1 M", null],
   ])("a bit rate of %s kbit/s", (typed, bits) => {
     expect(bitrateOf(typed)).toBe(bits);
+  });
+
+  test.each([
+    ["0", 0],
+    ["3", 3],
+    ["2,5", 2.5],
+    ["20", 20],
+    ["21", null],
+    ["-1", null],
+    ["", null],
+  ])("a pause of %s ms between frames", (typed, pause) => {
+    expect(gapOf(typed)).toBe(pause);
   });
 
   test("a node id that is not one, or belongs to somebody else, is refused before it is sent", () => {
@@ -180,6 +196,7 @@ describe("what is typed", () => {
     const table = [mine, one("bbbb0000bbbb0000bbbb0000bbbb0000", 6)];
     expect(wrongId("5", mine, table)).toBeNull();
     expect(wrongId(" 125 ", mine, table)).toBeNull();
+    expect(wrongId("１２５", mine, table)).toBeNull();
     expect(wrongId("6", mine, table)).toContain("belongs to bbbb…0000");
     for (const typed of ["0", "126", "-1", "1.5", "x", ""])
       expect(wrongId(typed, mine, table)).toContain("1 to 125");
@@ -198,6 +215,8 @@ describe("the adapter that is chosen", () => {
     remedy: null,
     bitrate: null,
     sample_point: null,
+    serial_number: null,
+    baud: null,
   });
   const list = [
     adapter("a", "down"),

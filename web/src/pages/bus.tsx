@@ -5,7 +5,7 @@ import { watchLog } from "../state/bus-log";
 import { bus } from "../state/desk";
 import { complaints, watchDoctor } from "../state/doctor";
 import type { Poll } from "../state/poll";
-import { go, pathOf } from "../state/route";
+import { change } from "../state/route";
 import { narrow } from "../state/screen";
 import { text } from "../text";
 import { bus as words } from "../text/topics";
@@ -114,7 +114,7 @@ function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undef
     open(next);
     list.current?.querySelector<HTMLElement>(`[data-testid=part-${next}]`)?.focus();
   };
-  const open = (part: Part) => go(pathOf("bus", null, part), true);
+  const open = (part: Part) => change({}, part);
   const { failure, warning } = complaints.value;
   return (
     <div class="tabs">

@@ -1,17 +1,11 @@
 /** Owns the fourth step: what each servo becomes, what moves, and the one press that starts the job. */
-import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import type { SafetyWord } from "../api/config-types";
+import type { CommissionPlan, SafetyWord } from "../api/config-types";
 import { NONE } from "../form/format";
-import {
-  asking,
-  forecasts,
-  loadForecasts,
-  loadProfiles,
-  profiles,
-  refused,
-  start,
-} from "../state/commission";
+import { wholeNumber } from "../form/number";
+import { addressOf, labelOf, valueText } from "../form/row-text";
+import { isOpen, withTick } from "../form/safety-words";
+import { asking, loadProfiles, plan, plans, profiles, refused, start } from "../state/commission";
 import { change, count, draft, wanted } from "../state/commission-draft";
 import { stopped } from "../state/desk";
 import { servo } from "../state/fleet";
@@ -22,32 +16,30 @@ import { Spinner } from "../ui/icon";
 import { Scroll } from "../ui/scroll";
 import { Segments } from "../ui/segments";
 import { Actions, Question, Toggle } from "./commission-parts";
+import { hornLine } from "./horn-forecast";
+import { HornFreeTick, useHornFree } from "./horn-free";
 
 const said = words.check;
 
 export function CheckStep() {
-  const free = useSignal(false);
-  useEffect(() => {
-    void loadForecasts();
-    if (draft.peek().profile !== null) void loadProfiles();
-    refused.value = null;
-  }, []);
   const present = draft.value;
   const uids = wanted(present);
-  const known = forecasts.value;
-  // What is not known is taken to move; a profile may bring soft start or torque with it.
-  const moves = present.save && uids.some(uid => known.get(uid)?.moves !== false || present.profile !== null);
+  const agreed = present.confirm.join(" ");
+  // Asked again with every change of what is asked for: only what was checked can be started.
+  useEffect(() => {
+    void plan();
+  }, [present.save, agreed]);
+  useEffect(() => {
+    if (draft.peek().profile !== null) void loadProfiles();
+  }, []);
+  const known = plans.value;
+  const free = useHornFree(
+    (present.save ? uids : []).map(uid => ({ uid, moves: known?.get(uid)?.restart?.moves !== false })),
+  );
   const problem = refused.value;
-  const needed = [
-    ...present.confirm,
-    ...(problem?.confirm && !present.confirm.includes(problem.confirm) ? [problem.confirm] : []),
-  ];
-  const unmet = problem?.confirm != null && !present.confirm.includes(problem.confirm);
-  const agree = (word: SafetyWord, on: boolean) => {
-    change({
-      confirm: on ? [...present.confirm, word] : present.confirm.filter(one => one !== word),
-    });
-  };
+  const needed = [...new Set([...present.confirm, ...(problem?.confirm ?? [])])];
+  const unmet = isOpen(problem?.confirm ?? [], present.confirm);
+  const agree = (word: SafetyWord, on: boolean) => change({ confirm: withTick(present.confirm, word, on) });
   return (
     <>
       <Question title={said.title}>
@@ -60,7 +52,7 @@ export function CheckStep() {
             <p class="grow">
               <b>{said.refused}</b> {problem.text}
             </p>
-            {problem.uid !== null && uids.includes(problem.uid) && problem.confirm === null && (
+            {problem.uid !== null && uids.includes(problem.uid) && problem.confirm.length === 0 && (
               <Button onClick={() => toEntry(problem.uid ?? "")} testid="refused-change">
                 {said.change}
               </Button>
@@ -74,7 +66,7 @@ export function CheckStep() {
               <th class="right">{said.head.id}</th>
               <th class="right">{said.head.node}</th>
               <th>{said.head.name}</th>
-              <th>{present.save && said.head.moves}</th>
+              <th>{present.save ? said.head.moves : said.head.changes}</th>
             </tr>
           </thead>
           <tbody>
@@ -113,16 +105,7 @@ export function CheckStep() {
               onChange={on => agree(word, on)}
             />
           ))}
-          {moves && (
-            <Toggle
-              label={said.free}
-              on={free.value}
-              testid="horn-free"
-              onChange={on => {
-                free.value = on;
-              }}
-            />
-          )}
+          <HornFreeTick of={free} big />
         </div>
       </Scroll>
       <Actions>
@@ -132,7 +115,9 @@ export function CheckStep() {
           look="primary"
           live
           testid="start"
-          disabled={asking.value || unmet || stopped.value || (moves && !free.value) || uids.length === 0}
+          disabled={
+            asking.value || known === null || unmet || stopped.value || !free.agreed || uids.length === 0
+          }
           onClick={() => void start()}
         >
           {asking.value && <Spinner />}
@@ -162,7 +147,7 @@ function profileLine(name: string | null): string {
 function Row({ uid }: { uid: string }) {
   const entry = draft.value.entries[uid];
   const one = servo(uid);
-  const forecast = forecasts.value.get(uid);
+  const planned = plans.value?.get(uid);
   if (!entry) return null;
   const label = entry.label.trim();
   return (
@@ -173,28 +158,55 @@ function Row({ uid }: { uid: string }) {
       </td>
       <td class="right c-serial">
         <span class="second">{one?.servo_id ?? NONE} → </span>
-        <span class="strong k-intent">{entry.servoId}</span>
+        <span class="strong k-intent">{wholeNumber(entry.servoId)}</span>
       </td>
       <td class="right">
         {entry.nodeId.trim() === "" ? (
           <span class="second">{said.same}</span>
         ) : (
-          <span class="strong k-intent">{entry.nodeId.trim() === "0" ? said.keeps : entry.nodeId}</span>
+          <span class="strong k-intent">{wholeNumber(entry.nodeId) || said.keeps}</span>
         )}
       </td>
       <td>
         {label === "" ? <span class="dim">{said.noName}</span> : <span class="strong k-intent">{label}</span>}
       </td>
       <td>
-        {draft.value.save &&
-          (forecast === undefined ? (
+        {planned === undefined ? (
+          asking.value && (
             <span class="c-working dim">
               <Spinner /> {said.asking}
             </span>
-          ) : (
-            <span class={forecast.moves === false ? "second" : ""}>{forecast.text}</span>
-          ))}
+          )
+        ) : (
+          <Planned of={planned} />
+        )}
       </td>
     </tr>
+  );
+}
+
+/** What the horn does, and every row that ROM will hold differently; without a save, every row that is written. */
+function Planned({ of }: { of: CommissionPlan }) {
+  const { save } = draft.value;
+  const changes = save
+    ? (of.rom_changes ?? [])
+    : of.changes
+        .filter(one => one.verdict !== "unchanged")
+        .map(({ key, before, requested }) => ({ key, before, after: requested }));
+  return (
+    <>
+      {of.restart && <span class={of.restart.moves ? "" : "second"}>{hornLine(of.restart)}</span>}
+      <details data-testid={`changes-${of.uid}`}>
+        <summary>{save ? said.inRom(changes.length) : said.inRam(changes.length)}</summary>
+        <ul class="small">
+          {changes.map(({ key, before, after }) => (
+            <li key={key} data-key={key}>
+              {labelOf(key)} <span class="dim">{addressOf(key)}</span>: {valueText(key, before)} →{" "}
+              <b>{valueText(key, after)}</b>
+            </li>
+          ))}
+        </ul>
+      </details>
+    </>
   );
 }

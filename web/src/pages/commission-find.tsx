@@ -160,7 +160,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
 }
 
 function Unfinished({ job }: { job: Job }) {
-  const told = (job.result as { text?: string } | null)?.text ?? job.error?.detail ?? "";
+  const told = (job.result as { text?: string } | null)?.text ?? job.error?.summary ?? "";
   return (
     <div class="c-note" data-testid="unfinished">
       <Glyph kind="warning" />

@@ -1,8 +1,10 @@
 /** Owns the second step: one servo at a time wiggles, and is given an id and a name. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useRef } from "preact/hooks";
 import { angle } from "../form/format";
-import { giveTheRest, owners, suggest, wiggle, wiggled } from "../state/commission";
+import { wholeNumber } from "../form/number";
+import { giveTheRest, owners, suggest } from "../state/commission";
 import {
   change,
   changeEntry,
@@ -18,8 +20,10 @@ import {
 import { stopped } from "../state/desk";
 import { type KnownServo, nameOf, servo } from "../state/fleet";
 import { up } from "../state/link";
+import { modelName } from "../state/model";
 import { sheetOf } from "../state/parameters";
 import { watch } from "../state/watch";
+import { wiggle, wiggled, wiggling } from "../state/wiggle";
 import { text } from "../text";
 import { commission as words } from "../text/topics";
 import { Button } from "../ui/button";
@@ -112,7 +116,7 @@ function Who({ uid, one }: { uid: string; one: KnownServo | undefined }) {
   return (
     <span class="c-who">
       <span class="serial">{one?.serial ?? one?.name ?? `${uid.slice(0, 8)}…`}</span>
-      <span class="dim">{one?.model ?? text.servos.unknownModel}</span>
+      <span class="dim">{one ? modelName(one) : text.servos.unknownModel}</span>
     </span>
   );
 }
@@ -137,7 +141,7 @@ function Other(props: { uid: string; entry: Entry; onOpen: () => void; onWiggle:
           type="button"
           class="button"
           aria-label={said.wiggleName(name)}
-          disabled={!up.value || stopped.value || busy()}
+          disabled={!up.value || stopped.value || wiggling.value}
           onClick={props.onWiggle}
         >
           <Icon name="wiggle" /> {said.wiggle}
@@ -149,11 +153,6 @@ function Other(props: { uid: string; entry: Entry; onOpen: () => void; onWiggle:
       )}
     </li>
   );
-}
-
-function busy(): boolean {
-  const last = wiggled.value;
-  return last !== null && (last.phase === "asking" || last.phase === "moving");
 }
 
 interface ActiveProps {
@@ -195,7 +194,7 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
     if (wrong.servoId === null && wrong.nodeId === null) onGive();
   };
   const step = (by: number) => {
-    const next = Number(entry.servoId) + by;
+    const next = (wholeNumber(entry.servoId) ?? Number.NaN) + by;
     if (Number.isInteger(next))
       changeEntry(uid, { servoId: String(Math.min(HIGHEST_ID, Math.max(LOWEST_ID, next))) });
   };
@@ -212,7 +211,7 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
         <div class="c-title">
           <h2>{one?.serial ?? one?.name ?? uid.slice(0, 8)}</h2>
           <span class="dim">
-            {one?.model ?? text.servos.unknownModel}, {`…${uid.slice(-4)}`}
+            {one ? modelName(one) : text.servos.unknownModel}, {`…${uid.slice(-4)}`}
           </span>
           <span class="second place">{place}</span>
         </div>
@@ -263,7 +262,7 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
             type="button"
             class="button"
             data-testid="wiggle"
-            disabled={!up.value || stopped.value || busy() || one?.online === false}
+            disabled={!up.value || stopped.value || wiggling.value || one?.online === false}
             onClick={() => void wiggle(uid)}
           >
             <Icon name="wiggle" /> {tried ? said.again : said.wiggle}

@@ -5,48 +5,71 @@ import type { Job } from "../api/types";
 import { NONE } from "../form/format";
 import { asking, cancel, recall, refused, resume, retry, underWay } from "../state/commission";
 import { draft, startAnew } from "../state/commission-draft";
-import { kindOf, merged, resumableOf, tally, type Unit } from "../state/commission-units";
+import {
+  merged,
+  type Place,
+  placeOf,
+  resumableOf,
+  type Tally,
+  tally,
+  type Unit,
+} from "../state/commission-units";
 import type { Kind } from "../state/condition";
+import { stopped } from "../state/desk";
 import { nameOf, servo } from "../state/fleet";
+import { connection } from "../state/link";
+import { readSheet, sheetOf } from "../state/parameters";
+import { text } from "../text";
 import { commission as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
+import { lazy } from "../ui/lazy";
 import { Scroll } from "../ui/scroll";
 import { Actions, Question } from "./commission-parts";
 import { JobSteps } from "./job-steps";
 import { ReportLinks } from "./report-links";
+
+const PlanDialog = lazy<{
+  uids: readonly string[];
+  saveOnly: boolean;
+  onClose: () => void;
+  onRefused: (why: string) => void;
+}>(() => import("./matrix-plan").then(file => file.PlanDialog));
 
 const said = words.run;
 const done = words.report;
 
 export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   const stopping = useSignal(false);
+  const saving = useSignal(false);
   // A refusal is about what was tried before.
   useEffect(() => {
     refused.value = null;
   }, []);
   const units = merged(jobs);
   const running = underWay.value;
-  const sums = tally(units);
+  const uids = units.map(one => one.uid);
+  const load = () => {
+    for (const uid of uids) readSheet(uid);
+  };
+  // After the job the servos themselves say where its values are.
+  const over = running === null;
+  const round = connection.value;
+  useEffect(() => {
+    if (over) load();
+  }, [over, round, uids.join(" ")]);
+  const sums = tally(units, placeNow);
+  const inRam = units.filter(one => one.verdict === "done" && placeNow(one) === "ram").map(one => one.uid);
   const left = running ? null : resumableOf(jobs);
   const all = units.length;
   const problem = refused.value;
-  const held = units.every(one => one.sheet?.held_in === "rom");
   return (
     <>
-      <Question title={running ? said.title(sums.done, all) : reportTitle(sums.done, all)}>
-        <p>
-          {running
-            ? `${said.lead} ${said.keep}`
-            : sums.done === all
-              ? held
-                ? done.leadRom
-                : done.leadRam
-              : `${jobs.at(-1)?.state === "cancelled" ? `${done.cancelled} ` : ""}${done.leadFailed(sums.failed, sums.rest)}`}
-        </p>
-        <Progress done={sums.done} failed={sums.failed} of={all} />
+      <Question title={running ? said.title(sums.done + sums.ram, all) : reportTitle(sums, all)}>
+        <p>{running ? `${said.lead} ${said.keep}` : leadOf(sums, all, jobs.at(-1)?.state === "cancelled")}</p>
+        <Progress sums={sums} of={all} />
       </Question>
       <Scroll label={said.units} testid="run-step">
         {problem && (
@@ -89,13 +112,13 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
         ) : (
           <>
             <span class="grow" />
-            {left && sums.done < all && (
+            {left && sums.failed + sums.rest > 0 && (
               <Button live testid="resume" disabled={asking.value} onClick={() => void resume(left)}>
                 {done.resume}
               </Button>
             )}
             <Button
-              look="primary"
+              {...(inRam.length === 0 ? { look: "primary" as const } : {})}
               testid="more-servos"
               onClick={() => {
                 startAnew();
@@ -104,9 +127,37 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
             >
               {done.more}
             </Button>
+            {inRam.length > 0 && (
+              <Button
+                look="primary"
+                live
+                testid="report-save"
+                disabled={stopped.value}
+                onClick={() => {
+                  refused.value = null;
+                  saving.value = true;
+                }}
+              >
+                {text.save.saveOnly}
+              </Button>
+            )}
           </>
         )}
       </Actions>
+      {saving.value && (
+        <PlanDialog
+          uids={inRam}
+          saveOnly
+          onRefused={why => {
+            saving.value = false;
+            refused.value = { text: why, uid: null, confirm: [] };
+          }}
+          onClose={() => {
+            saving.value = false;
+            load();
+          }}
+        />
+      )}
       {stopping.value && running && (
         <CancelDialog
           job={running}
@@ -119,14 +170,43 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   );
 }
 
-function reportTitle(behind: number, of: number): string {
-  return behind === of ? done.allWell(of) : done.some(behind, of);
+function placeNow(unit: Unit): Place {
+  return placeOf(unit, servo(unit.uid), key => sheetOf(unit.uid).reading(key).value);
 }
 
-/** A ruled scale: a tick for each servo. */
-function Progress({ done: behind, failed, of }: { done: number; failed: number; of: number }) {
+/** Whether ROM of every servo is known to hold what these jobs wrote. */
+export function finished(jobs: readonly Job[]): boolean {
+  const units = merged(jobs);
+  return tally(units, placeNow).done === units.length;
+}
+
+function reportTitle(sums: Tally, of: number): string {
+  if (sums.done === of) return done.allWell(of);
+  if (sums.lost > 0) return done.notFinishedLost(sums.lost);
+  return sums.ram > 0 ? done.notFinished(sums.ram) : done.some(sums.done, of);
+}
+
+function leadOf(sums: Tally, of: number, cancelled: boolean): string {
+  if (sums.done === of) return done.leadRom;
+  const parts = [
+    cancelled ? done.cancelled : "",
+    sums.ram > 0 ? done.leadRam : "",
+    sums.lost > 0 ? done.leadLost : "",
+    sums.failed + sums.rest > 0 ? done.leadFailed(sums.failed, sums.rest) : "",
+  ];
+  return parts.filter(Boolean).join(" ");
+}
+
+/** A ruled scale: a tick for each servo. Ink is in ROM, blue in RAM only, red failed. */
+function Progress({ sums, of }: { sums: Tally; of: number }) {
   const width = 600;
   const at = (n: number) => (of === 0 ? 0 : (n * width) / of);
+  const inRam = sums.done + sums.ram;
+  const parts = [
+    { ink: "var(--ink)", from: 0, to: sums.done },
+    { ink: "var(--intent)", from: sums.done, to: inRam },
+    { ink: "var(--failure)", from: inRam, to: inRam + sums.lost + sums.failed },
+  ];
   let path = `M0 9H${width}`;
   for (let i = 0; i <= of; i++) path += `M${at(i)} ${i === 0 || i === of ? 0 : 4}V9`;
   return (
@@ -135,11 +215,12 @@ function Progress({ done: behind, failed, of }: { done: number; failed: number; 
       viewBox={`-1 0 ${width + 2} 15`}
       preserveAspectRatio="none"
       role="img"
-      aria-label={reportTitle(behind, of)}
+      aria-label={reportTitle(sums, of)}
     >
       <path d={path} stroke="var(--edge)" fill="none" vector-effect="non-scaling-stroke" />
-      <path d={`M0 12H${at(behind)}`} stroke="var(--ink)" stroke-width="4" />
-      <path d={`M${at(behind)} 12H${at(behind + failed)}`} stroke="var(--failure)" stroke-width="4" />
+      {parts.map(one => (
+        <path key={one.ink} d={`M${at(one.from)} 12H${at(one.to)}`} stroke={one.ink} stroke-width="4" />
+      ))}
     </svg>
   );
 }
@@ -164,15 +245,16 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
   const step = steps.find(each => each.state === "running");
   const id = sheet?.verdict === "done" ? sheet.servo_id : (one?.servo_id ?? sheet?.servo_id);
   const node = one?.online ? one.node_id : sheet?.node_id;
-  const glyph = GLYPH[verdict];
+  const place = verdict === "done" ? placeNow(unit) : null;
+  const glyph = place === "lost" ? "failure" : place === "ram" ? null : GLYPH[verdict];
   const line =
-    verdict === "done" && sheet
-      ? `${done.held[sheet.held_in] ?? ""}, ${done.values(Object.keys(sheet.values).length)}`
+    place !== null && sheet
+      ? `${done.held[place]}, ${done.values(Object.keys(sheet.values).length)}`
       : verdict === "running" && step
-        ? (said.now[kindOf(step)] ?? step.text)
+        ? (said.now[step.code] ?? step.text)
         : "";
   return (
-    <li class="c-unit" data-testid={`run-${uid}`} data-verdict={verdict}>
+    <li class="c-unit" data-testid={`run-${uid}`} data-verdict={verdict} data-place={place ?? ""}>
       <button
         type="button"
         class="c-row unit-head"
@@ -183,7 +265,15 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
         }}
       >
         <span class="c-glyph">
-          {glyph ? <Glyph kind={glyph} /> : <span class="ring" aria-hidden="true" />}
+          {place === "ram" ? (
+            <span class="k-intent">
+              <Icon name="half" />
+            </span>
+          ) : glyph ? (
+            <Glyph kind={glyph} />
+          ) : (
+            <span class="ring" aria-hidden="true" />
+          )}
         </span>
         <span class="c-who">
           <span class="serial">{name}</span>
@@ -196,7 +286,9 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
         )}
         <span class="c-node second">{words.find.node(String(node ?? NONE))}</span>
         <span class="c-verdict">
-          <span class={active ? "strong" : ""}>{said.verdict[verdict]}</span>
+          <span class={place === "ram" ? "strong k-intent" : active || place === "lost" ? "strong" : ""}>
+            {place === "ram" ? done.ramOnly : place === "lost" ? done.lost : said.verdict[verdict]}
+          </span>
           <small class="second">{line}</small>
         </span>
         <span class="c-chevron" data-open={open}>
@@ -206,27 +298,50 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
       {verdict === "failed" && (
         <div class="c-anomaly" role="alert">
           <p>
-            <b>{sheet?.problem ?? unit.job.error?.detail ?? said.verdict.failed}</b>
+            <b>{sheet?.problem ?? unit.job.error?.summary ?? said.verdict.failed}</b>
           </p>
           {over && entry && (
             <div class="c-anomaly-do">
               <span class="second">{said.what}</span>
-              <button
-                type="button"
-                class="button"
-                aria-label={said.retryName(name)}
-                data-testid={`retry-${uid}`}
-                disabled={asking.value}
-                onClick={() => void retry(uid)}
-              >
-                {said.retry}
-              </button>
+              <Retry uid={uid} name={name} />
             </div>
           )}
         </div>
       )}
-      {open && steps.length > 0 && <JobSteps steps={steps} label={said.showSteps(name)} bare />}
+      {place === "lost" && over && entry && (
+        <div class="c-anomaly" role="alert">
+          <div class="c-anomaly-do">
+            <span class="second">{done.lostLine}</span>
+            <Retry uid={uid} name={name} />
+          </div>
+        </div>
+      )}
+      {open && steps.length > 0 && (
+        <JobSteps
+          kind="commissioning"
+          steps={steps}
+          label={said.showSteps(name)}
+          bare
+          inRam={place === "ram" || place === "lost"}
+          over={over}
+        />
+      )}
     </li>
+  );
+}
+
+function Retry({ uid, name }: { uid: string; name: string }) {
+  return (
+    <button
+      type="button"
+      class="button"
+      aria-label={said.retryName(name)}
+      data-testid={`retry-${uid}`}
+      disabled={asking.value}
+      onClick={() => void retry(uid)}
+    >
+      {said.retry}
+    </button>
   );
 }
 

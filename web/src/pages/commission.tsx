@@ -18,7 +18,7 @@ import { CheckStep } from "./commission-check";
 import { FindStep } from "./commission-find";
 import { IdentifyStep } from "./commission-identify";
 import { ProfileStep } from "./commission-profile";
-import { RunStep } from "./commission-run";
+import { finished, RunStep } from "./commission-run";
 import "../style/commission.css";
 
 type Shown = Step | "run" | "report";
@@ -77,7 +77,8 @@ function Steps({ shown }: { shown: Shown | null }) {
     <nav class="wizard-steps" aria-label={words.steps}>
       <ol>
         {ORDER.map((step, place) => {
-          const past = at > place || shown === "report";
+          // Writing is behind only once ROM holds it; what is in RAM only leaves the report open, too.
+          const past = place < ORDER.indexOf("run") ? at > place : shown === "report" && finished(mine.value);
           const open = !locked && place !== at && place < at && reachable(step);
           const face = (
             <>

@@ -1,6 +1,7 @@
 /** Owns the ticks under a write that asks back: one for each word the server wants to hear before it does it. */
 import type { Signal } from "@preact/signals";
 import type { SafetyWord } from "../api/config-types";
+import { withTick } from "../form/safety-words";
 
 interface Props {
   needed: readonly SafetyWord[];
@@ -17,9 +18,7 @@ export function ConfirmTicks({ needed, agreed, sentences }: Props) {
             type="checkbox"
             checked={agreed.value.includes(word)}
             onChange={event => {
-              agreed.value = event.currentTarget.checked
-                ? [...agreed.peek(), word]
-                : agreed.peek().filter(one => one !== word);
+              agreed.value = withTick(agreed.peek(), word, event.currentTarget.checked);
             }}
           />
           {sentences[word]}

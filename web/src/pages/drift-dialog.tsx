@@ -1,13 +1,15 @@
 /** Owns the dialog about what somebody else changed in a servo's ROM: the difference, restore, accept. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
-import type { Drift, SafetyWord } from "../api/config-types";
+import { ask, type Problem, problemOf } from "../api/client";
+import type { Drift, SafetyWord, SavePreview } from "../api/config-types";
 import type { ParametersPatched } from "../api/types";
+import { whyRefused } from "../form/danger";
 import { addressOf, labelOf, valueText } from "../form/row-text";
+import { isOpen, wordsOf } from "../form/safety-words";
 import { openDrift } from "../state/drift";
 import { nameOf, servo } from "../state/fleet";
-import { Asked, saved, toConfirm } from "../state/records";
+import { Asked, saved } from "../state/records";
 import { text } from "../text";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
@@ -15,6 +17,7 @@ import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
 import { ConfirmTicks } from "./confirm-ticks";
+import { AfterSave, useFreeAfterSave } from "./horn-free";
 import "../style/records.css";
 
 const said = words.drift;
@@ -29,17 +32,47 @@ function Shown({ uid }: { uid: string }) {
   const one = servo(uid);
   const name = nameOf(one);
   const drift = useMemo(() => new Asked<Drift>(), []);
-  const save = useSignal(true);
+  const save = useSignal(false);
   const busy = useSignal<"writing" | "saving" | null>(null);
   const problem = useSignal<string | null>(null);
   const needed = useSignal<readonly SafetyWord[]>([]);
   const agreed = useSignal<readonly SafetyWord[]>([]);
+  /** What a restore with a save would do, as far as the server agrees to it. */
+  const plan = useSignal<SavePreview | null>(null);
+  const checked = useSignal(false);
   const load = () => drift.load(() => ask<Drift>("GET", `/servos/${uid}/drift`));
   useEffect(() => {
-    void load();
+    void load().then(check);
   }, []);
   const close = () => {
     openDrift.value = null;
+  };
+  /** Asks whether these values could be written back now; with `save`, what that would do. */
+  const check = async () => {
+    const found = drift.value.peek()?.rows ?? [];
+    checked.value = false;
+    plan.value = null;
+    problem.value = null;
+    if (found.length === 0) return;
+    try {
+      const answer = await ask<ParametersPatched>("PATCH", `/servos/${uid}/parameters`, {
+        body: {
+          values: Object.fromEntries(found.map(row => [row.key, row.was])),
+          dry_run: true,
+          save: save.peek(),
+          confirm: agreed.peek(),
+        },
+        timeout_ms: 30_000,
+      });
+      if (save.peek()) plan.value = answer;
+      checked.value = true;
+    } catch (error) {
+      refuse(problemOf(error));
+    }
+  };
+  const refuse = (found: Problem) => {
+    needed.value = [...new Set([...needed.peek(), ...wordsOf(found)])];
+    problem.value = whyRefused(found);
   };
   const doing = async (act: () => Promise<string | null>) => {
     busy.value = "writing";
@@ -48,10 +81,7 @@ function Shown({ uid }: { uid: string }) {
       problem.value = await act();
       if (problem.value === null) return close();
     } catch (error) {
-      const found = problemOf(error);
-      const word = toConfirm(found);
-      if (word !== null && !needed.peek().includes(word)) needed.value = [...needed.peek(), word];
-      problem.value = text.problem(found);
+      refuse(problemOf(error));
     } finally {
       busy.value = null;
     }
@@ -75,8 +105,11 @@ function Shown({ uid }: { uid: string }) {
       return null;
     });
   const rows = drift.value.value?.rows ?? [];
+  const saves = plan.value === null ? [] : [{ uid, restart: plan.value.restart ?? null }];
+  const free = useFreeAfterSave(saves);
   const idle = busy.value === null;
-  const unmet = needed.value.some(word => !agreed.value.includes(word));
+  const unmet = isOpen(needed.value, agreed.value);
+  const again = !checked.value && needed.value.length > 0 && !unmet;
   const why = problem.value ?? drift.problem.value;
   return (
     <Dialog
@@ -107,10 +140,17 @@ function Shown({ uid }: { uid: string }) {
             look="primary"
             live
             testid="drift-restore"
-            disabled={!idle || rows.length === 0 || unmet || one?.online !== true}
-            onClick={() => void restore()}
+            disabled={
+              !idle ||
+              rows.length === 0 ||
+              unmet ||
+              !(checked.value || again) ||
+              !free.agreed ||
+              one?.online !== true
+            }
+            onClick={() => void (again ? check() : restore())}
           >
-            {said.restore(rows.length)}
+            {again ? words.again : said.restore(rows.length)}
           </Button>
         </>
       }
@@ -149,15 +189,18 @@ function Shown({ uid }: { uid: string }) {
         <label class="tick">
           <input
             type="checkbox"
+            data-testid="drift-save"
             checked={save.value}
             onChange={event => {
               save.value = event.currentTarget.checked;
+              void check();
             }}
           />
           {said.save}
         </label>
       )}
       {rows.length > 0 && !save.value && <p class="small second">{said.ramOnly}</p>}
+      <AfterSave saves={saves} free={free} />
     </Dialog>
   );
 }

@@ -1,7 +1,7 @@
 /** Owns the Faults page: what is wrong with every servo now, what was, what it means, and that somebody has seen it. */
 import { useEffect } from "preact/hooks";
 import { clock, date, unbroken } from "../form/format";
-import type { Kind } from "../state/condition";
+import { type Kind, ROM_LOST } from "../state/condition";
 import {
   acknowledge,
   faultsOf,
@@ -9,10 +9,11 @@ import {
   present,
   readFaults,
   readServos,
-  trouble,
+  troubleOf,
   unseen,
 } from "../state/faults";
 import { all, type KnownServo, loaded, nameOf, servo } from "../state/fleet";
+import { who } from "../state/holder";
 import { connection, up } from "../state/link";
 import { go, pathOf } from "../state/route";
 import { faults as words } from "../text/topics";
@@ -21,6 +22,7 @@ import { Glyph } from "../ui/glyph";
 import { Guides } from "../ui/guide";
 import { follow } from "../ui/rail";
 import { Scroll } from "../ui/scroll";
+import { ToSnapshots } from "./condition-lines";
 import "../style/faults.css";
 
 const KIND: Record<Line["level"], Kind> = { failure: "failure", warning: "warning", notification: "notice" };
@@ -32,7 +34,8 @@ export function FaultsPage({ uid }: { uid: string | null }) {
   const { now, past } = faultsOf(uids);
   const open = [...now, ...past].filter(unseen);
   const waiting = new Set(open.map(one => one.uid));
-  const missing = uids.length === 0 ? !loaded.value : readServos.value === 0 && trouble.value === null;
+  const trouble = troubleOf(uids);
+  const missing = uids.length === 0 ? !loaded.value : readServos.value === 0 && trouble === null;
   return (
     <div class="page faults" data-testid="faults-page">
       <div class="page-head">
@@ -72,14 +75,14 @@ export function FaultsPage({ uid }: { uid: string | null }) {
         <Reader key={one.uid} one={one} />
       ))}
       <Scroll label={words.title} testid="faults-list">
-        {trouble.value !== null && (
+        {trouble !== null && (
           <p class="faults-note" role="alert">
             <Glyph kind="failure" />
-            <span class="grow">{words.failed(trouble.value)}</span>
+            <span class="grow">{words.failed(trouble)}</span>
             <Button
               live
               onClick={() => {
-                for (const one of uids) void readFaults(one);
+                for (const one of uids) readFaults(one);
               }}
             >
               {words.again}
@@ -109,7 +112,7 @@ export function FaultsPage({ uid }: { uid: string | null }) {
 function Reader({ one }: { one: KnownServo }) {
   const { failure, warning, notification } = one.faults;
   useEffect(() => {
-    void readFaults(one.uid);
+    readFaults(one.uid);
   }, [one.uid, connection.value, one.online, one.unacknowledged, failure, warning, notification]);
   return null;
 }
@@ -182,7 +185,9 @@ function FaultLine({ one }: { one: Line }) {
           {one.label}
           <Chips one={one} />
         </h3>
-        <p>{unbroken(one.advice)}</p>
+        <p>
+          {unbroken(one.advice)} {one.key === ROM_LOST && <ToSnapshots uid={one.uid} />}
+        </p>
       </div>
       <a class="fault-servo" href={path} title={words.open(name)} onClick={event => follow(event, path)}>
         <span>{name}</span>
@@ -209,7 +214,7 @@ function FaultLine({ one }: { one: Line }) {
         ) : (
           one.acknowledged_at != null && (
             <small class="second">
-              {words.seenBy(one.acknowledged_by ?? "", instant(one.acknowledged_at))}
+              {words.seenBy(who(one.acknowledged_by ?? ""), instant(one.acknowledged_at))}
             </small>
           )
         )}

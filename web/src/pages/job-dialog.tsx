@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Job, JobStep } from "../api/types";
-import { angle, withUnit } from "../form/format";
+import { angle, number, withUnit } from "../form/format";
 import { saving } from "../state/apply";
 import { now } from "../state/clock";
 import { angleOf, nameOf, servo } from "../state/fleet";
@@ -12,6 +12,7 @@ import { Button } from "../ui/button";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Icon, Spinner } from "../ui/icon";
+import { evidenceText, stepText } from "./step-words";
 
 /** What a save usually takes; the scale grows when it takes longer. */
 const USUAL_S = 3;
@@ -44,7 +45,7 @@ function Progress({ job, values }: { job: Job; values: number }) {
     ? text.job.keepOn
     : job.state === "succeeded"
       ? text.job.doneText(values)
-      : (job.error?.detail ?? text.job.state[job.state]);
+      : (job.error?.summary ?? text.job.state[job.state]);
   return (
     <Dialog
       title={title}
@@ -66,7 +67,7 @@ function Progress({ job, values }: { job: Job; values: number }) {
       }
     >
       <div class="job" data-job-state={job.state}>
-        <TimeScale elapsed={elapsed} />
+        <TimeScale elapsed={elapsed} over={over} />
         <ol>
           {job.steps.map(step => (
             <Step key={step.name} step={step} job={job} />
@@ -94,28 +95,42 @@ function useElapsed(job: Job, over: boolean): number {
 
 const WIDTH = 630;
 
-function TimeScale({ elapsed }: { elapsed: number }) {
-  const whole = Math.max(USUAL_S, Math.ceil(elapsed));
+/** Once the job is over, the scale ends where the job did. */
+function TimeScale({ elapsed, over }: { elapsed: number; over: boolean }) {
+  const whole = over ? Math.max(elapsed, 0.1) : Math.max(USUAL_S, Math.ceil(elapsed));
   const minor = whole > 10 ? 1 : 10;
+  const x = (s: number) => (s * WIDTH) / whole;
   let path = `M0 9H${WIDTH}`;
-  for (let i = 0; i <= whole * minor; i++)
-    path += `M${(i * WIDTH) / (whole * minor)} ${i % minor === 0 ? 0 : 5}V9`;
+  for (let i = 0; i <= whole * minor; i++) path += `M${x(i / minor)} ${i % minor === 0 ? 0 : 5}V9`;
   const every = Math.max(1, Math.ceil(whole / 6));
-  const marks = Array.from({ length: Math.floor(whole / every) + 1 }, (_, i) => i * every);
+  const seconds = Array.from({ length: Math.floor(whole / every) + 1 }, (_, i) => i * every);
+  // A mark that would run into the one at the end is left out.
+  const marks = over ? [...seconds.filter(mark => x(mark) < WIDTH - 56), whole] : seconds;
   return (
-    <svg class="time-scale" width="100%" viewBox={`-2 -1 ${WIDTH + 4} 32`} aria-hidden="true">
+    <svg
+      class="time-scale"
+      data-testid="time-scale"
+      width="100%"
+      viewBox={`-2 -1 ${WIDTH + 4} 32`}
+      aria-hidden="true"
+    >
       <path d={path} stroke="var(--edge)" fill="none" />
-      <path d={`M0 12H${(Math.min(elapsed, whole) / whole) * WIDTH}`} stroke="var(--ink)" stroke-width="4" />
+      <path
+        data-testid="time-bar"
+        d={`M0 12H${x(over ? whole : Math.min(elapsed, whole))}`}
+        stroke="var(--ink)"
+        stroke-width="4"
+      />
       {marks.map(mark => (
         <text
           key={mark}
-          x={(mark * WIDTH) / whole}
+          x={x(mark)}
           y="28"
           text-anchor={mark === 0 ? "start" : mark === whole ? "end" : "middle"}
           font-size="12"
           fill="var(--ink-2)"
         >
-          {withUnit(String(mark), "s")}
+          {withUnit(number(mark, Number.isInteger(mark) ? 0 : 1), "s")}
         </text>
       ))}
     </svg>
@@ -128,20 +143,20 @@ function Step({ step, job }: { step: JobStep; job: Job }) {
   const failed = step.state === "failed";
   const never = step.state === "waiting" && ended(job);
   const live =
-    running && job.step?.includes("soft") && one
+    running && step.code === "soft_start" && one
       ? text.job.liveAngle(angle(angleOf(one, now.value).value))
       : "";
   const took =
     step.started_at != null && step.ended_at != null
       ? withUnit((step.ended_at - step.started_at).toFixed(2), "s")
       : "";
-  const under = [live, step.evidence ?? ""].filter(Boolean).join(" ");
+  const under = [live, evidenceText(step, ended(job))].filter(Boolean).join(" ");
   return (
     <li class={`step ${step.state}`} data-testid={`step-${step.name}`} data-state={step.state}>
       <StepMark state={step.state} />
       <span class="step-text">
         <span class={running || failed ? "strong" : ""}>
-          {failed ? text.job.notConfirmed(step.text) : step.text}
+          {failed ? text.job.notConfirmed(stepText(job.kind, step)) : stepText(job.kind, step)}
         </span>
         {under !== "" && <small class="second">{under}</small>}
       </span>

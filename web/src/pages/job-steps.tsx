@@ -1,19 +1,27 @@
 /** Owns the list of a job's steps with their evidence, as commissioning, profiles and reports show it. */
-import type { JobStep } from "../api/types";
+import type { Job, JobStep } from "../api/types";
 import { withUnit } from "../form/format";
-import { textOf } from "../state/commission-units";
 import { text } from "../text";
 import { Glyph } from "../ui/glyph";
 import { Icon, Spinner } from "../ui/icon";
+import { evidenceText, stepText } from "./step-words";
 
 interface Props {
+  /** The kind of their job. */
+  kind: Job["kind"];
   steps: readonly JobStep[];
   label: string;
+  /** What a step is called, where it is not by its code. */
+  name?: (step: JobStep) => string;
   /** Under the name of its servo a step need not say it again. */
   bare?: boolean;
+  /** What they did is in RAM only: no step of it is marked as well. */
+  inRam?: boolean;
+  /** The job has ended: what steps said of steps to come is past. */
+  over?: boolean;
 }
 
-export function JobSteps({ steps, label, bare = false }: Props) {
+export function JobSteps({ kind, steps, label, name, bare = false, inRam = false, over = false }: Props) {
   return (
     <ol class="job-steps" aria-label={label}>
       {steps.map(step => (
@@ -23,12 +31,12 @@ export function JobSteps({ steps, label, bare = false }: Props) {
           data-testid={`step-${step.name}`}
           data-state={step.state}
         >
-          <Mark state={step.state} />
+          <Mark state={step.state} inRam={inRam} />
           <span class="step-text">
             <span class={step.state === "running" || step.state === "failed" ? "strong" : ""}>
-              {bare ? textOf(step) : step.text}
+              {name ? name(step) : stepText(kind, step, bare)}
             </span>
-            {step.evidence && <small class="second">{step.evidence}</small>}
+            {step.evidence && <small class="second">{evidenceText(step, over)}</small>}
           </span>
           <span class="small dim">{took(step)}</span>
           <span class="hidden-text">{text.job.stepState[step.state]}</span>
@@ -43,10 +51,10 @@ function took(step: JobStep): string {
   return withUnit((step.ended_at - step.started_at).toFixed(2), "s");
 }
 
-function Mark({ state }: { state: JobStep["state"] }) {
+function Mark({ state, inRam }: { state: JobStep["state"]; inRam: boolean }) {
   if (state === "done") {
     return (
-      <span class="k-ok">
+      <span class={inRam ? "k-intent" : "k-ok"}>
         <Icon name="tick" size={16} />
       </span>
     );

@@ -1,9 +1,11 @@
 /** Owns the angle part of the jog pad: how fast, six steps, a typed value, Go to 0°. */
-import { type Signal, useSignal } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
+import { useRef } from "preact/hooks";
 import { signed, withUnit } from "../form/format";
-import { check, type Span } from "../form/number";
+import { check, parseNumber, type Refused, type Span } from "../form/number";
 import { pace, setpoint } from "../state/motion";
+import { touch } from "../state/screen";
 import { text } from "../text";
 import { Button } from "../ui/button";
 import { Segments } from "../ui/segments";
@@ -15,20 +17,30 @@ interface Props {
   able: boolean;
   onJog: (step: number) => void;
   onCommand: (angle: number) => void;
-  /** Why what was typed is not sent. */
-  complaint: Signal<string | null>;
+  /** Told why what was typed is not sent, with the number if it is one; null when it is typed anew. */
+  onWrong: (verdict: Refused | null, value: number | null) => void;
   /** Stands at the end of the row: torque. */
   children: ComponentChildren;
 }
 
-export function JogAngle({ span, able, onJog, onCommand, complaint, children }: Props) {
+export function JogAngle({ span, able, onJog, onCommand, onWrong, children }: Props) {
   const typed = useSignal<string | null>(null);
-  const enter = () => {
-    const verdict = check(typed.peek() ?? "", span);
-    if (verdict.ok) {
-      typed.value = null;
-      onCommand(verdict.value);
-    } else complaint.value = `${verdict.what} ${verdict.remedy} ${text.motion.notSent}`;
+  const box = useRef<HTMLInputElement>(null);
+  const go = useRef<HTMLButtonElement>(null);
+  const shown = typed.value ?? (setpoint.value === null ? "" : signed(setpoint.value, 1));
+  const entered = () => {
+    const wanted = box.current?.value ?? "";
+    const verdict = check(wanted, span);
+    if (!verdict.ok) onWrong(verdict, parseNumber(wanted, span.unit));
+    return verdict.ok ? verdict.value : null;
+  };
+  const send = () => {
+    const value = entered();
+    if (value === null) return;
+    // By keys the next angle follows; a finger would bring up the screen's keyboard.
+    if (!touch.peek() && document.activeElement === go.current) box.current?.focus();
+    typed.value = null;
+    onCommand(value);
   };
   return (
     <>
@@ -44,24 +56,29 @@ export function JogAngle({ span, able, onJog, onCommand, complaint, children }: 
         <label class="box wide">
           <span class="hidden-text">{text.motion.value}</span>
           <input
+            ref={box}
             type="text"
             inputMode="decimal"
             autocomplete="off"
             data-testid="jog-value"
             disabled={!able}
-            value={typed.value ?? (setpoint.value === null ? "" : signed(setpoint.value, 1))}
+            value={shown}
             onFocus={event => event.currentTarget.select()}
             onInput={event => {
               typed.value = event.currentTarget.value;
-              complaint.value = null;
+              onWrong(null, null);
             }}
             onKeyDown={event => {
-              if (event.key === "Enter") enter();
+              // Typing moves nothing: Enter leads to the button that does.
+              if (event.key !== "Enter") return;
+              // Else the rest of this press would be the button's.
+              event.preventDefault();
+              if (entered() !== null) go.current?.focus();
             }}
           />
-          <span class="unit">° {text.motion.enter}</span>
+          <span class="unit">°</span>
         </label>
-        <Button testid="jog-go" live disabled={!able || typed.value === null} onClick={enter}>
+        <Button testid="jog-go" live refTo={go} disabled={!able} onClick={send}>
           {text.motion.go}
         </Button>
         <Button

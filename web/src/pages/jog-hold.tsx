@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { ask } from "../api/client";
 import type { Caution } from "../api/types";
+import { cautionText } from "../form/caution";
 import { number, withUnit } from "../form/format";
 import { check } from "../form/number";
 import { catalog } from "../state/catalog";
@@ -39,6 +40,9 @@ function Refused({ uid }: { uid: string }) {
   );
 }
 
+/** What has to be said of any speed or torque is asked for at the least that is usable, not to hear that it is too small. */
+const SMALLEST = 10;
+
 export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: boolean }) {
   const sheet = sheetOf(uid);
   const typed = useSignal<string>(FIRST[kind]);
@@ -52,7 +56,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: bo
   const why = verdict.ok ? (verdict.value > 0 ? null : words.least) : `${verdict.what} ${verdict.remedy}`;
   useEffect(() => {
     if (!allowed) return;
-    ask<Caution[]>("GET", `/servos/${uid}/cautions?type=${kind}&value=1`).then(
+    ask<Caution[]>("GET", `/servos/${uid}/cautions?type=${kind}&value=${SMALLEST}`).then(
       found => {
         said.value = found;
       },
@@ -114,12 +118,15 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: bo
         </p>
       )}
       <div class="hold-said" data-testid="hold-said">
-        {(said.value.length > 0 ? said.value : [{ level: "warning" as const, text: words.endless }]).map(
-          one => (
-            <p key={one.text} class="refusal mild">
-              <Glyph kind={one.level} size={14} /> {one.text}
-            </p>
-          ),
+        {said.value.map(one => (
+          <p key={one.code} class="refusal mild">
+            <Glyph kind={one.level} size={14} /> {cautionText(one, uid)}
+          </p>
+        ))}
+        {said.value.length === 0 && (
+          <p class="refusal mild">
+            <Glyph kind="warning" size={14} /> {words.endless}
+          </p>
         )}
       </div>
       <label class="tick">

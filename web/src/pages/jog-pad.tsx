@@ -1,11 +1,14 @@
 /** Owns the jog pad: what is commanded (angle, speed, torque, sweep), the dial, the readouts, and torque. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
-import { angle, number, signed, withUnit } from "../form/format";
-import { check, type Span } from "../form/number";
-import { now } from "../state/clock";
-import { angleOf, type KnownServo, servo } from "../state/fleet";
+import { angle, number, withUnit } from "../form/format";
+import { check, type Refused, type Span } from "../form/number";
+import { driveText } from "../state/activity";
+import { catalog } from "../state/catalog";
+import { type KnownServo, servo } from "../state/fleet";
+import { angleNow, figureNow } from "../state/fresh";
 import { limitsOfAll, stream } from "../state/group";
 import { limitsOf } from "../state/here";
 import { held, letGo } from "../state/holding";
@@ -22,14 +25,16 @@ import {
   together,
   warnings,
 } from "../state/motion";
+import { pathOf } from "../state/route";
 import { touch } from "../state/screen";
 import { sweep } from "../state/sweep";
-import { telemetry } from "../telemetry/store";
 import { text } from "../text";
 import { jogging as words } from "../text/topics";
 import { Button } from "../ui/button";
+import type { Limits } from "../ui/dial";
 import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
+import { follow } from "../ui/rail";
 import { Segments } from "../ui/segments";
 import { UnitMark } from "../ui/unit-mark";
 import { JogAngle } from "./jog-angle";
@@ -37,7 +42,6 @@ import { JogDial } from "./jog-dial";
 import { JogHold } from "./jog-hold";
 import { JogSweep } from "./jog-sweep";
 import { Members } from "./motion-group";
-import { ANGLE_STALE_S } from "./servo-row";
 import "../style/jog.css";
 
 /** Closer than this is there: one step of the register and the sensor's noise. */
@@ -48,7 +52,7 @@ const TABS: readonly Tab[] = ["angle", "speed", "torque", "sweep"];
 
 export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   const tab = useSignal<Tab>("angle");
-  const complaint = useSignal<string | null>(null);
+  const complaint = useSignal<Complaint | null>(null);
   const unlocked = useSignal(false);
   const pad = useRef<HTMLElement>(null);
   const one = servo(uid);
@@ -60,8 +64,8 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
     if (ready) pad.current?.querySelector<SVGElement>("[role=slider]")?.focus({ preventScroll: true });
   }, [ready]);
   if (!one) return null;
-  const present = angleOf(one, now.value);
-  const stale = !up.value || !one.online || present.age === null || present.age > ANGLE_STALE_S;
+  const present = angleNow(one);
+  const { stale } = present;
   const on = torque === "on";
   const sweeping = sweep.value !== null;
   const shown = sweeping ? "sweep" : tab.value;
@@ -80,8 +84,10 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
     if (from === null) return;
     const wanted = Math.round((from + step) * 10) / 10;
     const inside = Math.min(limits.cw, Math.max(limits.ccw, wanted));
-    if (inside === from) complaint.value = refused(wanted, span);
-    else command(inside);
+    if (inside === from) {
+      const verdict = check(number(wanted, 1), span);
+      if (!verdict.ok) complaint.value = complaintOf(verdict, wanted, limits, members.length > 1);
+    } else command(inside);
   };
   const keys = (event: KeyboardEvent) => {
     if (!jogs || (event.target as HTMLElement).tagName === "INPUT" || event.ctrlKey || event.metaKey) return;
@@ -125,25 +131,20 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
           locked={touch.value && !unlocked.value}
           onDrag={jogs ? dragTo : undefined}
         />
+        <Note uid={uid} on={on} complaint={complaint.value} limits={limits} angles={shown === "angle"} />
         <Figures one={one} angle={present.value} stale={stale} on={on} />
-        {(refusal.value ?? complaint.value) !== null && (
-          <p class="refusal" role="alert" data-testid="jog-refusal">
-            <Glyph kind="failure" size={14} /> {refusal.value ?? complaint.value}
-          </p>
-        )}
-        {warnings.value.map(said => (
-          <p key={said} class="refusal mild" role="status" data-testid="jog-warning">
-            <Glyph kind="warning" size={14} /> {said}
-          </p>
-        ))}
         <Agree />
-        {!on && <p class="second">{text.motion.torqueIsOff}</p>}
-        {limits === null && (
-          <p class="second">{members.length > 1 ? words.noSpan : text.motion.limitsUnknown}</p>
-        )}
         <div class="jog-panel">
           {shown === "angle" && (
-            <JogAngle span={span} able={jogs} onJog={jog} onCommand={command} complaint={complaint}>
+            <JogAngle
+              span={span}
+              able={jogs}
+              onJog={jog}
+              onCommand={command}
+              onWrong={(verdict, value) => {
+                complaint.value = verdict && complaintOf(verdict, value, limits, members.length > 1);
+              }}
+            >
               <Torque on={on} />
             </JogAngle>
           )}
@@ -163,16 +164,94 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
                 {unlocked.value ? text.motion.unlocked : text.motion.locked}
               </Button>
             )}
-            {shown === "angle" && !touch.value && <KeyHint />}
             <span class="grow" />
-            {shown === "angle" && limits && (
-              <span class="whole">{text.motion.limits(angle(limits.ccw), angle(limits.cw))}</span>
-            )}
             {shown !== "angle" && <Torque on={on} />}
           </div>
         </div>
       </section>
       <Members />
+    </div>
+  );
+}
+
+/** Why what was asked for is not sent. */
+interface Complaint {
+  text: string;
+  /** The row to change, where one servo's own limit is in the way. */
+  row: "angle_limit_cw" | "angle_limit_ccw" | null;
+}
+
+function complaintOf(
+  verdict: Refused,
+  value: number | null,
+  limits: Limits | null,
+  many: boolean,
+): Complaint {
+  const past = verdict.code === "above" || verdict.code === "below";
+  if (!past || value === null || limits === null || many) {
+    return { text: `${verdict.what} ${verdict.remedy} ${text.motion.notSent}`, row: null };
+  }
+  const above = verdict.code === "above";
+  const row = above ? "angle_limit_cw" : "angle_limit_ccw";
+  const name = catalog.peek()?.rows.get(row)?.name ?? "";
+  const limit = angle(above ? limits.cw : limits.ccw);
+  return { text: `${text.motion.pastLimit[row](angle(value), limit, name)} ${text.motion.notSent}`, row };
+}
+
+/**
+ * What is to be said of the last command, or else how to give one. Its place is kept, so that nothing moves under a
+ * hand; what does not fit stands over the foot of the dial.
+ */
+function Note({
+  uid,
+  on,
+  complaint,
+  limits,
+  angles,
+}: {
+  uid: string;
+  on: boolean;
+  complaint: Complaint | null;
+  limits: Limits | null;
+  angles: boolean;
+}) {
+  const wrong = refusal.value ?? complaint?.text ?? null;
+  const row = refusal.value === null ? (complaint?.row ?? null) : null;
+  const path = row && pathOf("parameters", uid, row);
+  const quiet = wrong === null && warnings.value.length === 0;
+  return (
+    <div class="jog-note">
+      <div>
+        {wrong !== null && (
+          <p class="refusal" role="alert" data-testid="jog-refusal">
+            <Glyph kind="failure" size={14} />
+            <span>
+              {wrong}{" "}
+              {path && (
+                <a href={path} data-testid="change-limit" onClick={event => follow(event, path)}>
+                  {text.motion.changeLimit}
+                </a>
+              )}
+            </span>
+          </p>
+        )}
+        {warnings.value.map(said => (
+          <p key={said} class="refusal mild" role="status" data-testid="jog-warning">
+            <Glyph kind="warning" size={14} /> {said}
+          </p>
+        ))}
+        {quiet && !on && <p class="second">{text.motion.torqueIsOff}</p>}
+        {quiet && limits === null && (
+          <p class="second">{together.value === null ? text.motion.limitsUnknown : words.noSpan}</p>
+        )}
+        {quiet && on && limits !== null && angles && (
+          <p class="jog-hint small second">
+            {!touch.value && <KeyHint />}
+            <span class="grow" />
+            <span class="whole">{text.motion.limits(angle(limits.ccw), angle(limits.cw))}</span>
+          </p>
+        )}
+      </div>
     </div>
   );
 }
@@ -237,11 +316,6 @@ function Agree() {
   );
 }
 
-function refused(value: number, span: Span): string {
-  const verdict = check(number(value, 1), span);
-  return verdict.ok ? "" : `${verdict.what} ${text.motion.notSent}`;
-}
-
 function Figures({
   one,
   angle: present,
@@ -256,8 +330,8 @@ function Figures({
   const wanted = setpoint.value;
   const going = held.value;
   const gap = wanted !== null && present !== null ? Math.abs(wanted - present) : null;
-  const speed = telemetry.latest(one.uid, "current_speed", now.value);
-  const torque = telemetry.latest(one.uid, "current_torque", now.value);
+  const speed = figureNow(one.uid, "current_speed");
+  const torque = figureNow(one.uid, "current_torque");
   return (
     <div class="figures">
       <span>
@@ -272,16 +346,19 @@ function Figures({
           gap !== null &&
           (gap > THERE_DEG ? text.motion.toGo(withUnit(number(gap, 1), "°")) : text.motion.there)}
         <br />
-        {speed &&
-          torque &&
-          text.motion.drive(withUnit(number(speed.value, 0), "rpm"), withUnit(number(torque.value, 0), "%"))}
+        {speed.value !== null && torque.value !== null && (
+          <span class={speed.stale || torque.stale ? "dim" : ""}>
+            {text.motion.drive(
+              withUnit(number(speed.value, 0), "rpm"),
+              withUnit(number(torque.value, 0), "%"),
+            )}
+          </span>
+        )}
       </span>
       <span class="right">
         <small class="k-intent">{text.motion.command}</small>
         <b class="k-intent" data-testid="jog-command">
-          {going !== null
-            ? withUnit(signed(going.value, 0), going.kind === "speed" ? "rpm" : "%")
-            : angle(on ? wanted : null)}
+          {going !== null ? driveText(going.kind, going.value) : angle(on ? wanted : null)}
         </b>
       </span>
     </div>

@@ -16,7 +16,13 @@ const COUNT: Span = { unit: "", perUnit: 1, minimum: 1, maximum: 10_000 };
 const FIRST_DEG = 30;
 
 export function JogSweep({ limits, able }: { limits: Limits | null; able: boolean }) {
-  const span: Span = { unit: "°", perUnit: 10, minimum: limits?.ccw ?? null, maximum: limits?.cw ?? null };
+  const span: Span = {
+    unit: "°",
+    perUnit: 10,
+    minimum: limits?.ccw ?? null,
+    maximum: limits?.cw ?? null,
+    limits: "angle",
+  };
   const from = useSignal(number(Math.max(-FIRST_DEG, (limits?.ccw ?? 0) / 2), 1));
   const to = useSignal(number(Math.min(FIRST_DEG, (limits?.cw ?? 0) / 2), 1));
   const speed = useSignal("60");

@@ -1,25 +1,37 @@
 /** Owns the bar of the matrix: what is staged on how many servos, and the ways on. */
 import { all } from "../state/fleet";
+import { up } from "../state/link";
 import { stagedOn, wrongOn } from "../state/matrix";
 import { sheetOf } from "../state/parameters";
 import { matrix } from "../text/topics";
 import { Button } from "../ui/button";
+import { Glyph } from "../ui/glyph";
+import { useKeys } from "../ui/use-keys";
 
 const said = matrix.bar;
 
 interface Props {
   uids: readonly string[];
+  /** Why what was asked for last was refused. */
+  problem: string | null;
   onReview: () => void;
   onSave: () => void;
 }
 
-export function MatrixBar({ uids, onReview, onSave }: Props) {
+export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
   const values = stagedOn(uids);
   const count = [...values.values()].reduce((sum, one) => sum + one.size, 0);
   const bad = wrongOn(uids);
   const unsaved = all.value.filter(one => uids.includes(one.uid) && one.unsaved.length > 0);
   const ramOnly = unsaved.reduce((sum, one) => sum + one.unsaved.length, 0);
   const savable = unsaved.filter(one => one.online).length;
+  const mayReview = up.value && count > 0;
+  const maySave = up.value && savable > 0 && count === 0;
+  useKeys({
+    "Ctrl+Enter": () => mayReview && onReview(),
+    // What is staged goes through the review, where saving is a tick.
+    "Ctrl+S": () => (maySave ? onSave() : mayReview && onReview()),
+  });
   if (count + bad + ramOnly === 0) return null;
   const nothing = count + bad === 0;
   const label = nothing ? said.ramOnly(ramOnly) : said.label(count, values.size);
@@ -30,6 +42,11 @@ export function MatrixBar({ uids, onReview, onSave }: Props) {
           {label}
           {bad > 0 && <span class="k-failure plain">, {said.wrong(bad)}</span>}
         </p>
+        {problem !== null && (
+          <p class="problem small" role="alert" data-testid="matrix-refused">
+            <Glyph kind="failure" size={13} /> {problem}
+          </p>
+        )}
         <p class="second small">
           {nothing ? said.ramLine : ramOnly > 0 && `${said.ramOnly(ramOnly)}. `}
           {bad > 0 && said.never}
@@ -49,11 +66,11 @@ export function MatrixBar({ uids, onReview, onSave }: Props) {
       >
         {said.discard}
       </Button>
-      <Button look="two" testid="matrix-save" live disabled={savable === 0 || count > 0} onClick={onSave}>
+      <Button look="two" testid="matrix-save" live disabled={!maySave} onClick={onSave}>
         {said.save}
         <small>{said.saveSub(savable)}</small>
       </Button>
-      <Button look="two primary" testid="matrix-review" live disabled={count === 0} onClick={onReview}>
+      <Button look="two primary" testid="matrix-review" live disabled={!mayReview} onClick={onReview}>
         {said.review}
         <small>{said.reviewSub}</small>
       </Button>

@@ -28,6 +28,7 @@ const reading = (key: string): Reading =>
   ({
     key,
     value: 40,
+    configured: 40,
     raw: 40,
     unit: "",
     age_s: 0,
@@ -47,7 +48,19 @@ beforeEach(() => {
   link.value = { state: "up", since: 0 };
   replaceAll(
     UIDS.map(
-      uid => ({ uid, online: true, state: "ready", model: "M", unsaved: [], faults: {}, age_s: 0 }) as never,
+      uid =>
+        ({
+          uid,
+          online: true,
+          state: "ready",
+          model: "M",
+          treated_as: { model: null, firmware: null },
+          output: { state: "on", reason: "configured", by: null, since: null },
+          activity: { state: "holding", peak_to_peak_deg: null, torque_pct: null, torque_limit_pct: null },
+          unsaved: [],
+          faults: {},
+          age_s: 0,
+        }) as never,
     ),
   );
   for (const uid of UIDS) sheetOf(uid).take("1", { gain: reading("gain"), boost: reading("boost") });

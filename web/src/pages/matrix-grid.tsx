@@ -6,6 +6,7 @@ import { aboutRow } from "../form/about";
 import { nameOf, servo } from "../state/fleet";
 import { conditionHere } from "../state/here";
 import { isOwn, oddRow } from "../state/matrix";
+import { modelName } from "../state/model";
 import { sheetOf } from "../state/parameters";
 import { pathOf } from "../state/route";
 import { text } from "../text";
@@ -148,7 +149,7 @@ function ColumnHead({ uid, alone, onCopy }: { uid: string; alone: boolean; onCop
       <small title={condition.line}>
         <Glyph kind={condition.kind} size={13} /> {condition.headline}
       </small>
-      <small>{one.model ?? text.servos.unknownModel}</small>
+      <small>{modelName(one)}</small>
       {one.unsaved.length > 0 && (
         <small class="half k-intent">
           <Icon name="half" size={13} /> {text.servos.ramOnly(one.unsaved.length)}

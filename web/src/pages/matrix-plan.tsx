@@ -3,13 +3,13 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { BatchOutcome, SafetyWord } from "../api/config-types";
-import { loosesTorque, willBe } from "../form/change-list";
-import { mayMove, predict, sideEffect } from "../form/prediction";
+import type { ProblemBody } from "../api/types";
+import { whyRefused } from "../form/danger";
+import { isOpen, wordsOf } from "../form/safety-words";
 import { startSave } from "../state/apply";
-import { nameOf, peekServo, servo } from "../state/fleet";
-import { asProblem, changed, endOfSave, stagedOn, writeMatrix } from "../state/matrix";
-import { sheetOf } from "../state/parameters";
-import { toConfirm } from "../state/records";
+import { nameOf, peekServo } from "../state/fleet";
+import { changed, endOfSave, planSaves, stagedOn, writeMatrix } from "../state/matrix";
+import { asProblem } from "../state/parameters";
 import { text } from "../text";
 import { editing, matrix } from "../text/topics";
 import { Button } from "../ui/button";
@@ -17,68 +17,80 @@ import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
 import { ConfirmTicks } from "./confirm-ticks";
+import { AfterSave, useFreeAfterSave } from "./horn-free";
 import { PlannedServo, type Result, ResultLine } from "./matrix-result";
 
 const said = matrix.plan;
 
 interface Props {
   uids: readonly string[];
-  /** Nothing is written: what RAM holds goes into ROM. */
+  /** Nothing is written: what RAM of all of them holds goes into ROM. */
   saveOnly: boolean;
   onClose: () => void;
+  /** Told why nothing can be confirmed: then no dialog has been open. */
+  onRefused: (why: string) => void;
 }
 
 type Phase = "asking" | "ready" | "writing" | "saving" | "done";
 
-export function PlanDialog({ uids, saveOnly, onClose }: Props) {
+export function PlanDialog({ uids, saveOnly, onClose, onRefused }: Props) {
   // What was staged when the dialog opened is what it is about.
   const values = useMemo(() => stagedOn(uids), []);
   const concerned = useMemo(
-    () =>
-      saveOnly
-        ? uids.filter(uid => peekServo(uid)?.online === true && (peekServo(uid)?.unsaved.length ?? 0) > 0)
-        : [...values.keys()],
+    () => (saveOnly ? uids.filter(uid => peekServo(uid)?.online === true) : [...values.keys()]),
     [],
   );
-  const phase = useSignal<Phase>(saveOnly ? "ready" : "asking");
-  const plan = useSignal<readonly BatchOutcome[]>([]);
+  const phase = useSignal<Phase>("asking");
+  // Null until the first dry run: there is no dialog before it has gone through.
+  const plan = useSignal<readonly BatchOutcome[] | null>(null);
   const results = useSignal<ReadonlyMap<string, Result>>(new Map());
   const wrong = useSignal<string | null>(null);
   const save = useSignal(saveOnly);
-  const free = useSignal(false);
   const agreed = useSignal<readonly SafetyWord[]>([]);
   const asked = useSignal<readonly SafetyWord[]>([]);
 
   const look = async () => {
     phase.value = "asking";
     wrong.value = null;
+    const confirm = agreed.peek();
     try {
-      plan.value = await writeMatrix(values, { dry_run: true, save: false, confirm: agreed.peek() });
-      const wishes = plan.value.flatMap(one =>
-        one.problem ? (toConfirm(asProblem(one.problem)) ?? []) : [],
-      );
-      asked.value = [...new Set([...asked.peek(), ...wishes])];
+      const found = await (saveOnly
+        ? planSaves(concerned, confirm)
+        : writeMatrix(values, { dry_run: true, save: save.peek(), confirm }));
+      const problems = found.flatMap(one => (one.problem ? [{ uid: one.uid, ...askedBy(one.problem) }] : []));
+      const first = problems[0];
+      // Nobody is left, and nothing that could be agreed to would help.
+      if (
+        plan.peek() === null &&
+        first &&
+        problems.length === found.length &&
+        !problems.some(one => one.words.length)
+      ) {
+        return onRefused(said.refusedAll(nameOf(peekServo(first.uid)), first.why, problems.length));
+      }
+      plan.value = found;
+      asked.value = [...new Set([...asked.peek(), ...problems.flatMap(one => one.words)])];
     } catch (error) {
-      wrong.value = text.problem(problemOf(error));
+      const why = text.problem(problemOf(error));
+      if (plan.peek() === null) return onRefused(why);
+      wrong.value = why;
     }
     phase.value = "ready";
   };
   useEffect(() => {
-    if (!saveOnly) void look();
+    void look();
   }, []);
 
-  const able = saveOnly ? concerned : plan.value.filter(one => one.outcome === "planned").map(one => one.uid);
-  const open = asked.value.filter(word => !agreed.value.includes(word));
+  const planned = plan.value ?? [];
+  const passed = planned.filter(one => one.outcome === "planned");
+  const able = passed.map(one => one.uid);
+  const open = isOpen(asked.value, agreed.value);
   // A tick is worth something only once the server was asked again with it.
-  const stale = plan.value.some(one => {
-    const word = one.problem ? toConfirm(asProblem(one.problem)) : null;
-    return word !== null && agreed.value.includes(word);
-  });
-  // The server asks before a save that takes torque away at every start; here it is known beforehand.
-  const looses = save.value && able.some(uid => loosesTorque(sheetOf(uid)));
-  const needed: readonly SafetyWord[] = looses ? [...asked.value, "torque_off_in_rom"] : asked.value;
-  const forecasts = able.map(uid => ({ uid, prediction: predict(key => willBe(sheetOf(uid), key)) }));
-  const moves = save.value && forecasts.some(one => mayMove(one.prediction));
+  const stale = planned.some(
+    one => one.problem && askedBy(one.problem).words.some(word => agreed.value.includes(word)),
+  );
+  const saves = save.value && phase.value !== "asking" ? passed : [];
+  const free = useFreeAfterSave(saves);
 
   const put = (uid: string, result: Result) => {
     results.value = new Map(results.peek()).set(uid, result);
@@ -87,7 +99,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
     put(uid, { state: "working", text: said.saving });
     const keys = [...new Set([...(values.get(uid)?.keys() ?? []), ...(peekServo(uid)?.unsaved ?? [])])];
     const end = await endOfSave(uid, job, keys);
-    const why = end.error?.detail ?? text.job.state[end.state];
+    const why = end.error?.summary ?? text.job.state[end.state];
     if (end.state === "succeeded") {
       put(uid, { state: "ok", text: saveOnly ? said.savedOnly : said.doneSaved(count) });
     } else put(uid, { state: "failure", text: saveOnly ? said.notSavedOnly(why) : said.notSaved(why) });
@@ -116,7 +128,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
     Promise.all(
       able.map(async uid => {
         try {
-          await follow(uid, (await startSave(uid, { confirm: agreed.peek() })).id, 0);
+          await follow(uid, (await startSave(uid, agreed.peek())).id, 0);
         } catch (error) {
           const why = text.problem(problemOf(error));
           put(uid, { state: "failure", text: said.notSavedOnly(why) });
@@ -135,6 +147,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
     }
   };
 
+  if (plan.value === null) return null;
   const busy = phase.value !== "ready" && phase.value !== "done";
   const over = phase.value === "done";
   const told = results.value.size > 0 || over;
@@ -159,7 +172,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
               {told ? text.close : text.cancel}
             </Button>
           </span>
-          {!over && asked.value.length > 0 && (open.length > 0 || stale) ? (
+          {!over && asked.value.length > 0 && (open || stale) ? (
             <Button
               look="primary"
               live
@@ -175,12 +188,7 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
                 look="primary"
                 live
                 testid="plan-go"
-                disabled={
-                  busy ||
-                  n === 0 ||
-                  (moves && !free.value) ||
-                  (looses && !agreed.value.includes("torque_off_in_rom"))
-                }
+                disabled={busy || n === 0 || !free.agreed}
                 onClick={() => void act()}
               >
                 {saveOnly ? said.goSaveOnly(n) : save.value ? said.goSave(n) : said.go(n)}
@@ -198,54 +206,40 @@ export function PlanDialog({ uids, saveOnly, onClose }: Props) {
       {told ? (
         <ul class="m-results" aria-label={said.results}>
           {concerned.map(uid => (
-            <ResultLine key={uid} uid={uid} result={results.value.get(uid)} plan={plan.value} />
+            <ResultLine key={uid} uid={uid} result={results.value.get(uid)} plan={planned} />
           ))}
         </ul>
       ) : (
         <>
-          {plan.value.map(one => (
-            <PlannedServo key={one.uid} one={one} />
+          {planned.map(one => (
+            <PlannedServo key={one.uid} one={one} save={save.value} />
           ))}
-          <ConfirmTicks needed={needed} agreed={agreed} sentences={editing.confirm.ticks} />
-          {!saveOnly && phase.value !== "asking" && (
+          <ConfirmTicks needed={asked.value} agreed={agreed} sentences={editing.confirm.ticks} />
+          {!saveOnly && (
             <label class="tick">
               <input
                 type="checkbox"
                 data-testid="plan-save"
+                disabled={busy}
                 checked={save.value}
                 onChange={event => {
                   save.value = event.currentTarget.checked;
+                  void look();
                 }}
               />
               {said.save}
             </label>
           )}
           {!save.value && <p class="small second">{said.ram}</p>}
-          {save.value && forecasts.length > 0 && (
-            <div>
-              <h3>{said.after}</h3>
-              <ul class="m-forecast">
-                {forecasts.map(one => (
-                  <li key={one.uid}>{sideEffect(one.prediction, nameOf(servo(one.uid)))}</li>
-                ))}
-              </ul>
-            </div>
-          )}
-          {moves && (
-            <label class="tick">
-              <input
-                type="checkbox"
-                data-testid="plan-free"
-                checked={free.value}
-                onChange={event => {
-                  free.value = event.currentTarget.checked;
-                }}
-              />
-              {said.free}
-            </label>
-          )}
+          <AfterSave saves={saves} free={free} />
         </>
       )}
     </Dialog>
   );
+}
+
+/** A servo's problem in words, and what could be agreed to. */
+function askedBy(body: ProblemBody): { why: string; words: readonly SafetyWord[] } {
+  const problem = asProblem(body);
+  return { why: whyRefused(problem), words: wordsOf(problem) };
 }

@@ -3,8 +3,9 @@ import type { BatchOutcome } from "../api/config-types";
 import { whyRefused } from "../form/danger";
 import { addressOf, labelOf, valueText } from "../form/row-text";
 import { nameOf, servo } from "../state/fleet";
-import { asProblem, changed } from "../state/matrix";
-import { sheetOf } from "../state/parameters";
+import { changed } from "../state/matrix";
+import { asProblem, sheetOf } from "../state/parameters";
+import { text } from "../text";
 import { matrix } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
@@ -16,8 +17,11 @@ export interface Result {
   text: string;
 }
 
-export function PlannedServo({ one }: { one: BatchOutcome }) {
-  const changes = changed(one.changes);
+/** With `save`, the rows that ROM will hold differently; else those that RAM will. */
+export function PlannedServo({ one, save }: { one: BatchOutcome; save: boolean }) {
+  const changes = save
+    ? (one.rom_changes ?? []).map(({ key, before, after }) => ({ key, before, requested: after }))
+    : changed(one.changes);
   const unit = (key: string) => sheetOf(one.uid).reading(key).value?.unit;
   return (
     <section class="m-planned" data-testid={`plan-${one.uid}`} data-outcome={one.outcome}>
@@ -35,8 +39,8 @@ export function PlannedServo({ one }: { one: BatchOutcome }) {
           <thead class="hidden-head">
             <tr>
               <th>{said.head.parameter}</th>
-              <th class="right">{said.head.now}</th>
-              <th class="right">{said.head.target}</th>
+              <th class="right">{save ? text.save.head.rom : said.head.now}</th>
+              <th class="right">{save ? text.save.head.after : said.head.target}</th>
             </tr>
           </thead>
           <tbody>

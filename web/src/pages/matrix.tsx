@@ -5,11 +5,10 @@ import { problemOf } from "../api/client";
 import type { Row } from "../api/types";
 import { type Catalog, catalog } from "../state/catalog";
 import { all, servo } from "../state/fleet";
-import { onKey } from "../state/keys";
 import { connection, up } from "../state/link";
-import { loadMatrix, oddRow, uidsIn } from "../state/matrix";
-import { sheetOf } from "../state/parameters";
-import { go, pathOf } from "../state/route";
+import { oddRow, uidsIn } from "../state/matrix";
+import { loadSheets, sheetOf } from "../state/parameters";
+import { go, inAddress, oneInAddress, pathOf, wordInAddress } from "../state/route";
 import { text } from "../text";
 import { matrix as said } from "../text/topics";
 import { Button } from "../ui/button";
@@ -22,15 +21,19 @@ import { PlanDialog } from "./matrix-plan";
 import { SetDialog } from "./matrix-set";
 import "../style/matrix.css";
 
-type Filter = "all" | "differ" | "changed";
+const FILTERS = ["all", "differ", "changed"] as const;
+type Filter = (typeof FILTERS)[number];
+
+const listed = inAddress("uids", uidsIn, uids => uids.join(","));
+const wanted = wordInAddress("q");
+const filter = oneInAddress("filter", FILTERS);
 type Open = { what: "set"; row: Row } | { what: "copy"; uid: string } | { what: "apply" | "save" };
 
 export function MatrixPage({ hash }: { hash: string }) {
-  const listed = useSignal(uidsIn(location.search)).value;
   // Only the list goes down: cells redraw themselves.
   // In the order of the address, which is what somebody wrote down; without one, in that of the list.
   const shownIn = useComputed(() => {
-    if (listed.length > 0) return listed.filter(uid => servo(uid) !== undefined).join(" ");
+    if (listed.value.length > 0) return listed.value.filter(uid => servo(uid) !== undefined).join(" ");
     return all.value
       .filter(one => one.online)
       .map(one => one.uid)
@@ -38,10 +41,9 @@ export function MatrixPage({ hash }: { hash: string }) {
   });
   const shown = shownIn.value;
   const uids = useMemo(() => split(shown), [shown]);
-  const wanted = useSignal("");
-  const filter = useSignal<Filter>("all");
   const open = useSignal<Open | null>(null);
   const problem = useSignal<string | null>(null);
+  const refused = useSignal<string | null>(null);
   const reading = useSignal(false);
   const round = connection.value;
 
@@ -49,7 +51,7 @@ export function MatrixPage({ hash }: { hash: string }) {
     reading.value = true;
     problem.value = null;
     try {
-      await loadMatrix(uids, refresh);
+      await loadSheets(uids, refresh);
     } catch (error) {
       problem.value = text.problem(problemOf(error));
     }
@@ -58,14 +60,6 @@ export function MatrixPage({ hash }: { hash: string }) {
   useEffect(() => {
     if (round > 0) void load();
   }, [round, shown]);
-  useEffect(
-    () =>
-      onKey("Ctrl+S", () => {
-        if (open.peek() === null) open.value = { what: "apply" };
-      }),
-    [],
-  );
-
   const known = catalog.value;
   const [differ = "0", changed = "0"] = split(
     useComputed(() => countRows(catalog.value, split(shownIn.value)).join(" ")).value,
@@ -142,10 +136,13 @@ export function MatrixPage({ hash }: { hash: string }) {
       )}
       <MatrixBar
         uids={uids}
+        problem={refused.value}
         onReview={() => {
+          refused.value = null;
           open.value = { what: "apply" };
         }}
         onSave={() => {
+          refused.value = null;
           open.value = { what: "save" };
         }}
       />
@@ -155,8 +152,12 @@ export function MatrixPage({ hash }: { hash: string }) {
       )}
       {(present?.what === "apply" || present?.what === "save") && (
         <PlanDialog
-          uids={uids}
+          uids={present.what === "save" ? uids.filter(uid => (servo(uid)?.unsaved.length ?? 0) > 0) : uids}
           saveOnly={present.what === "save"}
+          onRefused={why => {
+            close();
+            refused.value = why;
+          }}
           onClose={() => {
             close();
             void load();

@@ -1,20 +1,24 @@
 /** Owns what stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
+
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { angle } from "../form/format";
 import { now } from "../state/clock";
 import { lease, stopped } from "../state/desk";
-import { angleOf, type KnownServo, nameOf, peekServo } from "../state/fleet";
+import { type KnownServo, nameOf, peekServo } from "../state/fleet";
+import { angleNow } from "../state/fresh";
 import { limitsOf } from "../state/here";
 import { those } from "../state/let-go";
-import { enableMotion, holder, motion, refusal } from "../state/motion";
+import { readOnly } from "../state/model";
+import { enableMotion, isOfOther, motion, refusal } from "../state/motion";
+import { stopInSight } from "../state/stop-sight";
+import { wiggling } from "../state/wiggle";
 import { text } from "../text";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
 import { lazy } from "../ui/lazy";
 import { JogDial } from "./jog-dial";
-import { isStale } from "./servo-row";
 
 const TakeOver = lazy<{ uid: string }>(() => import("./take-over").then(file => file.TakeOver));
 
@@ -33,13 +37,12 @@ export function MotionGate({ one, children }: Props) {
   const group = children ? enableAll.value : null;
   const asking = present.phase === "asking";
   const against = hindrance(one);
-  const others = present.phase === "waiting" || heldByOther() > 0;
+  const others = present.phase === "waiting" || (heldByOther() > 0 && !wiggling.value);
   const why = against ? null : (refusal.value ?? (present.phase === "off" ? present.why : null));
-  const { value: at, age } = angleOf(one, now.value);
+  const { value: at, stale } = angleNow(one);
   const off = those("off")
     .map(each => nameOf(peekServo(each)))
     .join(", ");
-  const stale = isStale(one, age);
   const limits = limitsOf(one.uid);
   const outside = at !== null && limits !== null && (at > limits.cw + 0.05 || at < limits.ccw - 0.05);
   return (
@@ -72,7 +75,7 @@ export function MotionGate({ one, children }: Props) {
           look="primary"
           testid="enable-motion"
           live
-          disabled={asking || against !== null || (others && present.phase !== "held")}
+          disabled={asking || wiggling.value || against !== null || (others && present.phase !== "held")}
           onClick={() => (group ? group.act() : void enableMotion(one.uid))}
         >
           {asking && <Spinner />}
@@ -86,14 +89,15 @@ export function MotionGate({ one, children }: Props) {
 /** How long somebody else has motion control for, in seconds. */
 function heldByOther(): number {
   const held = lease.value;
-  return held && held.holder !== holder() ? held.endsAt - now.value : 0;
+  return held && isOfOther(held) ? held.endsAt - now.value : 0;
 }
 
 /** What keeps motion from being turned on, known before anybody asks. */
 function hindrance(one: KnownServo): string | null {
   if (stopped.value) return text.motion.whileStopped;
+  if (!stopInSight.value) return text.motion.stopHidden;
   const name = nameOf(one);
-  if (!one.known_model && one.state === "ready") return text.motion.whileUnknown(name);
+  if (readOnly(one)) return text.motion.whileUnknown(name);
   switch (one.state) {
     case "ready":
     case "soft_start":

@@ -1,8 +1,9 @@
 /** Owns moving several servos together on the Motion page: who comes along, and their dials while they do. */
+
 import { useEffect } from "preact/hooks";
 import { age, angle, number } from "../form/format";
-import { now } from "../state/clock";
-import { all, angleOf, nameOf, servo } from "../state/fleet";
+import { all, nameOf, servo } from "../state/fleet";
+import { angleNow } from "../state/fresh";
 import {
   against,
   beginAgain,
@@ -16,7 +17,7 @@ import {
 } from "../state/group";
 import { limitsOf } from "../state/here";
 import { membersOf, motion, setpoint, together } from "../state/motion";
-import { sheetOf } from "../state/parameters";
+import { readSheet } from "../state/parameters";
 import { sweep } from "../state/sweep";
 import { jogging as words } from "../text/topics";
 import { Button } from "../ui/button";
@@ -24,7 +25,6 @@ import { Dial } from "../ui/dial";
 import { Glyph } from "../ui/glyph";
 import { Segments } from "../ui/segments";
 import { enableAll } from "./motion-gate";
-import { isStale } from "./servo-row";
 import "../style/jog.css";
 
 /** Before motion: a box to tick for each other servo that can be told together with this one. */
@@ -36,7 +36,7 @@ export function GroupChoice({ uid }: { uid: string }) {
   const ticked = able.map(one => one.uid).filter(each => chosen.value.includes(each));
   const key = ticked.join();
   useEffect(() => {
-    for (const each of ticked) void sheetOf(each).load();
+    for (const each of ticked) readSheet(each);
     const act = () => void enableGroup(uid, ticked);
     enableAll.value = ticked.length === 0 ? null : { label: words.enable(ticked.length + 1), act };
     return () => {
@@ -125,8 +125,8 @@ export function Members() {
 function Member({ uid }: { uid: string }) {
   const one = servo(uid);
   if (!one) return null;
-  const at = angleOf(one, now.value);
-  const stale = isStale(one, at.age);
+  const at = angleNow(one);
+  const { stale } = at;
   const wanted = setpoint.value;
   const goal = wanted === null ? null : wanted + (offsets.value.get(uid) ?? 0);
   return (

@@ -1,12 +1,11 @@
 /** Owns the Motion page of one servo: off until it is asked for, each visit anew; then jog and plot. */
 import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
-import { loaded, nameOf, peekServo, servo } from "../state/fleet";
+import { nameOf, peekServo, servo } from "../state/fleet";
 import { forgetAnswered } from "../state/let-go";
 import { connection } from "../state/link";
 import { endMotion, membersOf, motion } from "../state/motion";
 import { sheetOf } from "../state/parameters";
-import { go, pathOf } from "../state/route";
 import { narrow } from "../state/screen";
 import { text } from "../text";
 import { Button } from "../ui/button";
@@ -32,22 +31,13 @@ export function MotionPage({ uid }: { uid: string }) {
     if (motion.peek().phase === "off") motion.value = { phase: "off", why: null };
     return () => endMotion(null);
   }, [uid]);
-  if (!one) {
-    return (
-      <div class="page">
-        <p class="notice-line">
-          {loaded.value ? text.params.unknownServo : text.empty.loading}{" "}
-          {loaded.value && <Button onClick={() => go(pathOf("servos", null))}>{text.params.toServos}</Button>}
-        </p>
-      </div>
-    );
-  }
+  if (!one) return null;
   const present = motion.value;
   const on = present.phase === "on" && present.uid === uid;
   return (
     <div class="page">
       {on && <MotionBand names={membersOf(present).map(each => nameOf(peekServo(each)))} />}
-      <ServoHead one={one} page="motion" />
+      <ServoHead one={one} />
       <div class="split motion-split">
         <div class="scroll motion-main">
           {on ? (

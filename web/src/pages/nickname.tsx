@@ -44,7 +44,10 @@ export function Nickname({ uid, label, name }: { uid: string; label: string; nam
         onBlur={() => void keep()}
         onKeyDown={event => {
           if (event.key === "Enter") void keep();
-          if (event.key === "Escape") editing.value = false;
+          if (event.key === "Escape") {
+            event.preventDefault();
+            editing.value = false;
+          }
         }}
       />
     );

@@ -3,13 +3,13 @@ import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
 import { adviceOn } from "../form/about";
-import { NONE } from "../form/format";
 import { ParameterRow } from "../form/row";
 import { type Catalog, catalog } from "../state/catalog";
 import { servo } from "../state/fleet";
 import { up } from "../state/link";
+import { readOnly } from "../state/model";
 import type { Sheet } from "../state/parameters";
-import { go, pathOf } from "../state/route";
+import { type Choice, change } from "../state/route";
 import { text } from "../text";
 import { editing } from "../text/topics";
 import { Button } from "../ui/button";
@@ -19,9 +19,9 @@ const said = editing.fold;
 
 interface Props {
   sheet: Sheet;
-  tab: Signal<string>;
+  tab: string;
   hash: string;
-  wanted: Signal<string>;
+  wanted: Choice<string>;
   changedOnly: boolean;
   onRetry: () => void;
 }
@@ -32,7 +32,6 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) 
   const unfolded = useSignal(false);
   const known = catalog.value;
   const has = sheet.keys.value;
-  const here = tab.value;
 
   useEffect(() => {
     const row = known && (known.rows.get(hash) ?? [...known.rows.values()].find(one => one.name === hash));
@@ -40,7 +39,7 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) 
     const target = table.current?.querySelector<HTMLElement>(`#row-${row.key}`);
     target?.scrollIntoView({ block: "center" });
     target?.querySelector<HTMLElement>("input, button[role=switch]")?.focus();
-  }, [hash, here, has, known]);
+  }, [hash, tab, has, known]);
 
   if (sheet.problem.value && !has) {
     return (
@@ -54,17 +53,13 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) 
       </div>
     );
   }
-  const one = servo(sheet.uid);
-  if (has?.length === 0 && one && !one.known_model && one.state !== "identifying") {
-    return <p class="notice-line scroll">{text.params.unknownModel(String(one.hardware_version ?? NONE))}</p>;
-  }
+  const fixed = readOnly(servo(sheet.uid));
   if (!known || !has) return <p class="notice-line scroll">{text.params.reading}</p>;
 
-  const rows = choose(known, sheet, here, wanted.value, changedOnly).filter(row => has.includes(row.key));
+  const rows = choose(known, sheet, tab, wanted.value, changedOnly).filter(row => has.includes(row.key));
   const goTo = (name: string) => {
     const row = [...known.rows.values()].find(one => one.name === name);
-    wanted.value = "";
-    if (row) go(pathOf("parameters", sheet.uid, row.key), true);
+    change({ q: "", filter: "", tab: "" }, row?.key);
   };
   const experts = rows.filter(row => row.expert);
   // Whoever looks for one, or changed one, sees it; a tab that is just looked through keeps them folded.
@@ -90,7 +85,7 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) 
               <ParameterRow
                 key={row.key}
                 sheet={sheet}
-                row={row}
+                row={fixed ? { ...row, access: "r" } : row}
                 onGoTo={goTo}
                 onRetry={onRetry}
                 locked={row.expert && !unlocked.value}

@@ -1,41 +1,46 @@
 /** Owns the Parameters page of one servo: head, tabs, rows, live panel, save bar and its dialogs. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
+import type { SavePreview } from "../api/config-types";
 import { willBe } from "../form/change-list";
 import { predict, sideEffect } from "../form/prediction";
 import { SaveBar } from "../form/save-bar";
-import { apply, applyAndSave, lastWritten, saving, sheetProblem } from "../state/apply";
+import { apply, applyAndSave, lastWritten, planSave, saving, sheetProblem } from "../state/apply";
 import { catalog } from "../state/catalog";
 import { staged, wrong } from "../state/draft";
-import { loaded, nameOf, servo } from "../state/fleet";
+import { DryRun } from "../state/dry-run";
+import { nameOf, servo } from "../state/fleet";
 import { onKey } from "../state/keys";
 import { connection } from "../state/link";
 import { type Sheet, sheetOf } from "../state/parameters";
-import { go, pathOf } from "../state/route";
+import { change, oneInAddress, wordInAddress } from "../state/route";
 import { narrow } from "../state/screen";
 import { text } from "../text";
-import { Button } from "../ui/button";
 import { Search } from "../ui/search";
 import { Segments } from "../ui/segments";
 import { AskBackDialog, asking, type Question } from "./ask-back";
 import { JobDialog } from "./job-dialog";
+import { LostLine } from "./lost-values";
 import { Rows } from "./parameter-rows";
 import { DiffDialog, SaveDialog } from "./save-dialogs";
 import { ServoHead } from "./servo-head";
 import { SidePanel } from "./side-panel";
-import { LIVE_TAB, Tabs } from "./tabs";
+import { LIVE_TAB, openTab, Tabs } from "./tabs";
 import { TorqueOff } from "./torque-off";
 import { UndoLine } from "./undo";
 
-type Filter = "all" | "changed";
+const FILTERS = ["all", "changed"] as const;
+type Filter = (typeof FILTERS)[number];
+
+const wanted = wordInAddress("q");
+const filter = oneInAddress("filter", FILTERS);
+const chosenTab = wordInAddress("tab");
 
 export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   const sheet = sheetOf(uid);
   const one = servo(uid);
-  const wanted = useSignal("");
-  const filter = useSignal<Filter>("all");
-  const tab = useSignal("");
-  const open = useSignal<"none" | "diff" | "save">("none");
+  const diff = useSignal(false);
+  const saveRun = useMemo(() => new DryRun<SavePreview>(), [uid]);
   const question = useSignal<Question | null>(null);
   const askBack = useMemo(() => asking(question), []);
   const round = connection.value;
@@ -49,66 +54,57 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
     // What was saved or refused on the last visit is no news on this one.
     if (sheet.busy.peek() === null) sheet.outcomes.value = new Map();
     lastWritten.value = null;
-    const forget = [
-      onKey("Ctrl+S", () => {
-        if (changedKeys(sheet, uid).length > 0) open.value = "diff";
-      }),
-      onKey("Ctrl+Z", () => sheet.drafts.undo()),
-    ];
-    return () => {
-      for (const one of forget) one();
-    };
+    return onKey("Ctrl+Z", () => sheet.drafts.undo());
   }, [uid]);
 
   const known = catalog.value;
-  if (!one) {
-    return (
-      <div class="page">
-        <p class="notice-line">
-          {loaded.value ? text.params.unknownServo : text.params.reading}{" "}
-          {loaded.value && <Button onClick={() => go(pathOf("servos", null))}>{text.params.toServos}</Button>}
-        </p>
-      </div>
-    );
-  }
+  if (!one) return null;
   const name = nameOf(one);
   const drafts = sheet.drafts.map.value;
   const values = staged(drafts, key => sheet.held(key));
   const bad = wrong(drafts);
   const ramOnly = one.unsaved.filter(key => !values.has(key) && !bad.includes(key));
   const changed = changedKeys(sheet, uid);
+  const tab = known ? openTab(known.tabs, hash, chosenTab.value) : "";
   const prediction = predict(key => willBe(sheet, key));
   const total = values.size + bad.length + ramOnly.length;
-  const problem = sheetProblem.value?.uid === uid ? sheetProblem.value.text : null;
-  const close = () => {
-    open.value = "none";
-  };
+  const refused = saveRun.problem.value === null ? null : text.save.notSaved(saveRun.problem.value);
+  const problem = sheetProblem.value?.uid === uid ? sheetProblem.value.text : refused;
   return (
     <div class="page">
-      <ServoHead one={one} page="parameters">
+      <ServoHead one={one}>
         <TorqueOff uid={uid} />
-        <Search
-          label={text.params.search}
-          value={wanted.value}
-          onInput={value => {
-            wanted.value = value;
-          }}
-        />
-        <Segments<Filter>
-          label={text.params.filter}
-          chosen={filter.value}
-          onChoose={key => {
-            filter.value = key;
-          }}
-          options={[
-            { key: "all", label: text.params.all },
-            { key: "changed", label: text.params.changed(total) },
-          ]}
-        />
       </ServoHead>
-      {known && <Tabs sheet={sheet} tabs={known.tabs} chosen={tab} hash={hash} pwm={one.pwm} />}
+      {known && (
+        <Tabs
+          sheet={sheet}
+          tabs={known.tabs}
+          chosen={tab}
+          onChoose={key => change({ tab: key === known.tabs[0]?.key ? "" : key }, "")}
+          pwm={one.pwm}
+        >
+          <Search
+            label={text.params.search}
+            value={wanted.value}
+            onInput={value => {
+              wanted.value = value;
+            }}
+          />
+          <Segments<Filter>
+            label={text.params.filter}
+            chosen={filter.value}
+            onChoose={key => {
+              filter.value = key;
+            }}
+            options={[
+              { key: "all", label: text.params.all },
+              { key: "changed", label: text.params.changed(total) },
+            ]}
+          />
+        </Tabs>
+      )}
       <div class="split">
-        {!(narrow.value && tab.value === LIVE_TAB) && (
+        {!(narrow.value && tab === LIVE_TAB) && (
           <Rows
             sheet={sheet}
             tab={tab}
@@ -118,9 +114,10 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
             onRetry={() => void apply(sheet, { askBack })}
           />
         )}
-        {(!narrow.value || tab.value === LIVE_TAB) && <SidePanel uid={uid} />}
+        {(!narrow.value || tab === LIVE_TAB) && <SidePanel uid={uid} />}
       </div>
-      <UndoLine sheet={sheet} name={name} online={one.online} askBack={askBack} />
+      <LostLine sheet={sheet} one={one} />
+      <UndoLine sheet={sheet} one={one} name={name} askBack={askBack} />
       {(total > 0 || problem !== null) && (
         <SaveBar
           name={name}
@@ -129,7 +126,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           ramOnly={ramOnly.length}
           torqueChanged={values.has("torque_mode") || one.unsaved.includes("torque_mode")}
           sideEffect={sideEffect(prediction, name)}
-          busy={sheet.busy.value}
+          busy={saveRun.busy.value ? "checking" : sheet.busy.value}
           online={one.online}
           problem={problem}
           onDiscard={() => {
@@ -138,25 +135,33 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
             sheetProblem.value = null;
           }}
           onDiff={() => {
-            open.value = "diff";
+            diff.value = true;
           }}
           onApply={() => void apply(sheet, { askBack })}
           onSave={() => {
-            open.value = "save";
+            sheetProblem.value = null;
+            void saveRun.open(confirm => planSave(sheet, confirm), askBack);
           }}
         />
       )}
-      {open.value === "diff" && <DiffDialog sheet={sheet} name={name} keys={changed} onClose={close} />}
-      {open.value === "save" && (
-        <SaveDialog
+      {diff.value && (
+        <DiffDialog
           sheet={sheet}
-          one={one}
+          name={name}
           keys={changed}
-          prediction={prediction}
-          onClose={close}
+          onClose={() => {
+            diff.value = false;
+          }}
+        />
+      )}
+      {saveRun.plan.value && (
+        <SaveDialog
+          one={one}
+          plan={saveRun.plan.value}
+          onClose={() => saveRun.close()}
           onConfirm={() => {
-            close();
-            void applyAndSave(sheet, changed, { askBack });
+            saveRun.close();
+            void applyAndSave(sheet, changed, saveRun.confirm);
           }}
         />
       )}

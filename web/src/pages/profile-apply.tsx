@@ -1,12 +1,13 @@
 /** Owns applying a profile to servos: whom, what would change, and the job that does it. */
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
-import type { Profile, SafetyWord } from "../api/config-types";
+import type { Profile, SafetyWord, SavePreview } from "../api/config-types";
 import type { Change, Job, ProblemBody } from "../api/types";
 import { whyRefused } from "../form/danger";
+import { wordsOf } from "../form/safety-words";
 import { all, nameOf, servo } from "../state/fleet";
 import { ended, jobs, setJob, settled } from "../state/jobs";
-import { asProblem } from "../state/matrix";
+import { asProblem } from "../state/parameters";
 import { text } from "../text";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
@@ -14,12 +15,13 @@ import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
 import { ConfirmTicks } from "./confirm-ticks";
+import { AfterSave, useFreeAfterSave } from "./horn-free";
 import { JobSteps } from "./job-steps";
 
 const said = words.profiles;
 
 /** One servo in the result of a job of kind "profile". */
-interface Applied {
+interface Applied extends SavePreview {
   uid: string;
   outcome: string;
   changes: Change[];
@@ -55,11 +57,7 @@ export function ApplyDialog({ one, uids = [], onClose }: Props) {
   const shown = job ?? planned.value;
   const results = appliedOf(shown);
   const needed = [
-    ...new Set(
-      results.flatMap(each =>
-        each.problem?.code === "needs_confirmation" && each.problem.confirm ? [each.problem.confirm] : [],
-      ),
-    ),
+    ...new Set(results.flatMap(each => (each.problem ? wordsOf(asProblem(each.problem)) : []))),
   ];
   const words_ = [...new Set([...agreed.value, ...needed])];
   const send = async (dry_run: boolean) => {
@@ -92,7 +90,10 @@ export function ApplyDialog({ one, uids = [], onClose }: Props) {
     busy.value = false;
   };
   const n = chosen.value.size;
-  const able = results.filter(each => each.problem === null).length;
+  const passed = results.filter(each => each.problem === null);
+  const able = passed.length;
+  const saves = save.value && job === null && planned.value !== null ? passed : [];
+  const free = useFreeAfterSave(saves);
   return (
     <Dialog
       title={said.applyTitle(one.name)}
@@ -121,7 +122,9 @@ export function ApplyDialog({ one, uids = [], onClose }: Props) {
             look="primary"
             live
             testid="apply-confirm"
-            disabled={busy.value || planned.value === null || able === 0 || (able < n && !goOn.value)}
+            disabled={
+              busy.value || planned.value === null || able === 0 || !free.agreed || (able < n && !goOn.value)
+            }
             onClick={() => void send(false)}
           >
             {said.goApply(n)}
@@ -177,10 +180,13 @@ export function ApplyDialog({ one, uids = [], onClose }: Props) {
               checked={save.value}
               onChange={event => {
                 save.value = event.currentTarget.checked;
+                // What was planned was without it.
+                planned.value = null;
               }}
             />
             {said.save}
           </label>
+          <AfterSave saves={saves} free={free} />
           {n > 1 && (
             <label class="tick">
               <input
@@ -195,7 +201,7 @@ export function ApplyDialog({ one, uids = [], onClose }: Props) {
           )}
         </>
       )}
-      {job !== null && <JobSteps steps={job.steps} label={said.steps} />}
+      {job !== null && <JobSteps kind={job.kind} steps={job.steps} label={said.steps} over={over} />}
     </Dialog>
   );
 }

@@ -1,52 +1,22 @@
 /** Owns the readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
+
 import type { Servo } from "../api/types";
 import { age, angle, NONE, number, withUnit } from "../form/format";
-import { now } from "../state/clock";
-import { angleOf, servo } from "../state/fleet";
-import { up } from "../state/link";
-import { sheetOf } from "../state/parameters";
-import { staleAfter, watched } from "../state/watch";
-import { telemetry } from "../telemetry/store";
+import { type Commanded, commandNow, driveText } from "../state/activity";
+import { servo } from "../state/fleet";
+import { type Figure, figureNow } from "../state/fresh";
 import { text } from "../text";
 import { UnitMark } from "../ui/unit-mark";
 
-export interface Live {
-  value: number | null;
-  age: number | null;
-  stale: boolean;
-}
-
-/** A channel of the servo looked at, as it is now. */
-export function liveOf(uid: string, key: string): Live {
-  const at = now.value;
-  const grant = watched.value;
-  const hz = grant?.uid === uid && grant.channels.includes(key) ? grant.granted_hz : 1;
-  const sample = telemetry.latest(uid, key, at);
-  if (!sample) return { ...lastRead(uid, key, at), stale: true };
-  const reachable = up.value && servo(uid)?.online === true;
-  return { value: sample.value, age: sample.age, stale: !reachable || sample.age > staleAfter(hz) };
-}
-
-// Before the stream brings anything: what was read last, with its age.
-function lastRead(uid: string, key: string, at: number): { value: number | null; age: number | null } {
-  const one = servo(uid);
-  if (key === "current_angle" && one) return angleOf(one, at);
-  const reading = sheetOf(uid).reading(key).value;
-  if (typeof reading?.value !== "number" || reading.readAt === null) return { value: null, age: null };
-  return { value: reading.value, age: at - reading.readAt };
-}
-
 export function Readouts({ uid }: { uid: string }) {
   const said = text.side;
-  const present = liveOf(uid, "current_angle");
-  const command = liveOf(uid, "command_angle");
-  const speed = liveOf(uid, "current_speed");
-  const torque = liveOf(uid, "current_torque");
-  const board = liveOf(uid, "current_temperature");
-  const supply = liveOf(uid, "current_voltage");
-  // The dummy reads as a gap: the command is then another kind of command, or none.
-  const inactive = command.value === null && sheetOf(uid).reading("command_angle").value?.value === null;
-  const show = (live: Live, decimals: number, unit: string) =>
+  const present = figureNow(uid, "current_angle");
+  const command = commandNow(uid);
+  const speed = figureNow(uid, "current_speed");
+  const torque = figureNow(uid, "current_torque");
+  const board = figureNow(uid, "current_temperature");
+  const supply = figureNow(uid, "current_voltage");
+  const show = (live: Figure, decimals: number, unit: string) =>
     withUnit(live.value === null ? NONE : number(live.value, decimals), unit);
   return (
     <dl class="readouts">
@@ -59,10 +29,10 @@ export function Readouts({ uid }: { uid: string }) {
       />
       <Readout
         label={said.command}
-        live={inactive ? { value: null, age: null, stale: false } : command}
-        shown={inactive ? said.inactive : angle(command.value)}
+        live={command.figure}
+        shown={commandText(command)}
         testid="command-readout"
-        intent={!inactive}
+        intent={command.kind !== "none"}
       />
       <Readout label={said.speed} live={speed} shown={show(speed, 0, "rpm")} testid="speed-readout" />
       <Readout
@@ -90,9 +60,15 @@ export function Readouts({ uid }: { uid: string }) {
   );
 }
 
+function commandText({ kind, figure }: Commanded): string {
+  if (kind === "none") return figure.stale ? NONE : text.side.inactive;
+  if (figure.value === null) return NONE;
+  return kind === "angle" ? angle(figure.value) : driveText(kind, figure.value);
+}
+
 interface Props {
   label: string;
-  live: Live;
+  live: Figure;
   shown: string;
   note?: string;
   /** Said before the figure. */

@@ -6,9 +6,11 @@ import type { AuditRow } from "../api/config-types";
 import { addressOf, labelOf, valueText } from "../form/row-text";
 import { catalog } from "../state/catalog";
 import { all, nameOf, servo } from "../state/fleet";
+import { who } from "../state/holder";
 import { connection } from "../state/link";
 import { Asked, auditQuery } from "../state/records";
-import { auditWord, reasonText } from "../state/records-words";
+import { auditedReason, auditWord } from "../state/records-words";
+import { wordInAddress } from "../state/route";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Icon } from "../ui/icon";
@@ -18,10 +20,11 @@ import { Choice, Empty, instant, Unread } from "./records-parts";
 const said = words.audit;
 const PAGE = 200;
 
+const uid = wordInAddress("servo");
+const key = wordInAddress("parameter");
+const action = wordInAddress("action");
+
 export function Audit() {
-  const uid = useSignal("");
-  const key = useSignal("");
-  const action = useSignal("");
   const list = useMemo(() => new Asked<AuditRow[]>(), []);
   const seen = useSignal<readonly string[]>([]);
   const filters = { uid: uid.value, key: key.value, action: action.value };
@@ -47,6 +50,7 @@ export function Audit() {
     });
   };
   const any = { key: "", label: said.any };
+  const actions = action.value === "" || seen.value.includes(action.value) ? seen.value : [action.value];
   return (
     <>
       <div class="r-bar r-tools">
@@ -77,7 +81,7 @@ export function Audit() {
           label={said.action}
           value={action.value}
           testid="audit-action"
-          options={[any, ...seen.value.map(word => ({ key: word, label: auditWord(word) }))]}
+          options={[any, ...actions.map(word => ({ key: word, label: auditWord(word) }))]}
           onChoose={value => {
             action.value = value;
           }}
@@ -150,7 +154,7 @@ function Row({ one }: { one: AuditRow }) {
     <tr data-testid={`audit-${one.id}`}>
       <td class="r-when">
         {instant(one.at)}
-        <small>{one.by}</small>
+        <small>{who(one.by)}</small>
       </td>
       <td>
         {auditWord(one.action)}
@@ -164,16 +168,14 @@ function Row({ one }: { one: AuditRow }) {
       <td class="r-values">
         {changed
           ? said.changed(show(one.before), show(one.after))
-          : one.requested != null && show(one.requested)}
+          : one.requested != null && one.action !== "snapshot" && show(one.requested)}
         {changed && one.requested != null && show(one.requested) !== show(one.after) && (
           <small>{said.asked(show(one.requested))}</small>
         )}
       </td>
       <td>
         <span class={WELL.has(one.outcome) ? "" : "strong"}>{auditWord(one.outcome)}</span>
-        {one.detail !== "" && (
-          <small>{one.action === "snapshot" ? reasonText(one.detail) : one.detail}</small>
-        )}
+        {one.detail !== "" && <small>{one.action === "snapshot" ? auditedReason(one) : one.detail}</small>}
       </td>
     </tr>
   );

@@ -6,11 +6,10 @@ import type { Job } from "../api/types";
 import { show } from "../state/commission";
 import type { Kind } from "../state/condition";
 import { nameOf, servo } from "../state/fleet";
-import { jobs, setJob } from "../state/jobs";
+import { ended, jobs, setJob } from "../state/jobs";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { go, pathOf } from "../state/route";
-import { plain } from "../text/plain";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
@@ -81,7 +80,7 @@ export function Reports() {
                     </span>
                     <small>
                       {instant(job.created_at)}, {said.state[job.state]}
-                      {job.error ? `. ${plain(job.error.detail)}` : result && `. ${result}`}
+                      {job.error ? `. ${job.error.summary}` : result && `. ${result}`}
                     </small>
                   </span>
                   <span class="c-chevron" data-open={unfolded}>
@@ -91,7 +90,7 @@ export function Reports() {
               </div>
               {unfolded && (
                 <div class="r-rows">
-                  <JobSteps steps={job.steps} label={said.steps(what)} />
+                  <JobSteps kind={job.kind} steps={job.steps} label={said.steps(what)} over={ended(job)} />
                   <div class="r-actions">
                     <ReportLinks job={job.id} title={said.report} />
                     {job.kind === "commissioning" && (

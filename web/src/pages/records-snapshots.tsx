@@ -5,6 +5,7 @@ import { ask, problemOf } from "../api/client";
 import type { Comparison, KnownServo, Profile, Restored, Snapshot } from "../api/config-types";
 import { addressOf, labelOf, valueText } from "../form/row-text";
 import { loaded, servo } from "../state/fleet";
+import { who } from "../state/holder";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
 import { reasonText } from "../state/records-words";
@@ -47,7 +48,7 @@ export function Snapshots({ uid }: { uid: string }) {
     refused.value = null;
     try {
       const made = await ask<Snapshot>("POST", `/servos/${uid}/snapshots`, {
-        body: { reason: said.takeReason },
+        body: {},
         timeout_ms: 30_000,
       });
       note.value = said.taken;
@@ -101,9 +102,9 @@ export function Snapshots({ uid }: { uid: string }) {
                   >
                     <span class="r-at">{instant(each.at)}</span>
                     <span class="r-why">
-                      <span>{reasonText(each.reason)}</span>
+                      <span>{reasonText(each.reason, each.reason_code, each.reason_params)}</span>
                       <small>
-                        {each.automatic ? said.automatic : said.byHand}, {said.by(each.by)},{" "}
+                        {each.automatic ? said.automatic : said.byHand}, {said.by(who(each.by))},{" "}
                         {words.rows(Object.keys(each.values).length)}
                       </small>
                     </span>
@@ -155,6 +156,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   const writing = useSignal<readonly string[] | "all" | null>(null);
   const dropping = useSignal(false);
   const note = useSignal<string | null>(null);
+  const refused = useSignal<string | null>(null);
   const load = () => {
     const query = new URLSearchParams({ left: `snapshot:${one.id}`, right: side.peek(), identity: "true" });
     void found.load(() => ask<Comparison>("GET", `/compare?${query}`));
@@ -287,12 +289,19 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
         >
           {said.drop}
         </Button>
-        <span class="grow" />
+        {refused.value === null ? (
+          <span class="grow" />
+        ) : (
+          <p class="refusal grow" role="alert" data-testid="restore-refused">
+            <Glyph kind="failure" size={14} /> {refused.value}
+          </p>
+        )}
         <Button
           live
           disabled={!online}
           testid="restore-all"
           onClick={() => {
+            refused.value = null;
             writing.value = "all";
           }}
         >
@@ -304,6 +313,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           testid="restore-ticked"
           disabled={!online || ticked.value.size === 0}
           onClick={() => {
+            refused.value = null;
             writing.value = [...ticked.peek()];
           }}
         >
@@ -312,6 +322,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
       </div>
       {writing.value !== null && (
         <WriteDialog
+          uid={one.uid}
           name={name}
           write={wish =>
             ask<Restored>("POST", `/servos/${one.uid}/snapshots/${one.id}/restore`, {
@@ -319,6 +330,10 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
               timeout_ms: 60_000,
             })
           }
+          onRefused={why => {
+            writing.value = null;
+            refused.value = why;
+          }}
           onClose={told => {
             writing.value = null;
             if (told === null) return;

@@ -1,16 +1,15 @@
 /** Owns the two dialogs before a write: the diff, and the question before a save, what moves first. */
-import { useSignal } from "@preact/signals";
+import type { Forecast, SavePreview } from "../api/config-types";
 import { ChangeList } from "../form/change-list";
-import { angle, NONE } from "../form/format";
-import { mayMove, type Prediction } from "../form/prediction";
-import { now } from "../state/clock";
-import { angleOf, type KnownServo, nameOf } from "../state/fleet";
-import { limitsOf } from "../state/here";
+import { NONE } from "../form/format";
+import { type KnownServo, nameOf } from "../state/fleet";
 import type { Sheet } from "../state/parameters";
 import { text } from "../text";
 import { Button } from "../ui/button";
-import { Dial } from "../ui/dial";
 import { Dialog } from "../ui/dialog";
+import { BeforeAfter } from "./before-after";
+import { HornForecast } from "./horn-forecast";
+import { HornFreeTick, useHornFree } from "./horn-free";
 
 interface DiffProps {
   sheet: Sheet;
@@ -37,25 +36,25 @@ export function DiffDialog({ sheet, name, keys, onClose }: DiffProps) {
 }
 
 interface SaveProps {
-  sheet: Sheet;
   one: KnownServo;
-  keys: readonly string[];
-  prediction: Prediction;
+  plan: SavePreview;
   onClose: () => void;
   onConfirm: () => void;
 }
 
-export function SaveDialog({ sheet, one, keys, prediction, onClose, onConfirm }: SaveProps) {
-  const free = useSignal(false);
+/** What ROM will hold differently, as the server planned it, and before that what the horn does. */
+export function SaveDialog({ one, plan, onClose, onConfirm }: SaveProps) {
+  const changes = plan.rom_changes ?? [];
+  const unknown = plan.rom_unknown ?? [];
+  const forecast = plan.restart ?? null;
+  const free = useHornFree([{ uid: one.uid, moves: forecast?.moves !== false }]);
   const name = nameOf(one);
-  const present = angleOf(one, now.value).value;
-  const moves = mayMove(prediction);
-  const manyTurns = present !== null && Math.abs(present) > 180;
-  const identity = keys.includes("servo_id") || keys.includes("node_id");
-  const torqueToo = keys.includes("torque_mode") && (prediction === "soft_start" || prediction === "hold");
+  const identity = changes.some(each => each.key === "servo_id" || each.key === "node_id");
+  const off = one.output.state === "off" || one.output.state === "brake";
+  const comesOn = off && forecast !== null && !STARTS_OFF.has(forecast.code);
   return (
     <Dialog
-      title={text.save.title(keys.length, name)}
+      title={text.save.title(changes.length, name)}
       subtitle={text.save.facts(one.model ?? NONE, one.serial ?? NONE, String(one.servo_id ?? NONE))}
       testid="save-dialog"
       onClose={onClose}
@@ -64,70 +63,32 @@ export function SaveDialog({ sheet, one, keys, prediction, onClose, onConfirm }:
           <span data-first-focus>
             <Button onClick={onClose}>{text.cancel}</Button>
           </span>
-          <Button
-            look="primary"
-            testid="confirm-save"
-            live
-            disabled={moves && !free.value}
-            onClick={onConfirm}
-          >
+          <Button look="primary" testid="confirm-save" live disabled={!free.agreed} onClick={onConfirm}>
             {text.save.confirm(name)}
           </Button>
         </>
       }
     >
-      <div class="what-moves">
-        <Dial
-          size={140}
-          angle={present}
-          limits={limitsOf(one.uid)}
-          {...(prediction === "soft_start" ? { goesTo: 0 } : {})}
-        />
-        <div>
-          <h3>{heading(prediction, present)}</h3>
-          <p class="second">{WHY[prediction]()}</p>
-          {manyTurns && <p>{text.save.turnsLost(angle(present))}</p>}
-          {torqueToo && <p>{text.save.torqueOn}</p>}
+      {forecast && (
+        <HornForecast one={one} forecast={forecast} verb="save">
+          {comesOn && <p>{text.save.outputOn}</p>}
           {identity && <p>{text.save.idChange}</p>}
-        </div>
-      </div>
-      <ChangeList sheet={sheet} keys={keys} />
-      {moves && (
-        <label class="tick">
-          <input
-            type="checkbox"
-            data-testid="horn-free"
-            checked={free.value}
-            onChange={event => {
-              free.value = event.currentTarget.checked;
-            }}
-          />
-          {text.save.free}
-        </label>
+        </HornForecast>
       )}
+      {changes.length === 0 ? (
+        <p>{text.save.nothing}</p>
+      ) : (
+        <BeforeAfter
+          head={{ parameter: text.save.head.parameter, now: text.save.head.rom, next: text.save.head.after }}
+          changes={changes.map(each => ({ key: each.key, now: each.before, next: each.after }))}
+          testid="change"
+        />
+      )}
+      {unknown.length > 0 && <p class="small second">{text.save.unknownRows(unknown.length)}</p>}
+      <HornFreeTick of={free} />
     </Dialog>
   );
 }
 
-const WHY: Record<Prediction, () => string> = {
-  soft_start: () => text.save.movesWhy,
-  hold: () => text.save.holdsWhy,
-  off: () => text.save.offWhy,
-  brake: () => text.save.brakeWhy,
-  unknown: () => text.save.unknownWhy,
-};
-
-function heading(prediction: Prediction, present: number | null): string {
-  switch (prediction) {
-    case "soft_start":
-      return present === null ? text.save.movesUnknown : text.save.moves(angle(present));
-    case "hold":
-      return text.save.holds;
-    case "off":
-      return text.save.offHead;
-    case "brake":
-      return text.save.brakeHead;
-    case "unknown":
-      return text.save.unknownHead;
-  }
-}
+/** The servo starts without torque, so nothing has to come on before. */
+const STARTS_OFF: ReadonlySet<Forecast["code"]> = new Set(["no_torque", "brake", "unknown"]);

@@ -1,23 +1,38 @@
 /** Owns the bar of the ticked servos: what can be done to several at once. */
 import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
 import { nameOf, peekServo, servo } from "../state/fleet";
 import { sheetOf } from "../state/parameters";
-import { go } from "../state/route";
+import { go, pathOf } from "../state/route";
 import { selected, selectNone } from "../state/selection";
+import { planRestart } from "../state/servo-jobs";
+import { endRound, round, wiggleInTurn, wiggling } from "../state/wiggle";
 import { text } from "../text";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
+import { Icon, Spinner } from "../ui/icon";
 import { lazy } from "../ui/lazy";
+import { useKeys } from "../ui/use-keys";
+import type { Planned } from "./restart-dialog";
 
 const ApplyProfile = lazy<{ uids: readonly string[]; onClose: () => void }>(() =>
   import("./apply-profile").then(file => file.ApplyProfile),
 );
 
+interface Restarts {
+  plans: readonly Planned[];
+  leftOut: readonly string[];
+}
+
+const RestartDialog = lazy<Restarts & { onClose: () => void }>(() =>
+  import("./restart-dialog").then(file => file.RestartDialog),
+);
+
 /** Where the parameters of these servos stand side by side. */
 export function matrixPath(uids: readonly string[]): string {
-  return `/servos/matrix?uids=${uids.join(",")}`;
+  return pathOf("matrix", null, "", { uids: uids.join(",") });
 }
 
 interface Props {
@@ -29,9 +44,48 @@ export function SelectionBar({ plotting, onPlot }: Props) {
   const profile = useSignal(false);
   const refused = useSignal<readonly string[]>([]);
   const done = useSignal<string | null>(null);
+  const checking = useSignal(false);
+  const restarts = useSignal<Restarts | null>(null);
   const chosen = selected.value;
   const said = text.servos.bar;
+  const shake = () => {
+    if (wiggling.peek() || chosen.length === 0) return;
+    refused.value = [];
+    done.value = null;
+    void wiggleInTurn(chosen);
+  };
+  useKeys({ w: shake });
+  useEffect(() => {
+    // A round of another selection is over.
+    if (!wiggling.peek()) round.value = null;
+  }, [chosen]);
   if (chosen.length === 0) return null;
+  const turn = round.value;
+  const at = turn && turn.at < turn.uids.length ? turn.uids[turn.at] : undefined;
+  const trouble = [
+    ...refused.value,
+    ...[...(turn?.refused ?? [])].map(([uid, why]) => said.notWiggled(nameOf(peekServo(uid)), why)),
+  ];
+  const status =
+    turn && at !== undefined
+      ? said.wiggling(nameOf(servo(at)), turn.at + 1, turn.uids.length)
+      : turn && turn.at > turn.refused.size
+        ? said.wiggled(turn.at - turn.refused.size)
+        : checking.value
+          ? text.actions.checking
+          : done.value;
+  const restart = async () => {
+    if (checking.peek()) return;
+    refused.value = [];
+    done.value = null;
+    round.value = null;
+    checking.value = true;
+    const asked = await Promise.all(chosen.map(planOne));
+    const plans = asked.flatMap(one => (typeof one === "string" ? [] : [one]));
+    refused.value = asked.filter(one => typeof one === "string");
+    checking.value = false;
+    if (plans.length > 0) restarts.value = { plans, leftOut: refused.peek() };
+  };
   const online = chosen.filter(uid => servo(uid)?.online === true);
   const torqueOff = async () => {
     refused.value = [];
@@ -43,14 +97,36 @@ export function SelectionBar({ plotting, onPlot }: Props) {
   };
   return (
     <section class="selection-bar" aria-label={said.label(chosen.length)} data-testid="selection-bar">
-      <p class="strong" role="status">
-        {said.label(chosen.length)}
-        {done.value !== null && <span class="second plain"> {done.value}</span>}
+      <p class="said" role="status">
+        <b>{said.label(chosen.length)}</b>
+        <small class="second says" data-testid="selection-says">
+          {(at !== undefined || checking.value) && <Spinner size={13} />} {status}
+        </small>
       </p>
-      <Button look="plain" testid="select-none" onClick={selectNone}>
-        {said.none}
-      </Button>
+      {turn && at !== undefined && turn.at + 1 < turn.uids.length ? (
+        <Button look="plain" testid="skip-rest" onClick={endRound}>
+          {said.skipRest}
+        </Button>
+      ) : (
+        <Button look="plain" testid="select-none" onClick={selectNone}>
+          {said.none}
+        </Button>
+      )}
       <span class="grow" />
+      <Button live testid="wiggle-selected" title={text.actions.wiggleHint} onClick={shake}>
+        <Icon name="wiggle" /> {text.actions.wiggle} <kbd class="touch-hide">W</kbd>
+      </Button>
+      <Button live testid="restart-selected" onClick={() => void restart()}>
+        {text.actions.restart}
+      </Button>
+      <Button
+        live
+        testid="torque-off-selected"
+        disabled={online.length === 0}
+        onClick={() => void torqueOff()}
+      >
+        {text.params.torqueOff}
+      </Button>
       <Button testid="plot-selected" pressed={plotting} onClick={onPlot}>
         {said.plot}
       </Button>
@@ -67,22 +143,22 @@ export function SelectionBar({ plotting, onPlot }: Props) {
       >
         {said.profile}
       </Button>
-      <Button
-        live
-        testid="torque-off-selected"
-        disabled={online.length === 0}
-        onClick={() => void torqueOff()}
-      >
-        {text.params.torqueOff}
-      </Button>
-      {refused.value.length > 0 && (
-        <ul class="refusals small" role="alert">
-          {refused.value.map(line => (
+      {trouble.length > 0 && (
+        <ul class="refusals small" role="alert" data-testid="selection-refusals">
+          {trouble.map(line => (
             <li key={line}>
               <Glyph kind="failure" size={13} /> {line}
             </li>
           ))}
         </ul>
+      )}
+      {restarts.value && (
+        <RestartDialog
+          {...restarts.value}
+          onClose={() => {
+            restarts.value = null;
+          }}
+        />
       )}
       {profile.value && (
         <ApplyProfile
@@ -103,5 +179,14 @@ async function torqueOffOne(uid: string): Promise<string | null> {
     return null;
   } catch (error) {
     return text.servos.bar.torqueOffFailed(nameOf(peekServo(uid)), text.problem(problemOf(error)));
+  }
+}
+
+/** What a restart would do, or the sentence that says why it is refused. */
+async function planOne(uid: string): Promise<Planned | string> {
+  try {
+    return { uid, plan: await planRestart(uid) };
+  } catch (error) {
+    return text.servos.bar.notRestarted(nameOf(peekServo(uid)), text.problem(problemOf(error)));
   }
 }

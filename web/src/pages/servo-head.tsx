@@ -1,49 +1,83 @@
 /** Owns the head of a servo's page: its horn, its name (which chooses another), its condition. */
+import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { NONE } from "../form/format";
+import { stopped } from "../state/desk";
 import { all, type KnownServo, nameOf } from "../state/fleet";
 import { conditionHere } from "../state/here";
-import { go, type Page, pathOf } from "../state/route";
+import { modelName } from "../state/model";
+import { motionOn } from "../state/moving";
+import { canRestore } from "../state/restoring";
+import { go, sameFor } from "../state/route";
 import { text } from "../text";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
+import { RestoreButton, RestoreRefused } from "../ui/restore-button";
+import { ConditionLines } from "./condition-lines";
+import { FirmwareNote, ModelNotes, useNote } from "./model-notes";
+import { ServoActions } from "./servo-actions";
 import { LiveDial } from "./servo-row";
 
 interface Props {
   one: KnownServo;
-  page: Page;
   children?: ComponentChildren;
 }
 
-export function ServoHead({ one, page, children }: Props) {
+export function ServoHead({ one, children }: Props) {
   const condition = conditionHere(one);
+  const refused = useSignal<string | null>(null);
+  const noted = useNote();
   return (
-    <header class="servo-page-head">
-      <LiveDial one={one} size={56} />
-      <div class="who">
-        <ServoChoice one={one} page={page} />
-        <small class="second">
-          {text.params.facts(
-            one.model ?? text.servos.unknownModel,
-            one.serial ?? NONE,
-            String(one.servo_id ?? NONE),
-            String(one.node_id ?? NONE),
+    <>
+      <header class="servo-page-head">
+        <LiveDial one={one} size={56} />
+        <div class="who">
+          <ServoChoice one={one} />
+          <small class="second">
+            {text.params.facts(
+              modelName(one),
+              one.serial ?? NONE,
+              String(one.servo_id ?? NONE),
+              String(one.node_id ?? NONE),
+            )}
+            <FirmwareNote
+              one={one}
+              open={noted.value}
+              onToggle={() => {
+                noted.value = !noted.value;
+              }}
+            />
+          </small>
+        </div>
+        <div class="how" data-testid="servo-state" data-kind={condition.kind} data-state={one.state}>
+          <Glyph kind={condition.kind} />
+          <ConditionLines uid={one.uid} of={condition} />
+        </div>
+        <div class="head-right">
+          {canRestore(one) && !motionOn() && !stopped.value && (
+            <RestoreButton
+              uids={[one.uid]}
+              testid="restore-one"
+              onRefused={why => {
+                refused.value = why;
+              }}
+            />
           )}
-        </small>
-      </div>
-      <div class="how" data-testid="servo-state" data-kind={condition.kind} data-state={one.state}>
-        <Glyph kind={condition.kind} />
-        <span>
-          <b>{condition.headline}</b>
-          <small class={condition.alarming ? "k-failure strong" : "second"}>{condition.line}</small>
-        </span>
-      </div>
-      <div class="head-right">{children}</div>
-    </header>
+          <ServoActions one={one} />
+          {children}
+        </div>
+      </header>
+      {refused.value !== null && (
+        <div class="notice-line">
+          <RestoreRefused why={refused.value} />
+        </div>
+      )}
+      <ModelNotes one={one} open={noted.value} />
+    </>
   );
 }
 
-function ServoChoice({ one, page }: { one: KnownServo; page: Page }) {
+function ServoChoice({ one }: { one: KnownServo }) {
   const others = all.value;
   if (others.length < 2) return <h1>{nameOf(one)}</h1>;
   return (
@@ -53,7 +87,7 @@ function ServoChoice({ one, page }: { one: KnownServo; page: Page }) {
         <select
           value={one.uid}
           data-testid="choose-servo"
-          onChange={event => go(pathOf(page, event.currentTarget.value))}
+          onChange={event => go(sameFor(event.currentTarget.value))}
         >
           {others.map(other => (
             <option key={other.uid} value={other.uid}>

@@ -1,16 +1,19 @@
 /** Owns one servo's row: horn, angle, who it is, how it is, its last half minute, and whether ROM holds it all. */
+
 import { useEffect, useRef } from "preact/hooks";
 import { age, angle, NONE, number, withUnit } from "../form/format";
 import { everyFrame } from "../plots/frames";
 import { Sparkline } from "../plots/sparkline";
-import { now } from "../state/clock";
 import { openDrift } from "../state/drift";
-import { angleOf, type KnownServo, nameOf, servo } from "../state/fleet";
-import { conditionHere, limitsOf, polled } from "../state/here";
+import { type KnownServo, nameOf, servo } from "../state/fleet";
+import { angleNow, figureNow } from "../state/fresh";
+import { conditionHere, limitsOf } from "../state/here";
 import { connection, up } from "../state/link";
-import { sheetOf } from "../state/parameters";
+import { modelName } from "../state/model";
+import { sheetOf, wantSheet } from "../state/parameters";
 import { pathOf } from "../state/route";
 import { isSelected, select } from "../state/selection";
+import { wiggled, wiggling } from "../state/wiggle";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
 import { Dial } from "../ui/dial";
@@ -18,29 +21,34 @@ import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
 import { follow } from "../ui/rail";
 import { UnitMark } from "../ui/unit-mark";
+import { ConditionLines } from "./condition-lines";
 import { Nickname } from "./nickname";
-
-/** A servo tells its angle ten times a second; batches on their way take the rest. */
-export const ANGLE_STALE_S = 0.5;
 
 export function ServoRow({ uid }: { uid: string }) {
   const one = servo(uid);
   const round = connection.value;
   const settled = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
   const model = one?.model;
-  // Read anew after each connection, restart and identification.
+  // Read anew after each connection, restart and identification, and not because the row is shown again.
   useEffect(() => {
-    void sheetOf(uid).load();
+    if (round > 0) wantSheet(uid, `${round} ${settled} ${model}`);
   }, [uid, round, settled, model]);
+  const wiggles = wiggling.value && wiggled.value?.uid === uid;
+  const row = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    if (wiggles) row.current?.scrollIntoView({ block: "nearest" });
+  }, [wiggles]);
   if (!one) return null;
   const condition = conditionHere(one);
   return (
     <div
+      ref={row}
       role="row"
       class={`servo-grid servo-row ${one.online ? "" : "away"}`}
       data-testid={`servo-row-${uid}`}
       data-kind={condition.kind}
       data-state={one.state}
+      data-wiggles={wiggles}
     >
       <span role="cell" class="c-tick">
         <label class="tick-cell">
@@ -68,14 +76,7 @@ export function ServoRow({ uid }: { uid: string }) {
       </span>
       <span role="cell" class="c-health" title={`${condition.headline}. ${condition.line}`}>
         <Glyph kind={condition.kind} />
-        <span>
-          <span class={condition.kind === "ok" ? "" : condition.kind === "offline" ? "strong dim" : "strong"}>
-            {condition.headline}
-          </span>
-          <small class={condition.alarming ? "strong k-failure" : "second"}>
-            {condition.line || "\u00a0"}
-          </small>
-        </span>
+        <ConditionLines uid={uid} of={condition} />
       </span>
       <span role="cell" class="c-spark">
         <Spark one={one} />
@@ -89,30 +90,24 @@ export function ServoRow({ uid }: { uid: string }) {
   );
 }
 
-/** Whether an angle of this age is to be shown as old. */
-export function isStale(one: KnownServo, old: number | null): boolean {
-  return !up.value || !one.online || old === null || old > ANGLE_STALE_S;
-}
-
 /** The dial of a servo, kept up to date by itself. */
 export function LiveDial({ one, size }: { one: KnownServo; size: number }) {
-  const present = angleOf(one, now.value);
+  const present = angleNow(one);
   return (
     <Dial
       size={size}
       angle={present.value}
       command={one.command_deg}
       limits={limitsOf(one.uid)}
-      stale={isStale(one, present.age)}
+      stale={present.stale}
     />
   );
 }
 
 function LiveAngle({ one }: { one: KnownServo }) {
-  const present = angleOf(one, now.value);
-  const stale = isStale(one, present.age);
+  const present = angleNow(one);
   return (
-    <span role="cell" class={`c-angle right ${stale ? "dim" : ""}`} data-stale={stale}>
+    <span role="cell" class={`c-angle right ${present.stale ? "dim" : ""}`} data-stale={present.stale}>
       {angle(present.value)}
       <UnitMark one={one} />
     </span>
@@ -136,7 +131,7 @@ function NameCell({ one }: { one: KnownServo }) {
         <Nickname uid={one.uid} label={one.label} name={name} />
       </span>
       <small>
-        {one.model ?? text.servos.unknownModel}
+        {modelName(one)}
         {one.serial && (
           <>
             , <span>{one.serial}</span>
@@ -169,8 +164,8 @@ function Spark({ one }: { one: KnownServo }) {
 }
 
 function SupplyCell({ one }: { one: KnownServo }) {
-  const volt = polled(one, "current_voltage");
-  const degrees = polled(one, "current_temperature");
+  const volt = figureNow(one.uid, "current_voltage");
+  const degrees = figureNow(one.uid, "current_temperature");
   return (
     <span role="cell" class="c-supply">
       <span class={volt.stale ? "dim" : ""}>
@@ -184,10 +179,9 @@ function SupplyCell({ one }: { one: KnownServo }) {
 }
 
 function AgeCell({ one }: { one: KnownServo }) {
-  const present = angleOf(one, now.value);
-  const stale = isStale(one, present.age);
+  const present = angleNow(one);
   return (
-    <span role="cell" class={`c-age small ${stale ? "strong" : "dim"}`}>
+    <span role="cell" class={`c-age small ${present.stale ? "strong" : "dim"}`}>
       {present.age === null ? NONE : age(present.age)}
     </span>
   );
@@ -195,6 +189,8 @@ function AgeCell({ one }: { one: KnownServo }) {
 
 function RomCell({ one }: { one: KnownServo }) {
   if ((one.drift ?? []).length > 0) return <DriftBadge uid={one.uid} name={nameOf(one)} />;
+  if ((one.lost ?? []).length > 0)
+    return <LostBadge uid={one.uid} name={nameOf(one)} n={(one.lost ?? []).length} />;
   if (one.unsaved.length > 0) {
     return (
       <span class="half k-intent">
@@ -221,6 +217,23 @@ function DriftBadge({ uid, name }: { uid: string; name: string }) {
       <Glyph kind="warning" size={14} />
       <span>{text.servos.changedOutside}</span>
     </button>
+  );
+}
+
+/** A restart took RAM values: leads to where they can be staged again. */
+function LostBadge({ uid, name, n }: { uid: string; name: string; n: number }) {
+  const path = pathOf("parameters", uid);
+  return (
+    <a
+      class="drift-badge lost-badge"
+      data-testid={`lost-${uid}`}
+      aria-label={`${name}: ${text.servos.ramLost(n)}`}
+      href={path}
+      onClick={event => follow(event, path)}
+    >
+      <Glyph kind="warning" size={14} />
+      <span>{text.servos.ramLost(n)}</span>
+    </a>
   );
 }
 

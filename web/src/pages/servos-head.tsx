@@ -1,5 +1,5 @@
 /** Owns the heads of the list's columns: a press sorts by one, and says so. */
-import type { Signal } from "@preact/signals";
+import type { Choice } from "../state/route";
 import { isSelected, select } from "../state/selection";
 import { COLUMNS, type Column, pressed, type Sorting } from "../state/servo-order";
 import { text } from "../text";
@@ -7,7 +7,7 @@ import { Button } from "../ui/button";
 
 interface Props {
   shown: readonly string[];
-  sorting: Signal<Sorting | null>;
+  sorting: Choice<Sorting | null>;
 }
 
 export function Head({ shown, sorting }: Props) {
@@ -44,7 +44,7 @@ export function Head({ shown, sorting }: Props) {
 }
 
 /** The same for a narrow window, where some heads have no room: a column to choose, and which way round. */
-export function SortChoice({ sorting }: { sorting: Signal<Sorting | null> }) {
+export function SortChoice({ sorting }: { sorting: Choice<Sorting | null> }) {
   const { head, sort } = text.servos;
   const label: Record<Column, string> = {
     angle: head.angle,
@@ -94,7 +94,7 @@ interface SortedProps {
   column: Column;
   label: string;
   place: string;
-  sorting: Signal<Sorting | null>;
+  sorting: Choice<Sorting | null>;
 }
 
 function Sorted({ column, label, place, sorting }: SortedProps) {

@@ -4,15 +4,28 @@ import { useEffect } from "preact/hooks";
 import { watchAllocations } from "../state/allocations";
 import { now } from "../state/clock";
 import { needsAttention } from "../state/condition";
-import { connected } from "../state/desk";
+import { connected, stopped } from "../state/desk";
 import { all, angleOf, type KnownServo, loaded, nameOf, peekServo, servo } from "../state/fleet";
-import { conditionHere, polled } from "../state/here";
+import { figureNow } from "../state/fresh";
+import { conditionHere } from "../state/here";
 import { up } from "../state/link";
+import { motionOn } from "../state/moving";
+import { restorable } from "../state/restoring";
+import { change, inAddress, oneInAddress, wordInAddress } from "../state/route";
 import { selected } from "../state/selection";
-import { type Column, ordered, type Sorting, severity, standsStill } from "../state/servo-order";
+import {
+  type Column,
+  ordered,
+  type Sorting,
+  severity,
+  sortingIn,
+  sortingText,
+  standsStill,
+} from "../state/servo-order";
 import { text } from "../text";
 import { Button } from "../ui/button";
 import { lazy } from "../ui/lazy";
+import { RestoreButton, RestoreRefused } from "../ui/restore-button";
 import { Search } from "../ui/search";
 import { Segments } from "../ui/segments";
 import { EmptyServos, Reconnect } from "./empty-servos";
@@ -25,15 +38,17 @@ import "../style/selection.css";
 const ManyPlot = lazy<{ uids: readonly string[] }>(() => import("./many-plot").then(file => file.ManyPlot));
 const WallOfHorns = lazy<{ uids: readonly string[] }>(() => import("./wall").then(file => file.WallOfHorns));
 
-type Filter = "all" | "attention" | "unsaved";
+const FILTERS = ["all", "attention", "unsaved"] as const;
+type Filter = (typeof FILTERS)[number];
+
+const wanted = wordInAddress("q");
+const filter = oneInAddress("filter", FILTERS);
+const model = wordInAddress("model");
+const sorting = inAddress("sort", sortingIn, sortingText);
+const view = oneInAddress("view", ["list", "wall"]);
 
 export function ServosPage() {
   useEffect(() => watchAllocations().end, []);
-  const filter = useSignal<Filter>("all");
-  const wanted = useSignal("");
-  const model = useSignal("");
-  const sorting = useSignal<Sorting | null>(null);
-  const view = useSignal<"list" | "wall">("list");
   const plotting = useSignal(false);
   const counts = useComputed(() => ({
     known: all.value.length,
@@ -55,11 +70,7 @@ export function ServosPage() {
     useComputed(() => [...new Set(all.value.flatMap(one => one.model ?? []))].sort().join(" ")).value,
   );
   const chosen = selected.value;
-  const showAll = () => {
-    filter.value = "all";
-    wanted.value = "";
-    model.value = "";
-  };
+  const showAll = () => change({ q: "", filter: "", model: "" });
   return (
     <div class="page">
       <div class="page-head">
@@ -123,6 +134,7 @@ export function ServosPage() {
       </div>
       <div class="scroll">
         {counts.known > 0 && !connected.value && <Reconnect />}
+        <OutputsOff />
         {counts.known > 0 && view.value === "wall" && uids.length > 0 && <WallOfHorns uids={uids} />}
         {counts.known > 0 && view.value === "list" && (
           <div role="table" aria-label={text.servos.title} class="servos">
@@ -152,6 +164,26 @@ export function ServosPage() {
           plotting.value = !plotting.value;
         }}
       />
+    </div>
+  );
+}
+
+/** Whose output the session took, and the way back. While a stop is latched its band says so. */
+function OutputsOff() {
+  const n = restorable.value.length;
+  const refused = useSignal<string | null>(null);
+  if (n === 0 || stopped.value || motionOn()) return null;
+  return (
+    <div class="notice-line outputs-off" data-testid="outputs-off">
+      <span>{text.output.offOn(n)}</span>
+      <RestoreButton
+        uids={null}
+        testid="restore-all"
+        onRefused={why => {
+          refused.value = why;
+        }}
+      />
+      <RestoreRefused why={refused.value} />
     </div>
   );
 }
@@ -186,7 +218,7 @@ function factOf(one: KnownServo | undefined, column: Column): number | string | 
     case "health":
       return severity(conditionHere(one).kind);
     case "supply":
-      return polled(one, "current_voltage").value;
+      return figureNow(one.uid, "current_voltage").value;
     case "age":
       return angleOf(one, now.value).age;
     case "rom":

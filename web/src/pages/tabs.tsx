@@ -1,6 +1,6 @@
 /** Owns the tabs of the Parameters page: a group each, with what is changed in it. */
-import { type Signal, useSignalEffect } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import type { ComponentChildren } from "preact";
+import { useRef } from "preact/hooks";
 import { aboutTab } from "../form/about";
 import type { Tab } from "../state/catalog";
 import { staged, wrong } from "../state/draft";
@@ -13,29 +13,30 @@ import { Icon } from "../ui/icon";
 /** On a narrow screen the live panel is a tab of its own. */
 export const LIVE_TAB = "live";
 
+/** The tab to show: that of the parameter a link leads to, else the one chosen before, else the first. */
+export function openTab(tabs: readonly Tab[], hash: string, chosen: string): string {
+  const linked = hash && tabs.find(tab => tab.rows.some(row => row.key === hash || row.name === hash));
+  if (linked) return linked.key;
+  const valid = chosen === LIVE_TAB ? narrow.value : tabs.some(tab => tab.key === chosen);
+  return valid ? chosen : (tabs[0]?.key ?? "");
+}
+
 interface Props {
   sheet: Sheet;
   tabs: readonly Tab[];
-  chosen: Signal<string>;
-  hash: string;
+  chosen: string;
+  onChoose: (tab: string) => void;
   pwm: boolean | null;
+  /** Search and filter, at the other end. */
+  children?: ComponentChildren;
 }
 
-export function Tabs({ sheet, tabs, chosen, hash, pwm }: Props) {
+export function Tabs({ sheet, tabs, chosen, onChoose, pwm, children }: Props) {
   const list = useRef<HTMLDivElement>(null);
   const has = sheet.keys.value;
   const shown = tabs
     .map(tab => ({ ...tab, rows: tab.rows.filter(row => has?.includes(row.key) ?? true) }))
     .filter(tab => tab.rows.length > 0);
-  // A link to a parameter opens its tab; without one the first is open.
-  useEffect(() => {
-    const wanted = tabs.find(tab => tab.rows.some(row => row.key === hash || row.name === hash));
-    if (wanted) chosen.value = wanted.key;
-  }, [hash, tabs]);
-  useSignalEffect(() => {
-    const valid = chosen.value === LIVE_TAB ? narrow.value : tabs.some(tab => tab.key === chosen.value);
-    if (!valid) chosen.value = tabs[0]?.key ?? "";
-  });
   const move = (event: KeyboardEvent) => {
     const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
     if (way === 0) return;
@@ -48,28 +49,40 @@ export function Tabs({ sheet, tabs, chosen, hash, pwm }: Props) {
     <div class="tabs">
       <div ref={list} role="tablist" aria-label={text.params.title} tabIndex={-1} onKeyDown={move}>
         {shown.map(tab => (
-          <TabButton key={tab.key} tab={tab} sheet={sheet} chosen={chosen} />
+          <TabButton
+            key={tab.key}
+            tab={tab}
+            sheet={sheet}
+            selected={chosen === tab.key}
+            onChoose={onChoose}
+          />
         ))}
         {narrow.value && (
           <button
             type="button"
             role="tab"
-            aria-selected={chosen.value === LIVE_TAB}
+            aria-selected={chosen === LIVE_TAB}
             data-testid="tab-live"
-            onClick={() => {
-              chosen.value = LIVE_TAB;
-            }}
+            onClick={() => onChoose(LIVE_TAB)}
           >
             {text.params.live}
           </button>
         )}
       </div>
-      {pwm === false && <span class="small second touch-hide">{text.params.noPwm}</span>}
+      {pwm === false && <span class="small second touch-hide no-pwm">{text.params.noPwm}</span>}
+      <div class="tabs-tools">{children}</div>
     </div>
   );
 }
 
-function TabButton({ tab, sheet, chosen }: { tab: Tab; sheet: Sheet; chosen: Signal<string> }) {
+interface TabButtonProps {
+  tab: Tab;
+  sheet: Sheet;
+  selected: boolean;
+  onChoose: (tab: string) => void;
+}
+
+function TabButton({ tab, sheet, selected, onChoose }: TabButtonProps) {
   const drafts = sheet.drafts.map.value;
   const values = staged(drafts, key => sheet.held(key));
   const bad = wrong(drafts);
@@ -78,7 +91,6 @@ function TabButton({ tab, sheet, chosen }: { tab: Tab; sheet: Sheet; chosen: Sig
   const isStaged = keys.some(key => values.has(key));
   const isWrong = keys.some(key => bad.includes(key));
   const isHalf = keys.some(key => unsaved.includes(key));
-  const selected = chosen.value === tab.key;
   return (
     <button
       type="button"
@@ -87,9 +99,7 @@ function TabButton({ tab, sheet, chosen }: { tab: Tab; sheet: Sheet; chosen: Sig
       tabIndex={selected ? 0 : -1}
       data-testid={`tab-${tab.key}`}
       title={aboutTab(tab)}
-      onClick={() => {
-        chosen.value = tab.key;
-      }}
+      onClick={() => onChoose(tab.key)}
     >
       {tab.label} <span class="count">{tab.rows.length}</span>
       {isWrong && <span class="k-failure">■</span>}

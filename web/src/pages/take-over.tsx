@@ -2,6 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { now } from "../state/clock";
 import { lease } from "../state/desk";
+import { who } from "../state/holder";
 import { forgetMotion, motion } from "../state/motion";
 import { askFor, takeNow } from "../state/take-over";
 import { text } from "../text";
@@ -31,7 +32,7 @@ export function TakeOver({ uid }: { uid: string }) {
   }
   const held = lease.value;
   const waiting = present.phase === "waiting" ? present : null;
-  const holder = held?.holder ?? waiting?.from ?? "";
+  const holder = who(held?.holder ?? waiting?.from ?? "");
   const close = () => {
     taking.value = false;
   };

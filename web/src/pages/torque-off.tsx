@@ -10,7 +10,7 @@ import { Button } from "../ui/button";
 export function TorqueOff({ uid }: { uid: string }) {
   const problem = useSignal<string | null>(null);
   const sheet = sheetOf(uid);
-  const mode = sheet.held("torque_mode");
+  const one = servo(uid);
   const press = async () => {
     problem.value = null;
     try {
@@ -29,7 +29,7 @@ export function TorqueOff({ uid }: { uid: string }) {
       <Button
         live
         testid="torque-off"
-        disabled={servo(uid)?.online !== true || mode === "off"}
+        disabled={one?.online !== true || one.output.state === "off"}
         onClick={() => void press()}
       >
         {text.params.torqueOff}

@@ -1,19 +1,20 @@
 /** Owns the form of a step test: what it will move and how far, said before; while it runs, its steps and Cancel. */
+
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { angle, number, signed, withUnit } from "../form/format";
 import { parseNumber } from "../form/number";
-import { now } from "../state/clock";
-import { angleOf, type KnownServo, nameOf } from "../state/fleet";
+import { type KnownServo, nameOf } from "../state/fleet";
+import { angleNow } from "../state/fresh";
 import { limitsOf } from "../state/here";
 import { sheetOf } from "../state/parameters";
-import { lasts, pathOf } from "../state/step-runs";
-import { cancelTest, stagedGains, startTest, test, testing, testProblem } from "../state/tune";
+import { GAINS, lasts, pathOf } from "../state/step-runs";
+import { applyAndTest, cancelTest, stagedGains, test, testing, testProblem } from "../state/tune";
 import { tune as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
-import { JobSteps } from "./job-steps";
-import { ANGLE_STALE_S } from "./servo-row";
+import { Spinner } from "../ui/icon";
+import { evidenceText, stepText } from "./step-words";
 
 const said = words.form;
 const MOST_DEG = 45;
@@ -28,17 +29,21 @@ export function TuneForm({ one }: { one: KnownServo }) {
   const note = useSignal(typed.note);
   Object.assign(typed, { step: step.value, runs: runs.value, dwell: dwell.value, note: note.value });
   const busy = testing.value;
-  const present = angleOf(one, now.value);
-  const at = present.age !== null && present.age <= 2 * ANGLE_STALE_S ? present.value : null;
+  const present = angleNow(one);
+  const at = present.stale ? null : present.value;
   const limits = limitsOf(one.uid);
-  const stepDeg = within(step.value, -MOST_DEG, MOST_DEG);
+  const stepDeg = within(step.value, "°", -MOST_DEG, MOST_DEG);
   const stepOk = stepDeg !== null && Math.abs(stepDeg) >= 0.1;
-  const count = within(runs.value, 1, 20);
+  const count = within(runs.value, "", 1, 20);
   const countOk = count !== null && Number.isInteger(count);
-  const dwellS = within(dwell.value, 0.3, 10);
+  const dwellS = within(dwell.value, "s", 0.3, 10);
   const path = at !== null && stepOk ? pathOf(at, stepDeg, limits) : null;
   const range = limits ? ([angle(limits.ccw), angle(limits.cw)] as const) : null;
-  const waiting = stagedGains(one.uid).size > 0;
+  const sheet = sheetOf(one.uid);
+  const gains = stagedGains(one.uid).size;
+  const drafts = sheet.drafts.map.value;
+  const wrongGain = GAINS.some(key => drafts.get(key)?.verdict.ok === false);
+  const applying = sheet.busy.value !== null;
   const against = !stepOk
     ? said.stepWrong
     : !countOk
@@ -49,19 +54,15 @@ export function TuneForm({ one }: { one: KnownServo }) {
           ? said.outside(angle(path.to), ...range)
           : at === null && !busy
             ? said.unknownAngle
-            : waiting
-              ? said.staged
+            : wrongGain
+              ? said.wrongGain
               : null;
   const start = () => {
     if (!stepOk || !countOk || dwellS === null || against !== null || busy) return;
-    void startTest(one.uid, { step_deg: stepDeg, runs: count, dwell_s: dwellS, note: note.value.trim() });
+    void applyAndTest(one.uid, { step_deg: stepDeg, runs: count, dwell_s: dwellS, note: note.value.trim() });
   };
-  const enter = (event: KeyboardEvent) => {
-    if (event.key === "Enter") start();
-  };
-  const job = test.value;
   return (
-    <section class="tune-form" aria-label={said.label} onKeyDown={enter}>
+    <section class="tune-form" aria-label={said.label}>
       <div class="tune-fields">
         <Field label={said.step} unit="°" value={step} wrong={!stepOk} testid="step-deg" locked={busy} />
         <Field label={said.runs} unit="" value={runs} wrong={!countOk} testid="step-runs" locked={busy} />
@@ -89,46 +90,71 @@ export function TuneForm({ one }: { one: KnownServo }) {
           />
         </label>
       </div>
-      {busy && job ? (
-        <div class="tune-job" data-testid="step-job">
-          <JobSteps steps={job.steps} label={said.steps} />
-          <p class="tune-actions">
-            <span class="second grow">{said.cancelHint}</span>
-            <Button look="danger" testid="step-cancel" live onClick={() => void cancelTest()}>
-              {said.cancel}
-            </Button>
-          </p>
+      <div class="tune-go" {...(busy ? { "data-testid": "step-job" } : {})}>
+        <div class="grow" aria-live="polite">
+          {busy ? (
+            <Progress />
+          ) : (
+            <>
+              {path && countOk && dwellS !== null && (
+                <p data-testid="step-moves">
+                  <b>{said.moves(nameOf(one), angle(path.from), angle(path.to))}</b>
+                  {", "}
+                  {said.times(count, number(lasts(count, dwellS), lasts(count, dwellS) < 10 ? 1 : 0))}
+                  {mostOf(one.uid)}. {range && said.within(...range)}
+                </p>
+              )}
+              {testProblem.value !== null ? (
+                <p class="refusal" role="alert" data-testid="step-problem">
+                  <Glyph kind="failure" size={14} /> {testProblem.value}
+                </p>
+              ) : against !== null ? (
+                <p class="tune-against" data-testid="step-against">
+                  <Glyph kind="warning" size={15} /> {against}
+                </p>
+              ) : (
+                <p class="second small">{gains > 0 ? said.writesGains(gains) : said.writes}</p>
+              )}
+            </>
+          )}
         </div>
-      ) : (
-        <div class="tune-go">
-          <div class="grow" aria-live="polite">
-            {path && countOk && dwellS !== null && (
-              <p data-testid="step-moves">
-                <b>{said.moves(nameOf(one), angle(path.from), angle(path.to))}</b>
-                {", "}
-                {said.times(count, number(lasts(count, dwellS), lasts(count, dwellS) < 10 ? 1 : 0))}
-                {mostOf(one.uid)}. {range && said.within(...range)}
-              </p>
-            )}
-            {against !== null ? (
-              <p class="tune-against" data-testid="step-against">
-                <Glyph kind="warning" size={15} /> {against}
-              </p>
-            ) : (
-              <p class="second small">{said.writes}</p>
-            )}
-          </div>
-          <Button look="primary" testid="step-go" live disabled={against !== null} onClick={start}>
-            {said.go(stepOk ? withUnit(signed(stepDeg, stepDeg % 1 === 0 ? 0 : 1), "°") : "")}
+        {busy && (
+          <Button look="danger" testid="step-cancel" live onClick={() => void cancelTest()}>
+            {said.cancel}
           </Button>
-        </div>
-      )}
-      {!busy && testProblem.value !== null && (
-        <p class="refusal" role="alert" data-testid="step-problem">
-          <Glyph kind="failure" size={14} /> {testProblem.value}
-        </p>
-      )}
+        )}
+        <Button
+          look="primary"
+          testid="step-go"
+          live
+          disabled={against !== null || busy || applying}
+          onClick={start}
+        >
+          {(gains > 0 ? said.applyAndGo : said.go)(
+            stepOk ? withUnit(signed(stepDeg, stepDeg % 1 === 0 ? 0 : 1), "°") : "",
+          )}
+        </Button>
+      </div>
     </section>
+  );
+}
+
+/** The step that runs now, in the room of what was said before: nothing below moves. */
+function Progress() {
+  const steps = test.value?.steps ?? [];
+  const at = steps.findIndex(step => step.state === "running");
+  const running = steps[at];
+  return (
+    <div class="tune-progress">
+      <span class="k-intent">
+        <Spinner />
+      </span>
+      <span>
+        <b>{running ? stepText("step_test", running) : said.running}</b>
+        {at >= 0 && <span class="second"> {said.stepOf(at + 1, steps.length)}</span>}
+        <small class="second">{(running && evidenceText(running, false)) || said.cancelHint}</small>
+      </span>
+    </div>
   );
 }
 
@@ -144,8 +170,8 @@ function mostOf(uid: string): string {
   return said.most(withUnit(number(rpm, 0), "rpm"), withUnit(number(pct, 0), "%"));
 }
 
-function within(typedText: string, low: number, high: number): number | null {
-  const value = parseNumber(typedText);
+function within(typedText: string, unit: string, low: number, high: number): number | null {
+  const value = parseNumber(typedText, unit);
   return value === null || value < low || value > high ? null : value;
 }
 

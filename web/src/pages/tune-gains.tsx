@@ -4,6 +4,7 @@ import { ParameterRow } from "../form/row";
 import { sheetProblem } from "../state/apply";
 import { catalog } from "../state/catalog";
 import { servo } from "../state/fleet";
+import { up } from "../state/link";
 import { sheetOf } from "../state/parameters";
 import { go, pathOf } from "../state/route";
 import { GAINS, letter, SYMPTOMS, type Symptom, shown, takeBack } from "../state/step-runs";
@@ -12,6 +13,7 @@ import { tune as words } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
+import { useKeys } from "../ui/use-keys";
 
 const said = words.gains;
 
@@ -28,6 +30,10 @@ export function TuneGains({ uid }: { uid: string }) {
   const wrong = GAINS.filter(key => drafts.get(key)?.verdict.ok === false).length;
   const unsaved = one?.unsaved.filter(key => (GAINS as readonly string[]).includes(key)).length ?? 0;
   const problem = sheetProblem.value?.uid === uid ? sheetProblem.value.text : null;
+  const mayApply = gains > 0 && wrong === 0 && !busy && sheet.busy.value === null && one?.online === true;
+  useKeys({ "Ctrl+Enter": () => mayApply && up.value && void applyGains(uid) });
+  // What a run shows is answered before the gains; a general list comes after them.
+  const tried = (overlay.value?.runs.length ?? 0) > 0;
   const focus = (key: string) => {
     const row = table.current?.querySelector<HTMLElement>(`#row-${key}`);
     row?.scrollIntoView({ block: "nearest" });
@@ -35,6 +41,7 @@ export function TuneGains({ uid }: { uid: string }) {
   };
   return (
     <aside class="tune-side" aria-label={said.title} data-testid="tune-gains">
+      {tried && <Hints uid={uid} onRow={focus} />}
       <header>
         <h2>{said.title}</h2>
         <p class="second small">{said.lead}</p>
@@ -73,7 +80,7 @@ export function TuneGains({ uid }: { uid: string }) {
               look="two primary"
               testid="gains-apply"
               live
-              disabled={gains === 0 || wrong > 0 || busy || sheet.busy.value !== null || one?.online !== true}
+              disabled={!mayApply}
               onClick={() => void applyGains(uid)}
             >
               {sheet.busy.value ? <Spinner /> : said.apply(gains)}
@@ -92,7 +99,7 @@ export function TuneGains({ uid }: { uid: string }) {
           </Button>
         </p>
       )}
-      <Hints uid={uid} onRow={focus} />
+      {!tried && <Hints uid={uid} onRow={focus} />}
     </aside>
   );
 }
@@ -168,39 +175,54 @@ function Hints({ uid, onRow }: { uid: string; onRow: (key: string) => void }) {
     );
   const seenIn = (symptom: Symptom) =>
     (overlay.value?.runs ?? []).flatMap((run, place) => (shown(run).has(symptom) ? letter(place) : []));
+  const runs = overlay.value?.runs.length ?? 0;
+  const seen = SYMPTOMS.filter(symptom => seenIn(symptom).length > 0);
+  const list = (symptoms: readonly Symptom[]) => (
+    <dl>
+      {symptoms.map(symptom => {
+        const where = seenIn(symptom);
+        return (
+          <div key={symptom} data-testid={`hint-${symptom}`} data-seen={where.length > 0}>
+            <dt>
+              {hints.what[symptom]}
+              {where.length > 0 && <span class="seen">{hints.seen(where.join(", "))}</span>}
+            </dt>
+            <dd class="second">
+              {advice[symptom]}
+              <span class="ways">
+                {toTry(symptom).map(key => (
+                  <button
+                    key={key}
+                    type="button"
+                    class="link"
+                    aria-label={hints.goTo(catalog.value?.rows.get(key)?.label ?? key)}
+                    onClick={() => onRow(key)}
+                  >
+                    {catalog.value?.rows.get(key)?.label ?? key}
+                  </button>
+                ))}
+              </span>
+            </dd>
+          </div>
+        );
+      })}
+    </dl>
+  );
   return (
     <section class="tune-hints" aria-label={hints.title}>
       <h2>{hints.title}</h2>
       <p class="second small">{hints.lead}</p>
-      <dl>
-        {SYMPTOMS.map(symptom => {
-          const seen = seenIn(symptom);
-          return (
-            <div key={symptom} data-testid={`hint-${symptom}`} data-seen={seen.length > 0}>
-              <dt>
-                {hints.what[symptom]}
-                {seen.length > 0 && <span class="seen">{hints.seen(seen.join(", "))}</span>}
-              </dt>
-              <dd class="second">
-                {advice[symptom]}
-                <span class="ways">
-                  {toTry(symptom).map(key => (
-                    <button
-                      key={key}
-                      type="button"
-                      class="link"
-                      aria-label={hints.goTo(catalog.value?.rows.get(key)?.label ?? key)}
-                      onClick={() => onRow(key)}
-                    >
-                      {catalog.value?.rows.get(key)?.label ?? key}
-                    </button>
-                  ))}
-                </span>
-              </dd>
-            </div>
-          );
-        })}
-      </dl>
+      {runs === 0 ? (
+        list(SYMPTOMS)
+      ) : (
+        <>
+          {seen.length > 0 ? list(seen) : <p class="second none-seen">{hints.noneSeen}</p>}
+          <details data-testid="other-hints">
+            <summary>{hints.others(SYMPTOMS.length - seen.length)}</summary>
+            {list(SYMPTOMS.filter(symptom => !seen.includes(symptom)))}
+          </details>
+        </>
+      )}
     </section>
   );
 }

@@ -93,7 +93,7 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
                     {verdict !== "none" && found && (
                       <small>
                         {said.hertz(
-                          number(found.hunting_hz ?? 0, 1),
+                          found.hunting_hz === null ? said.unknown : number(found.hunting_hz, 1),
                           withUnit(number(found.hunting_rms_deg ?? 0, 2), "°"),
                         )}
                       </small>

@@ -49,7 +49,7 @@ export function StepPlotPanel({
     <section class="tune-plot" aria-label={said.title}>
       <header>
         <h2>{said.title}</h2>
-        <span class="grow" />
+        <Legend runs={shown} />
         <Segments<lab.Direction>
           label={said.direction}
           chosen={way}
@@ -100,7 +100,7 @@ export function Swatch({ place, alone }: { place: number; alone: boolean }) {
   );
 }
 
-export function Legend({ runs: shown }: { runs: StepRun[] }) {
+function Legend({ runs: shown }: { runs: StepRun[] }) {
   return (
     <ul class="tune-legend" data-testid="step-legend">
       {shown.map((run, place) => (

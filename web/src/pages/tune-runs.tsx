@@ -13,7 +13,7 @@ import { Dialog } from "../ui/dialog";
 import { Glyph } from "../ui/glyph";
 import { Icon } from "../ui/icon";
 import { Metrics } from "./tune-metrics";
-import { gainsOf, Legend, ms, StepPlotPanel } from "./tune-plot";
+import { gainsOf, ms, StepPlotPanel } from "./tune-plot";
 
 export function TuneRuns({ uid }: { uid: string }) {
   const direction = useSignal<lab.Direction>("there");
@@ -33,7 +33,6 @@ export function TuneRuns({ uid }: { uid: string }) {
       {shown && shown.runs.length > 0 && (
         <>
           <StepPlotPanel runs={shown.runs} direction={direction} />
-          <Legend runs={shown.runs} />
           <Metrics runs={shown.runs} differences={shown.differences} direction={direction.value} />
         </>
       )}

@@ -61,16 +61,7 @@ function Tune({ uid }: { uid: string }) {
   useEffect(() => {
     if (connection.peek() > 0 && !busy) void sheet.load();
   }, [uid, on, busy]);
-  if (!one) {
-    return (
-      <div class="page">
-        <p class="notice-line">
-          {loaded.value ? text.params.unknownServo : text.empty.loading}{" "}
-          {loaded.value && <Button onClick={() => go(pathOf("servos", null))}>{text.params.toServos}</Button>}
-        </p>
-      </div>
-    );
-  }
+  if (!one) return null;
   return (
     <div class="page tune" data-testid="tune-page" data-motion={on ? "on" : "off"}>
       {on && (
@@ -84,7 +75,7 @@ function Tune({ uid }: { uid: string }) {
           </Button>
         </section>
       )}
-      <ServoHead one={one} page="tune" />
+      <ServoHead one={one} />
       <div class="tune-split">
         <div class="tune-main">
           {on ? <TuneForm one={one} /> : <MotionGate one={one} />}

@@ -1,7 +1,10 @@
 /** Owns what is said after a write to RAM, and taking it back: what stood there before, written again and proved. */
 import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import type { Change } from "../api/types";
 import { clock } from "../form/format";
-import { type AskBack, lastWritten, type Wanted, type Written, write } from "../state/apply";
+import { type AskBack, lastWritten, restartedSince, undoable, type Wanted, write } from "../state/apply";
+import type { KnownServo } from "../state/fleet";
 import type { Sheet } from "../state/parameters";
 import { text } from "../text";
 import { editing } from "../text/topics";
@@ -13,26 +16,28 @@ const said = editing.undo;
 
 interface Props {
   sheet: Sheet;
+  one: KnownServo;
   name: string;
-  online: boolean;
   askBack: AskBack;
 }
 
-export function UndoLine({ sheet, name, online, askBack }: Props) {
+export function UndoLine({ sheet, one, name, askBack }: Props) {
   const open = useSignal(false);
   const last = lastWritten.value;
-  if (last === null || last.uid !== sheet.uid) return null;
-  const { written } = last;
-  const forget = () => {
-    lastWritten.value = null;
-  };
+  const written = last?.uid === sheet.uid ? last.written : null;
+  const over = written !== null && restartedSince(written, one);
+  useEffect(() => {
+    if (over) forget();
+  }, [over]);
+  const changes = written === null || over ? [] : undoable(written, sheet);
+  if (written === null || changes.length === 0) return null;
   return (
     <div class="undo-line small" data-testid="undo-line">
-      <span role="status">{said.line(written.changes.length, clock(written.at))}</span>
+      <span role="status">{said.line(changes.length, clock(written.at))}</span>
       <Button
         live
         testid="undo"
-        disabled={!online || sheet.busy.value !== null}
+        disabled={!one.online || sheet.busy.value !== null}
         onClick={() => {
           open.value = true;
         }}
@@ -46,7 +51,7 @@ export function UndoLine({ sheet, name, online, askBack }: Props) {
         <UndoDialog
           sheet={sheet}
           name={name}
-          written={written}
+          changes={changes}
           onClose={() => {
             open.value = false;
           }}
@@ -64,16 +69,19 @@ export function UndoLine({ sheet, name, online, askBack }: Props) {
   );
 }
 
+function forget(): void {
+  lastWritten.value = null;
+}
+
 interface DialogProps {
   sheet: Sheet;
   name: string;
-  written: Written;
+  changes: readonly Change[];
   onClose: () => void;
   onGo: (values: ReadonlyMap<string, Wanted>) => void;
 }
 
-function UndoDialog({ sheet, name, written, onClose, onGo }: DialogProps) {
-  const changes = written.changes.filter(one => sheet.held(one.key) !== one.before);
+function UndoDialog({ sheet, name, changes, onClose, onGo }: DialogProps) {
   const values = new Map(
     changes.flatMap(one => (one.before === null ? [] : [[one.key, one.before] as const])),
   );
@@ -100,14 +108,11 @@ function UndoDialog({ sheet, name, written, onClose, onGo }: DialogProps) {
         </>
       }
     >
-      {changes.length === 0 && <p>{said.nothing}</p>}
-      {changes.length > 0 && (
-        <BeforeAfter
-          head={{ parameter: said.head.parameter, now: said.head.now, next: said.head.before }}
-          changes={changes.map(one => ({ key: one.key, now: sheet.held(one.key), next: one.before }))}
-          testid="undo"
-        />
-      )}
+      <BeforeAfter
+        head={{ parameter: said.head.parameter, now: said.head.now, next: said.head.before }}
+        changes={changes.map(one => ({ key: one.key, now: sheet.held(one.key), next: one.before }))}
+        testid="undo"
+      />
     </Dialog>
   );
 }

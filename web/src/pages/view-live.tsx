@@ -1,30 +1,27 @@
 /** Owns the 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. While a
  * recording is open beside it, and nothing may move, it shows that one and says so. */
+
 import { useSignal } from "@preact/signals";
 import { age, angle } from "../form/format";
 import { nameOf, servo } from "../state/fleet";
+import { figureNow } from "../state/fresh";
 import { limitsOf } from "../state/here";
 import { up } from "../state/link";
 import { motion } from "../state/motion";
-import { go, pathOf, route } from "../state/route";
+import { go, route, sameFor } from "../state/route";
 import { replayed } from "../state/scrub";
 import "../style/view.css";
 import { text } from "../text";
 import { Dial } from "../ui/dial";
-import { liveOf } from "./readouts";
 import { Replayed } from "./view-replay";
 import { Scene, type SceneState } from "./view-scene";
 import { ViewTools } from "./view-tools";
 
-/** Nothing moves on the picture without data: then it says so. */
-const FROZEN_S = 1;
-
 export function ViewLive({ uid }: { uid: string }) {
   const state = useSignal<SceneState>("loading");
   const resets = useSignal(0);
-  const one = servo(uid);
-  const present = liveOf(uid, "current_angle");
-  const frozen = !up.value || one?.online !== true || present.age === null || present.age > FROZEN_S;
+  const present = figureNow(uid, "current_angle");
+  const frozen = present.stale;
   const shown = state.value === "shown";
   // Whoever moves a servo sees that servo.
   const replay = motion.value.phase === "off" ? replayed.value : null;
@@ -67,7 +64,7 @@ export function ViewLive({ uid }: { uid: string }) {
 /** What lies on the picture of a servo as it is. */
 function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: boolean }) {
   const one = servo(uid);
-  const present = liveOf(uid, "current_angle");
+  const present = figureNow(uid, "current_angle");
   const limits = limitsOf(uid);
   return (
     <>
@@ -86,7 +83,7 @@ function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: bool
       {frozen && (
         <div class="frozen">
           <span class="chip">
-            {present.age === null ? text.view.noData : text.view.frozen(age(Math.max(present.age, FROZEN_S)))}
+            {present.age === null ? text.view.noData : text.view.frozen(age(present.age))}
           </span>
         </div>
       )}
@@ -105,5 +102,5 @@ function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: bool
 function choose(picked: string): void {
   const here = route.peek();
   if (picked === here.uid || !servo(picked) || motion.peek().phase !== "off") return;
-  go(pathOf(here.page, picked, here.hash));
+  go(sameFor(picked));
 }

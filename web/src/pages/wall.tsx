@@ -1,9 +1,10 @@
 /** Owns the wall of horns: every servo in 3D at once, its name and angle over its place; a grid of dials without 3D. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { age, angle } from "../form/format";
-import { now } from "../state/clock";
-import { angleOf, nameOf, servo } from "../state/fleet";
+import { nameOf, servo } from "../state/fleet";
+import { angleNow } from "../state/fresh";
 import { conditionHere, limitsOf } from "../state/here";
 import { up } from "../state/link";
 import { pathOf } from "../state/route";
@@ -14,7 +15,6 @@ import { view as words } from "../text/topics";
 import { Dial } from "../ui/dial";
 import { Glyph } from "../ui/glyph";
 import { follow } from "../ui/rail";
-import { ANGLE_STALE_S } from "./servo-row";
 import { Scene, type SceneState } from "./view-scene";
 import { ViewTools } from "./view-tools";
 import { type Box, boxOf, fill, type Size } from "./wall-projection";
@@ -88,15 +88,15 @@ function Place({ uid, box, dial }: { uid: string; box: Box | null; dial: boolean
     () => (asked.value ? wish(uid, ["current_angle"], RATE_HZ, () => undefined) : undefined),
     [uid, asked.value],
   );
-  const old = one?.online === true && (angleOf(one, now.value).age ?? 0) > ANGLE_STALE_S;
-  // What such a one says of its angle unasked is not understood yet: the server reads it, and seldom.
-  const unsure = one !== undefined && !["confirmed", "forced"].includes(one.position_unit.state);
+  const present = angleNow(one);
+  const old = one?.online === true && present.stale;
+  // The Status of such a one is not understood: the server reads its angle, and seldom.
+  const unsure = one?.position_unit.state === "conflict";
   useEffect(() => {
     if (old && unsure) asked.value = true;
   }, [old, unsure]);
   if (!one) return null;
-  const present = angleOf(one, now.value);
-  const stale = !up.value || !one.online || present.age === null || present.age > ANGLE_STALE_S;
+  const { stale } = present;
   const condition = conditionHere(one);
   const path = pathOf("parameters", uid);
   const said = angle(present.value);

@@ -5,7 +5,8 @@ import { problemOf } from "../api/client";
 import type { Restored, SafetyWord } from "../api/config-types";
 import { whyRefused } from "../form/danger";
 import { labelOf } from "../form/row-text";
-import { saved, toConfirm } from "../state/records";
+import { isOpen, wordsOf } from "../form/safety-words";
+import { saved } from "../state/records";
 import { text } from "../text";
 import { records as words } from "../text/topics";
 import { Button } from "../ui/button";
@@ -14,6 +15,7 @@ import { Glyph } from "../ui/glyph";
 import { Spinner } from "../ui/icon";
 import { BeforeAfter } from "./before-after";
 import { ConfirmTicks } from "./confirm-ticks";
+import { AfterSave, useFreeAfterSave } from "./horn-free";
 
 const said = words.write;
 
@@ -24,13 +26,16 @@ export interface Wish {
 }
 
 interface Props {
+  uid: string;
   name: string;
   write: (wish: Wish) => Promise<Restored>;
   /** Told what was done; null when nothing was. */
   onClose: (note: string | null) => void;
+  /** Told why it cannot be done: then no dialog has been open. */
+  onRefused: (why: string) => void;
 }
 
-export function WriteDialog({ name, write, onClose }: Props) {
+export function WriteDialog({ uid, name, write, onClose, onRefused }: Props) {
   const plan = useSignal<Restored | null>(null);
   const wrong = useSignal<string | null>(null);
   const needed = useSignal<readonly SafetyWord[]>([]);
@@ -38,20 +43,26 @@ export function WriteDialog({ name, write, onClose }: Props) {
   const save = useSignal(false);
   const phase = useSignal<"planning" | "ready" | "writing" | "saving">("planning");
   const written = useSignal<string | null>(null);
+  const shown = useSignal(false);
 
   const refuse = (error: unknown) => {
     const problem = problemOf(error);
-    const word = toConfirm(problem);
-    if (word !== null && !needed.peek().includes(word)) needed.value = [...needed.peek(), word];
+    const words = wordsOf(problem);
+    needed.value = [...new Set([...needed.peek(), ...words])];
     wrong.value = said.refused(whyRefused(problem));
+    return words.length > 0;
   };
   const preview = async () => {
     phase.value = "planning";
     wrong.value = null;
     try {
-      plan.value = await write({ dry_run: true, save: false, confirm: agreed.peek() });
+      plan.value = await write({ dry_run: true, save: save.peek(), confirm: agreed.peek() });
+      shown.value = true;
     } catch (error) {
-      refuse(error);
+      const asks = refuse(error);
+      // What only wants a yes is asked for; anything else keeps the dialog from opening.
+      if (!asks && !shown.peek()) return onRefused(wrong.peek() ?? "");
+      shown.value = true;
     }
     phase.value = "ready";
   };
@@ -62,7 +73,12 @@ export function WriteDialog({ name, write, onClose }: Props) {
   const changes = plan.value?.changes.filter(one => one.verdict !== "unchanged") ?? [];
   const unchanged = (plan.value?.changes.length ?? 0) - changes.length;
   const leftOut = plan.value?.left_out ?? [];
-  const unmet = needed.value.some(word => !agreed.value.includes(word));
+  const saves =
+    save.value && phase.value !== "planning" && plan.value
+      ? [{ uid, restart: plan.value.restart ?? null }]
+      : [];
+  const free = useFreeAfterSave(saves);
+  const unmet = isOpen(needed.value, agreed.value);
   const act = async () => {
     phase.value = "writing";
     wrong.value = null;
@@ -89,7 +105,9 @@ export function WriteDialog({ name, write, onClose }: Props) {
     }
     phase.value = "ready";
   };
+  if (!shown.value) return null;
   const busy = phase.value !== "ready";
+  const inRom = save.value ? (plan.value?.rom_changes ?? []) : null;
   return (
     <Dialog
       title={said.title(name)}
@@ -111,7 +129,8 @@ export function WriteDialog({ name, write, onClose }: Props) {
           <span data-first-focus>
             <Button onClick={() => onClose(written.peek())}>{text.cancel}</Button>
           </span>
-          {plan.value === null && needed.value.length > 0 ? (
+          {(plan.value === null || (wrong.value !== null && phase.value === "ready")) &&
+          needed.value.length > 0 ? (
             <Button look="primary" live disabled={busy || unmet} onClick={() => void preview()}>
               {words.again}
             </Button>
@@ -120,7 +139,7 @@ export function WriteDialog({ name, write, onClose }: Props) {
               look="primary"
               live
               testid="write-confirm"
-              disabled={busy || unmet || (changes.length === 0 && !save.value)}
+              disabled={busy || unmet || !free.agreed || (changes.length === 0 && !save.value)}
               onClick={() => void act()}
             >
               {said.go(changes.length, save.value)}
@@ -164,14 +183,24 @@ export function WriteDialog({ name, write, onClose }: Props) {
             type="checkbox"
             data-testid="write-save"
             checked={save.value}
+            disabled={busy}
             onChange={event => {
               save.value = event.currentTarget.checked;
+              void preview();
             }}
           />
           {said.save}
         </label>
       )}
       {plan.value !== null && !save.value && <p class="small second">{said.ram}</p>}
+      {inRom !== null && inRom.length > 0 && (
+        <BeforeAfter
+          head={{ parameter: said.head.parameter, now: text.save.head.rom, next: text.save.head.after }}
+          changes={inRom.map(one => ({ key: one.key, now: one.before, next: one.after }))}
+          testid="rom"
+        />
+      )}
+      <AfterSave saves={saves} free={free} />
     </Dialog>
   );
 }

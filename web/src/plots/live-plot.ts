@@ -33,6 +33,9 @@ export interface Options {
 
 /** What a screen shows, at most: a rate of 60 Hz is halved by a slower one only where that is told to be enough. */
 const FPS = 60;
+/** From the plot to the names beside it, and from them to the edge of the picture. */
+const NAME_GAP_PX = 9;
+const EDGE_PX = 14;
 const NAME_PX = 14;
 const NAMES_PX = 104;
 const MARKS_PX = 16;
@@ -183,7 +186,12 @@ export class LivePlot {
       {
         width: Math.max(50, this.#box.clientWidth),
         height: Math.max(50, this.#box.clientHeight),
-        padding: [first ? MARKS_PX + 4 : 6, Math.max(18, this.#gutter + 12), last ? 0 : 6, 0],
+        padding: [
+          first ? MARKS_PX + 4 : 6,
+          Math.max(18, this.#gutter + NAME_GAP_PX + EDGE_PX),
+          last ? 0 : 6,
+          0,
+        ],
         legend: { show: false },
         cursor: { show: false },
         scales: { x: { time: false, auto: false }, y: { auto: false } },
@@ -313,7 +321,7 @@ export class LivePlot {
       ctx.moveTo(left + ratio, one.y);
       ctx.lineTo(left + 7 * ratio, y);
       ctx.stroke();
-      ctx.fillText(fitting(ctx, one.name, this.#gutter * ratio), left + 9 * ratio, y);
+      ctx.fillText(fitting(ctx, one.name, this.#gutter * ratio), left + NAME_GAP_PX * ratio, y);
     });
     ctx.restore();
   }

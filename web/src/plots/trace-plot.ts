@@ -219,6 +219,7 @@ export class TracePlot {
     for (const band of this.#picture.bands ?? []) this.#band(plot, band, colours);
     for (const mark of this.#picture.marks ?? []) this.#mark(plot, mark, colours);
     for (const curve of this.#picture.curves) this.#curve(plot, curve, colours);
+    for (const band of this.#picture.bands ?? []) this.#bandLabel(plot, band, colours);
     const tagged = this.#picture.curves.filter(one => one.tag !== undefined);
     tagged.forEach((curve, place) => {
       this.#tag(plot, curve, place, colours);
@@ -229,17 +230,29 @@ export class TracePlot {
 
   #band(plot: uPlot, band: Band, colours: Palette): void {
     const { ctx, bbox } = plot;
-    const ratio = devicePixelRatio || 1;
     const top = plot.valToPos(band.high, "y", true);
     const bottom = plot.valToPos(band.low, "y", true);
     ctx.fillStyle = colours.limit;
     ctx.globalAlpha = 0.2;
     ctx.fillRect(bbox.left, top, bbox.width, bottom - top);
     ctx.globalAlpha = 1;
+  }
+
+  /** Above the band and above every curve, with a halo that parts it from them. */
+  #bandLabel(plot: uPlot, band: Band, colours: Palette): void {
+    const { ctx, bbox } = plot;
+    const ratio = devicePixelRatio || 1;
+    const x = bbox.left + bbox.width - 8 * ratio;
+    const y = plot.valToPos(band.high, "y", true) - 5 * ratio;
     ctx.font = `${12 * ratio}px ${colours.font}`;
     ctx.textAlign = "right";
     ctx.textBaseline = "alphabetic";
-    ctx.fillText(band.label, bbox.left + bbox.width - 8 * ratio, top - 5 * ratio);
+    ctx.strokeStyle = colours.well;
+    ctx.lineJoin = "round";
+    ctx.lineWidth = 5 * ratio;
+    ctx.strokeText(band.label, x, y);
+    ctx.fillStyle = colours.limit;
+    ctx.fillText(band.label, x, y);
   }
 
   #mark(plot: uPlot, mark: MarkLine, colours: Palette): void {

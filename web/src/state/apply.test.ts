@@ -19,6 +19,7 @@ const reading = (key: string, value: number): Reading => ({
   key,
   address: 0x38,
   value,
+  configured: value,
   raw: value,
   unit: "°",
   at: 0,
@@ -29,6 +30,7 @@ const reading = (key: string, value: number): Reading => ({
   maximum: 180,
   in_effect: true,
   why_not: null,
+  why: null,
   stale: false,
 });
 

@@ -1,13 +1,13 @@
 /** Owns writing: staged edits to RAM in one PATCH, RAM to ROM by a job, and what each row is told of it. */
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
-import type { SafetyWord } from "../api/config-types";
+import type { SafetyWord, SavePreview } from "../api/config-types";
 import type { Change, Job, ParametersPatched, Value } from "../api/types";
 import { full } from "../form/format";
 import { text } from "../text";
 import { catalog } from "./catalog";
 import { staged } from "./draft";
-import { peekServo } from "./fleet";
+import { type KnownServo, peekServo } from "./fleet";
 import { jobs, setJob, settled } from "./jobs";
 import type { Outcome, Sheet } from "./parameters";
 
@@ -20,16 +20,30 @@ export const sheetProblem = signal<{ uid: string; text: string } | null>(null);
 /** What the last write of a servo's page changed in RAM, to be written back; gone on the next visit. */
 export interface Written {
   at: number;
+  /** When the servo had started, on our monotonic clock; null where it did not say. */
+  bootAt: number | null;
   changes: readonly Change[];
+}
+
+/** An uptime is told in whole seconds, and late. */
+const SAME_BOOT_S = 3;
+
+/** Whether the servo has restarted since a write: RAM is then what ROM was. */
+export function restartedSince(written: Written, one: KnownServo): boolean {
+  if (one.state === "restarting") return true;
+  if (!one.online || one.bootAt === null || written.bootAt === null) return false;
+  return Math.abs(one.bootAt - written.bootAt) > SAME_BOOT_S;
+}
+
+/** What can be taken back of a write: rows that still hold what was written. */
+export function undoable(written: Written, sheet: Sheet): readonly Change[] {
+  return written.changes.filter(change => sheet.held(change.key) === change.after);
 }
 
 export const lastWritten = signal<{ uid: string; written: Written } | null>(null);
 
-/** A yes to what the server wants to hear; or, asked about a save without torque: with torque, then. */
-export type Agreed = SafetyWord | "torque_on";
-
 /** Asks whoever sits here; null is no. */
-export type AskBack = (problem: Problem) => Promise<Agreed | null>;
+export type AskBack = (problem: Problem) => Promise<SafetyWord | null>;
 
 export interface ApplyOptions {
   askBack?: AskBack;
@@ -62,7 +76,8 @@ export async function write(
     sheet.revision = answer.revision;
     const changes = answer.changes.filter(change => change.verdict !== "unchanged" && change.before !== null);
     if (answer.outcome === "applied" && changes.length > 0) {
-      lastWritten.value = { uid: sheet.uid, written: { at: Date.now() / 1000, changes } };
+      const bootAt = peekServo(sheet.uid)?.bootAt ?? null;
+      lastWritten.value = { uid: sheet.uid, written: { at: Date.now() / 1000, bootAt, changes } };
     }
     return take(sheet, answer);
   } catch (error) {
@@ -93,7 +108,7 @@ async function patch(
     const problem = problemOf(error);
     const word =
       problem.code === "needs_confirmation" ? await askSomebody(sheet, values, options, problem) : null;
-    if (word === null || word === "torque_on" || confirm.includes(word)) throw error;
+    if (word === null || confirm.includes(word)) throw error;
     return patch(sheet, values, options, [...confirm, word]);
   }
 }
@@ -104,7 +119,7 @@ async function askSomebody(
   values: ReadonlyMap<string, Wanted>,
   options: ApplyOptions,
   problem: Problem,
-): Promise<Agreed | null> {
+): Promise<SafetyWord | null> {
   if (!options.askBack) return null;
   const say = (outcome: Outcome | null) => sheet.setOutcomes([...values.keys()].map(key => [key, outcome]));
   say(null);
@@ -175,54 +190,97 @@ export function refuse(sheet: Sheet, keys: string[], problem: Problem, declined 
   sheet.setOutcomes(keys.map(key => [key, hit.includes(key) ? { kind: "failed", what, rest: "" } : null]));
 }
 
-interface SaveBody {
-  confirm: readonly SafetyWord[];
-  torque_on?: boolean;
-}
-
 /** Starts the save of a servo, and once only, however often the request is sent. Throws what the server answers. */
-export function startSave(uid: string, body: SaveBody): Promise<Job> {
+export function startSave(uid: string, confirm: readonly SafetyWord[]): Promise<Job> {
   const headers = { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` };
-  return ask<Job>("POST", `/servos/${uid}/save`, { body, headers });
+  return ask<Job>("POST", `/servos/${uid}/save`, { body: { confirm }, headers });
 }
 
-/** Starts it, once more with what somebody agrees to. Null when they do not. */
-async function agreedSave(uid: string, options: ApplyOptions, body: SaveBody): Promise<Job | null> {
+/** What a save of RAM, or of RAM with what is staged, would do. Nothing is written; refused as the save itself is. */
+export function planSave(sheet: Sheet, confirm: readonly SafetyWord[]): Promise<SavePreview> {
+  const values = stagedIn(sheet);
+  if (values.size === 0) {
+    return ask<SavePreview>("POST", `/servos/${sheet.uid}/save`, { body: { confirm, dry_run: true } });
+  }
+  return patchAndSave(sheet, values, confirm, true);
+}
+
+/** Writes what is staged and saves, as one request. The dialog follows the job; the rows are told when it has ended. */
+export async function applyAndSave(
+  sheet: Sheet,
+  keys: readonly string[],
+  confirm: readonly SafetyWord[],
+): Promise<void> {
+  const values = stagedIn(sheet);
+  sheetProblem.value = null;
+  sheet.busy.value = values.size > 0 ? "applying" : "saving";
   try {
-    return await startSave(uid, body);
+    const job = await (values.size > 0
+      ? writeAndSave(sheet, values, confirm)
+      : startSave(sheet.uid, confirm).then(begun => {
+          // What the socket told of it meanwhile is newer than this answer.
+          if (!jobs.peek().has(begun.id)) setJob(begun);
+          return begun.id;
+        }));
+    if (job === null) return;
+    sheet.busy.value = "saving";
+    saving.value = { uid: sheet.uid, job, keys: [...keys], shown: true };
+    await followSave(sheet, job, keys);
   } catch (error) {
-    const problem = problemOf(error);
-    if (problem.code !== "needs_confirmation" || !options.askBack) throw error;
-    const agreed = await options.askBack(problem);
-    if (agreed === null) return null;
-    if (agreed === "torque_on") return agreedSave(uid, options, { ...body, torque_on: true });
-    if (body.confirm.includes(agreed)) throw error;
-    return agreedSave(uid, options, { ...body, confirm: [...body.confirm, agreed] });
+    refuse(sheet, [...values.keys()], problemOf(error));
+    if (sheetProblem.peek() === null) {
+      sheetProblem.value = { uid: sheet.uid, text: text.save.notSaved(text.problem(problemOf(error))) };
+    }
+    await sheet.load();
+  } finally {
+    sheet.busy.value = null;
   }
 }
 
-/** Writes what is staged, then RAM to ROM. The dialog follows the job; the rows are told when it has ended. */
-export async function applyAndSave(sheet: Sheet, keys: string[], options: ApplyOptions = {}): Promise<void> {
-  if (!(await apply(sheet, options))) return;
-  sheet.busy.value = "saving";
-  try {
-    const job = await agreedSave(sheet.uid, options, { confirm: [] });
-    if (job === null) return;
-    // What the socket told of it meanwhile is newer than this answer.
-    if (!jobs.peek().has(job.id)) setJob(job);
-    saving.value = { uid: sheet.uid, job: job.id, keys, shown: true };
-    const end = await settled(job.id);
-    await sheet.load();
-    if (end.state === "succeeded") {
-      const at = end.ended_at ?? Date.now() / 1000;
-      const left = new Set(peekServo(sheet.uid)?.unsaved ?? []);
-      sheet.setOutcomes(keys.filter(key => !left.has(key)).map(key => [key, { kind: "saved", at }]));
-    } else {
-      sheetProblem.value = { uid: sheet.uid, text: end.error?.detail ?? text.job.state[end.state] };
-    }
-  } catch (error) {
-    sheetProblem.value = { uid: sheet.uid, text: text.save.notSaved(text.problem(problemOf(error))) };
-  } finally {
-    sheet.busy.value = null;
+const stagedIn = (sheet: Sheet) => staged(sheet.drafts.map.peek(), key => sheet.held(key));
+
+function patchAndSave(
+  sheet: Sheet,
+  values: ReadonlyMap<string, Wanted>,
+  confirm: readonly SafetyWord[],
+  dryRun: boolean,
+): Promise<ParametersPatched> {
+  return ask<ParametersPatched>("PATCH", `/servos/${sheet.uid}/parameters`, {
+    body: { values: Object.fromEntries(values), confirm, save: true, ...(dryRun ? { dry_run: true } : {}) },
+    headers: { "If-Match": sheet.revision },
+    timeout_ms: 30_000,
+  });
+}
+
+/** The job that saves; null when the values were not written, which the rows say. */
+async function writeAndSave(
+  sheet: Sheet,
+  values: ReadonlyMap<string, Wanted>,
+  confirm: readonly SafetyWord[],
+): Promise<string | null> {
+  sheet.setOutcomes([...values.keys()].map(key => [key, { kind: "pending" }]));
+  const answer = await patchAndSave(sheet, values, confirm, false);
+  sheet.revision = answer.revision;
+  take(sheet, answer);
+  if (answer.outcome === "applied" && answer.job) return answer.job;
+  await sheet.load();
+  if (answer.outcome === "applied") {
+    sheetProblem.value = {
+      uid: sheet.uid,
+      text: text.save.notSaved(answer.problem?.summary ?? ""),
+    };
+  }
+  return null;
+}
+
+async function followSave(sheet: Sheet, job: string, keys: readonly string[]): Promise<void> {
+  const end = await settled(job);
+  await sheet.load();
+  if (end.state === "succeeded") {
+    const at = end.ended_at ?? Date.now() / 1000;
+    const left = new Set(peekServo(sheet.uid)?.unsaved ?? []);
+    sheet.setOutcomes(keys.filter(key => !left.has(key)).map(key => [key, { kind: "saved", at }]));
+  } else {
+    sheetProblem.value = { uid: sheet.uid, text: end.error?.summary ?? text.job.state[end.state] };
   }
 }

@@ -1,7 +1,10 @@
 /** Owns the draft of the wizard: who was chosen, what each is to become, how far one came; it survives a reload. */
+
 import { signal } from "@preact/signals";
 import type { Candidate, Commissioning, OnAnomaly, SafetyWord } from "../api/config-types";
+import { wholeNumber } from "../form/number";
 import { commission as words } from "../text/topics";
+import { readTab, writeTab } from "./tab-store";
 
 export type Step = "find" | "identify" | "profile" | "check";
 
@@ -53,9 +56,9 @@ const HIGHEST_NODE = 125;
 export const LONGEST_LABEL = 64;
 
 /** What was kept, or an empty draft when it cannot be read: another version of the page may have written it. */
-export function read(kept: string | null): Draft {
+export function read(kept: unknown): Draft {
   try {
-    const found = JSON.parse(kept ?? "null") as Partial<Draft> | null;
+    const found = kept as Partial<Draft> | null;
     if (!found || !STEPS.includes(found.step as Step) || !Array.isArray(found.chosen)) return EMPTY;
     const draft = { ...EMPTY, ...found };
     const whole = draft.chosen.every(uid => typeof draft.entries[uid]?.servoId === "string");
@@ -65,23 +68,11 @@ export function read(kept: string | null): Draft {
   }
 }
 
-function stored(): string | null {
-  try {
-    return sessionStorage.getItem(KEY);
-  } catch {
-    return null;
-  }
-}
-
-export const draft = signal<Draft>(read(stored()));
+export const draft = signal<Draft>(read(readTab(KEY)));
 
 export function change(part: Partial<Draft>): void {
   draft.value = { ...draft.peek(), ...part };
-  try {
-    sessionStorage.setItem(KEY, JSON.stringify(draft.peek()));
-  } catch {
-    // Without storage it lasts as long as the tab.
-  }
+  writeTab(KEY, draft.peek());
 }
 
 export function startAnew(): void {
@@ -125,7 +116,7 @@ export function choose(
 export function propose(one: Draft, uid: string, taken: ReadonlySet<number>): string {
   const given = new Set(taken);
   for (const [other, entry] of Object.entries(one.entries)) {
-    if (other !== uid && entry.state === "given") given.add(Number(entry.servoId));
+    if (other !== uid && entry.state === "given") given.add(wholeNumber(entry.servoId) ?? 0);
   }
   const free = one.free.find(id => !given.has(id));
   if (free !== undefined) return String(free);
@@ -155,27 +146,21 @@ export function wrongIds(one: Draft, uid: string, owners: ReadonlyMap<number, st
   const others = Object.entries(one.entries).filter(
     ([other, held]) => other !== uid && one.chosen.includes(other) && held.state === "given",
   );
-  const id = whole(entry.servoId);
+  const id = wholeNumber(entry.servoId);
   let servoId: string | null = null;
   if (id === null || id < LOWEST_ID || id > HIGHEST_ID)
     servoId = words.identify.idRange(entry.servoId.trim());
-  else if (others.some(([, held]) => whole(held.servoId) === id))
+  else if (others.some(([, held]) => wholeNumber(held.servoId) === id))
     servoId = words.identify.idTwice(String(id));
   else if (owners.has(id)) servoId = words.identify.idTaken(String(id), owners.get(id) ?? "");
   let nodeId: string | null = null;
   if (entry.nodeId.trim() !== "") {
-    const node = whole(entry.nodeId);
+    const node = wholeNumber(entry.nodeId);
     if (node === null || node > HIGHEST_NODE) nodeId = words.identify.nodeRange(entry.nodeId.trim());
-    else if (node > 0 && others.some(([, held]) => whole(held.nodeId) === node))
+    else if (node > 0 && others.some(([, held]) => wholeNumber(held.nodeId) === node))
       nodeId = words.identify.nodeTwice(String(node));
   }
   return { servoId, nodeId };
-}
-
-/** A whole number of decimal digits; null for anything else. */
-function whole(typed: string): number | null {
-  const plain = typed.trim();
-  return /^\d{1,4}$/.test(plain) ? Number(plain) : null;
 }
 
 export interface Count {
@@ -196,13 +181,13 @@ export function wanted(one: Draft): string[] {
 }
 
 /** What to ask the server for; `uids` narrows it to those. */
-export function request(one: Draft, uids: readonly string[] = wanted(one)): Commissioning {
+export function request(one: Draft, uids: readonly string[] = wanted(one)): Omit<Commissioning, "dry_run"> {
   return {
     servos: uids.flatMap(uid => {
       const entry = one.entries[uid];
       if (!entry) return [];
-      const node = whole(entry.nodeId);
-      return [{ uid, servo_id: whole(entry.servoId), node_id: node, label: entry.label.trim() }];
+      const node = wholeNumber(entry.nodeId);
+      return [{ uid, servo_id: wholeNumber(entry.servoId), node_id: node, label: entry.label.trim() }];
     }),
     profile: one.profile,
     save: one.save,

@@ -1,13 +1,21 @@
 /** Tests the verdicts of commissioning: what a job's steps and sheets say of each servo, and of several jobs together. */
 import { describe, expect, it } from "vitest";
-import type { Job, JobStep } from "../api/types";
-import { kindOf, merged, resumableOf, type Sheet, tally, textOf, unitsOf } from "./commission-units";
+import type { Job, JobStep, StepCode } from "../api/types";
+import { merged, placeOf, resumableOf, type Sheet, tally, unitsOf } from "./commission-units";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
 
-const step = (name: string, uid: string, state: JobStep["state"], text = "Rudder: Saved"): JobStep => ({
+const step = (
+  name: `${StepCode} ${number}`,
+  uid: string,
+  state: JobStep["state"],
+  text = "Rudder: Saved",
+): JobStep => ({
   name,
+  code: name.split(" ")[0] as StepCode,
+  params: { servo: "Rudder" },
+  evidence_params: {},
   text,
   uid,
   state,
@@ -93,7 +101,7 @@ describe("several jobs together", () => {
       [A, "done", "1"],
       [B, "done", "2"],
     ]);
-    expect(tally(units)).toEqual({ done: 2, failed: 0, rest: 0 });
+    expect(tally(units, () => "rom")).toEqual({ done: 2, ram: 0, lost: 0, failed: 0, rest: 0 });
   });
 
   it("never take a done servo back because another job did not come to it", () => {
@@ -107,7 +115,45 @@ describe("several jobs together", () => {
   });
 });
 
-it("says a step without its place and its servo's name", () => {
-  expect(kindOf(step("write 12", A, "done"))).toBe("write");
-  expect(textOf(step("write 12", A, "done"))).toBe("Saved");
+describe("where the values of a servo that is done are", () => {
+  const values = { torque_mode: "off", servo_id: 9, angle_limit_cw: 40 };
+  const unit = (held_in: string) => {
+    const [one] = unitsOf(
+      job("succeeded", [step("write 1", A, "done")], [{ ...sheet(A, "done"), values, held_in }]),
+    );
+    if (!one) throw new Error("no unit");
+    return one;
+  };
+  const holds = (ram: Record<string, number>, rom: Record<string, number>) => (key: string) => ({
+    value: ram[key] ?? null,
+    rom: rom[key] ?? null,
+  });
+  const old = { servo_id: 0, angle_limit_cw: 179.9 };
+  const set = { servo_id: 9, angle_limit_cw: 40 };
+
+  it("is ROM where the job read them there", () => {
+    expect(placeOf(unit("rom"), undefined, () => undefined)).toBe("rom");
+  });
+
+  it("is RAM without a save, also while the servo is not known to hold anything", () => {
+    expect(placeOf(unit("ram"), { lost: [] }, holds(set, old))).toBe("ram");
+    expect(placeOf(unit("ram"), undefined, () => undefined)).toBe("ram");
+  });
+
+  it("is ROM once all of them were saved, whatever became of torque", () => {
+    expect(placeOf(unit("ram"), { lost: [] }, holds(set, { ...set, angle_limit_cw: 179.9 }))).toBe("ram");
+    expect(placeOf(unit("ram"), { lost: [] }, holds(set, set))).toBe("rom");
+  });
+
+  it("is nowhere after a restart without a save", () => {
+    expect(placeOf(unit("ram"), { lost: [] }, holds(old, old))).toBe("lost");
+    const lost = [{ key: "servo_id", value: 9, at: 0 }];
+    expect(placeOf(unit("ram"), { lost }, () => undefined)).toBe("lost");
+  });
+
+  it("counts apart in the tally", () => {
+    const [one] = [unit("ram")];
+    expect(tally([one], () => "ram")).toMatchObject({ done: 0, ram: 1 });
+    expect(tally([one], () => "lost")).toMatchObject({ done: 0, lost: 1 });
+  });
 });

@@ -1,5 +1,5 @@
 /** Owns what the jobs of commissioning say of each servo: its steps, its verdict, and what to do. No elements. */
-import type { Job, JobStep } from "../api/types";
+import type { Job, JobStep, Reading, Servo } from "../api/types";
 
 export type Verdict = "waiting" | "running" | "done" | "failed" | "not_tried";
 
@@ -65,28 +65,46 @@ export function merged(jobs: readonly Job[]): Unit[] {
 
 const WEIGHT: Record<Verdict, number> = { running: 3, done: 2, failed: 1, waiting: 1, not_tried: 0 };
 
+/** Where the values of a unit that is done are now; `lost`: neither RAM nor ROM holds all of them. */
+export type Place = "rom" | "ram" | "lost";
+
+/** Judged by the job, and after it by what the servo is known to hold. */
+export function placeOf(
+  unit: Unit,
+  servo: Pick<Servo, "lost"> | undefined,
+  reading: (key: string) => Pick<Reading, "rom" | "value"> | undefined,
+): Place {
+  const { sheet } = unit;
+  if (!sheet) return unit.steps.some(step => step.code === "save" && step.state === "done") ? "rom" : "ram";
+  if (sheet.held_in === "rom") return "rom";
+  // Torque is switched by whoever moves the servo: no value of this job.
+  const values = Object.entries(sheet.values).filter(([key]) => key !== "torque_mode");
+  if (values.length > 0 && values.every(([key, value]) => reading(key)?.rom === value)) return "rom";
+  const gone = servo?.lost?.some(one => one.key in sheet.values) ?? false;
+  return gone || values.some(([key, value]) => (reading(key)?.value ?? value) !== value) ? "lost" : "ram";
+}
+
 export interface Tally {
+  /** In ROM. */
   done: number;
+  /** Done as far as it was asked for, and not in ROM. */
+  ram: number;
+  lost: number;
   failed: number;
   rest: number;
 }
 
-export function tally(units: readonly Unit[]): Tally {
-  const done = units.filter(one => one.verdict === "done").length;
-  const failed = units.filter(one => one.verdict === "failed").length;
-  return { done, failed, rest: units.length - done - failed };
+export function tally(units: readonly Unit[], place: (unit: Unit) => Place): Tally {
+  const sums: Tally = { done: 0, ram: 0, lost: 0, failed: 0, rest: 0 };
+  for (const one of units) {
+    if (one.verdict === "failed") sums.failed++;
+    else if (one.verdict !== "done") sums.rest++;
+    else sums[PLACES[place(one)]]++;
+  }
+  return sums;
 }
 
-/** The name of a step without the place of its unit: "write 2" is "write". */
-export function kindOf(step: JobStep): string {
-  return step.name.replace(/ \d+$/, "");
-}
-
-/** Its sentence without the servo's name, which stands above it. */
-export function textOf(step: JobStep): string {
-  const at = step.uid ? step.text.indexOf(": ") : -1;
-  return at < 0 ? step.text : step.text.slice(at + 2);
-}
+const PLACES = { rom: "done", ram: "ram", lost: "lost" } as const;
 
 /** The job to go on with: the newest that can be. */
 export function resumableOf(jobs: readonly Job[]): Job | null {

@@ -1,15 +1,24 @@
 /** Owns the wizard's dealings with the server: candidates, wiggles, the job, and which of them the page shows. */
+
 import { computed, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
-import type { Candidates, Forecast, Profile, SafetyWord } from "../api/config-types";
+import type {
+  Candidates,
+  CommissioningPreview,
+  CommissionPlan,
+  Profile,
+  SafetyWord,
+} from "../api/config-types";
 import type { Job } from "../api/types";
 import { whyRefused } from "../form/danger";
+import { wholeNumber } from "../form/number";
+import { wordsOf } from "../form/safety-words";
 import { text } from "../text";
 import { monotonic } from "./clock";
 import { change, choose, draft, propose, request, wanted } from "./commission-draft";
-import { all, angleOf, nameOf, peekServo, pending, servo } from "./fleet";
-import { ended, jobs, setJob, settled } from "./jobs";
-import { motion } from "./motion";
+import { all, nameOf, peekServo, pending, servo } from "./fleet";
+import { ended, jobs, setJob } from "./jobs";
+import { leaseHeader } from "./motion";
 import { type Poll, poll } from "./poll";
 
 const ASK_MS = 2000;
@@ -109,7 +118,8 @@ export function suggest(uid: string | null): void {
 
 function clashes(uid: string, id: string): boolean {
   return Object.entries(draft.peek().entries).some(
-    ([other, entry]) => other !== uid && entry.state === "given" && entry.servoId === id,
+    ([other, entry]) =>
+      other !== uid && entry.state === "given" && wholeNumber(entry.servoId) === wholeNumber(id),
   );
 }
 
@@ -124,41 +134,6 @@ export function giveTheRest(): void {
   change({ at: null });
 }
 
-export type Wiggled =
-  | { uid: string; phase: "asking" }
-  | { uid: string; phase: "moving"; around: number | null }
-  | { uid: string; phase: "moved"; low: number; high: number }
-  | { uid: string; phase: "refused"; why: string };
-
-/** The last wiggle asked for. */
-export const wiggled = signal<Wiggled | null>(null);
-
-function leaseHeader(): Record<string, string> {
-  const held = motion.peek();
-  return held.phase === "on" ? { Lease: held.lease } : {};
-}
-
-/** Lets one horn move a little, to be seen. The server takes motion control for it, unless this page holds it. */
-export async function wiggle(uid: string): Promise<void> {
-  const before = wiggled.peek();
-  if (before && (before.phase === "asking" || before.phase === "moving")) return;
-  wiggled.value = { uid, phase: "asking" };
-  try {
-    const job = await ask<Job>("POST", `/servos/${uid}/identify`, { headers: leaseHeader() });
-    if (!jobs.peek().has(job.id)) setJob(job);
-    const one = peekServo(uid);
-    wiggled.value = { uid, phase: "moving", around: one ? angleOf(one, monotonic()).value : null };
-    const end = await settled(job.id);
-    const result = end.result as { low_deg?: number; high_deg?: number } | null;
-    wiggled.value =
-      end.state === "succeeded"
-        ? { uid, phase: "moved", low: result?.low_deg ?? 0, high: result?.high_deg ?? 0 }
-        : { uid, phase: "refused", why: end.error?.detail ?? text.job.state[end.state] };
-  } catch (error) {
-    wiggled.value = { uid, phase: "refused", why: text.problem(problemOf(error)) };
-  }
-}
-
 export const profiles = signal<readonly Profile[] | null>(null);
 export const profilesProblem = signal<string | null>(null);
 
@@ -171,41 +146,25 @@ export async function loadProfiles(): Promise<void> {
   }
 }
 
-/** What a save does to each horn, as far as it was asked. */
-export const forecasts = signal<ReadonlyMap<string, Forecast | { text: string; moves: null }>>(new Map());
-
-/** Asks one after the other: each reads a servo's rows. */
-export async function loadForecasts(): Promise<void> {
-  for (const uid of wanted(draft.peek())) {
-    try {
-      const answer = await ask<Forecast>("GET", `/servos/${uid}/restart-forecast?save=true`);
-      forecasts.value = new Map(forecasts.peek()).set(uid, answer);
-    } catch (error) {
-      const said = { text: text.problem(problemOf(error)), moves: null };
-      forecasts.value = new Map(forecasts.peek()).set(uid, said);
-    }
-  }
-}
-
 export interface Refused {
   text: string;
   uid: string | null;
-  /** What to agree to, where that is all that is missing. */
-  confirm: SafetyWord | null;
+  /** What to agree to, where that is all that is missing; one of them where there are several. */
+  confirm: readonly SafetyWord[];
 }
 
 export const refused = signal<Refused | null>(null);
 export const asking = signal(false);
 
 function refusal(problem: Problem): Refused {
-  const { uid, confirm } = problem.facts;
+  const { uid } = problem.facts;
   const named = typeof uid === "string" ? uid : null;
   const name = nameOf(servo(named));
   const said = whyRefused(problem);
   return {
     text: name !== "" && !said.includes(name) ? `${name}: ${said}` : said,
     uid: named,
-    confirm: problem.code === "needs_confirmation" ? (confirm as SafetyWord) : null,
+    confirm: wordsOf(problem),
   };
 }
 
@@ -223,6 +182,21 @@ async function doing(act: () => Promise<void>): Promise<void> {
 }
 
 const once = () => ({ "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` });
+
+/** What the job would do with each servo, by uid; null until the server has checked it all, or where it refuses. */
+export const plans = signal<ReadonlyMap<string, CommissionPlan> | null>(null);
+
+/** Asks the server to check everything, and what would come of it. Nothing is written. */
+export async function plan(): Promise<void> {
+  plans.value = null;
+  const body = { ...request(draft.peek()), dry_run: true };
+  await doing(async () => {
+    const headers = leaseHeader();
+    const options = { body, headers, timeout_ms: 60_000 };
+    const found = await ask<CommissioningPreview>("POST", "/commissioning", options);
+    plans.value = new Map(found.servos.map(one => [one.uid, one]));
+  });
+}
 
 /** Starts the job over everybody of the draft. */
 export const start = () =>

@@ -1,6 +1,6 @@
 /** What is said of a servo's health, and what outranks what. */
 import { describe, expect, test } from "vitest";
-import type { Stop } from "../api/types";
+import type { Servo, Stop } from "../api/types";
 import { conditionOf, type Facts, needsAttention } from "./condition";
 import type { KnownServo } from "./fleet";
 
@@ -17,7 +17,10 @@ const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
   hardware_version: 6010,
   serial: "61-000001",
   production_date: null,
+  model_number: 61,
   known_model: true,
+  treated_as: { model: null, firmware: null },
+  firmware_note: null,
   online: true,
   state: "ready",
   health: "ok",
@@ -26,12 +29,15 @@ const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
   angle_deg: 0,
   command_deg: null,
   age_s: 0,
+  output: { state: "on", reason: "configured", by: null, since: null },
+  activity: { state: "holding", since: 0, peak_to_peak_deg: 0, torque_pct: 0, torque_limit_pct: 100 },
   unsaved: [],
   unacknowledged: 0,
   position_unit: { unit: "hundred_degrees", state: "confirmed", evidence: "" },
   faults: { notification: 0, warning: 0, failure: 0 },
   bus: "can0",
   angleAt: 100,
+  bootAt: null,
   ...more,
 });
 
@@ -50,7 +56,6 @@ const faults: Facts["faults"] = [
 
 const facts = (more: Partial<Facts> = {}): Facts => ({
   faults,
-  torque: "on",
   temperature: null,
   now: 114,
   connected: true,
@@ -110,10 +115,61 @@ describe("conditionOf", () => {
     expect(conditionOf(away, facts({ connected: false })).line).toMatch(/\. Connect the bus$/);
   });
 
-  test("a well servo says what its output does", () => {
-    expect(conditionOf(servo(), facts({ torque: "on" })).line).toBe("Holding, torque on");
-    expect(conditionOf(servo(), facts({ torque: "off" })).line).toBe("Torque off");
-    expect(conditionOf(servo(), facts({ torque: undefined })).line).toBe("");
+  test("a well servo says what its output does, and a notice does not hide that it is off", () => {
+    const off = { output: { state: "off", reason: "stop", by: "Rig 3", since: null } } as const;
+    expect(conditionOf(servo(), facts()).line).toBe("Holding");
+    expect(conditionOf(servo(off), facts())).toEqual({
+      kind: "ok",
+      headline: "OK",
+      line: "Output off: stopped by Rig 3",
+    });
+    const noticed = conditionOf(servo({ ...off, ...bits("warning", 1 << 4) }), facts());
+    expect([noticed.line, noticed.doing]).toEqual(["Plan a repair.", "Output off: stopped by Rig 3"]);
+    const hot = servo({
+      state: "protected",
+      output: { state: "off", reason: "protection", by: null, since: null },
+    });
+    expect(conditionOf(hot, facts()).doing).toBeUndefined();
+    expect(conditionOf(servo({ ...off, online: false, state: "offline" }), facts()).doing).toBeUndefined();
+  });
+
+  const doing = (state: Servo["activity"]["state"], more: Partial<Servo["activity"]> = {}) => ({
+    activity: { ...servo().activity, state, ...more },
+  });
+
+  test.each<[Servo["activity"]["state"], string]>([
+    ["holding", "Holding"],
+    ["moving", "Moving"],
+    ["turning", "Turning"],
+    ["held_after_timeout", "Held after timeout (0x26)"],
+  ])("a well servo that is %s says so", (state, line) => {
+    expect(conditionOf(servo(doing(state)), facts())).toMatchObject({ kind: "ok", headline: "OK", line });
+  });
+
+  test("one whose time-out let go says so, and not that it holds", () => {
+    const output = { state: "off", reason: "timeout", by: null, since: null } as const;
+    const found = conditionOf(servo({ ...doing("released"), output }), facts());
+    expect(found.line).toBe("Let go: command timeout (0x26)");
+    expect(found.doing).toBeUndefined();
+  });
+
+  test("hunting and saturation at rest are marked, above a notice and beside a warning", () => {
+    const hunting = doing("hunting", { peak_to_peak_deg: 2 });
+    expect(conditionOf(servo(hunting), facts())).toMatchObject({
+      kind: "warning",
+      headline: "Warning: hunting, 2.0° peak to peak",
+    });
+    expect(conditionOf(servo(hunting), facts()).doing).toBeUndefined();
+    expect(conditionOf(servo({ ...hunting, ...bits("notification", 1 << 8) }), facts()).kind).toBe("warning");
+    const both = conditionOf(servo({ ...hunting, ...bits("warning", 1 << 4) }), facts());
+    expect([both.headline, both.doing]).toEqual([
+      "Warning: weak sensor magnet",
+      "Hunting, 2.0° peak to peak",
+    ]);
+    const saturated = doing("saturated", { torque_pct: -94, torque_limit_pct: 100 });
+    expect(conditionOf(servo(saturated), facts()).headline).toBe(
+      "Warning: saturated, torque 94\u202f% of 100\u202f%",
+    );
   });
 
   test("while stopped each says whether it confirmed", () => {
@@ -130,6 +186,21 @@ describe("conditionOf", () => {
       line: "Did not answer the stop",
       alarming: true,
     });
+  });
+
+  test("saved values that are lost lead to the snapshots, also beside a graver fault", () => {
+    const table = [
+      ...faults,
+      { level: "warning", bit: 15, key: "rom_lost", label: "Saved values lost", advice: "" },
+    ];
+    const told = (word: number, failure = 0) =>
+      conditionOf(
+        servo({ faults: { notification: 0, warning: word, failure } }),
+        facts({ faults: table as Facts["faults"] }),
+      );
+    expect(told(1 << 15).romLost).toBe(true);
+    expect(told(1 << 15, 1 << 1)).toMatchObject({ kind: "failure", romLost: true });
+    expect(told(1 << 4).romLost).toBeUndefined();
   });
 
   test("what needs attention", () => {

@@ -1,8 +1,10 @@
 /** Owns what is said of a servo's health: one kind (shape and colour), a headline and a line on what to do. */
-import type { FaultRow, Stop, Value } from "../api/types";
+import type { FaultRow, Stop } from "../api/types";
 import { age, clock, number, withUnit } from "../form/format";
 import { text } from "../text";
+import { activityLine, alarming } from "./activity";
 import type { KnownServo } from "./fleet";
+import { readOnly } from "./model";
 
 export type Kind = "ok" | "notice" | "warning" | "protected" | "failure" | "busy" | "identifying" | "offline";
 
@@ -12,11 +14,14 @@ export interface Condition {
   line: string;
   /** Set when `line` itself is bad news. */
   alarming?: boolean;
+  /** What it does where that matters and `line` says something else: output off and why, hunting, a time-out. */
+  doing?: string;
+  /** Its saved values are lost: a snapshot has them. */
+  romLost?: boolean;
 }
 
 export interface Facts {
   faults: readonly FaultRow[];
-  torque: Value | undefined;
   temperature: number | null;
   /** Our monotonic clock. */
   now: number;
@@ -24,6 +29,9 @@ export interface Facts {
   connected: boolean;
   stop: Stop | null;
 }
+
+/** The bit of 0x1A that says so, by its name in the tables. */
+export const ROM_LOST = "rom_lost";
 
 const LEVELS = [
   ["failure", "failure"],
@@ -33,11 +41,27 @@ const LEVELS = [
 
 export function conditionOf(servo: KnownServo, facts: Facts): Condition {
   const found = judge(servo, facts);
+  const doing = unsaid(servo, found);
+  if (doing !== null) found.doing = doing;
+  if (servo.online && bits(servo, "warning", facts.faults).some(bit => bit.key === ROM_LOST))
+    found.romLost = true;
   const confirmation = facts.stop?.latched ? facts.stop.servos.find(one => one.uid === servo.uid) : undefined;
   if (!confirmation) return found;
   if (!confirmation.confirmed) return { ...found, line: text.stop.noAnswer, alarming: true };
   if (confirmation.ms === null) return found;
   return { ...found, line: text.stop.confirmed(withUnit(number(confirmation.ms, 0), "ms")) };
+}
+
+/** Activities that nobody expects of a servo that is on and well. */
+const TOLD = new Set(["off", "brake", "released", "held_after_timeout", "hunting", "saturated"]);
+
+/** What it does, where that is out of the ordinary, unless what was found says it already. */
+function unsaid(servo: KnownServo, found: Condition): string | null {
+  const { activity, output } = servo;
+  if (!TOLD.has(activity.state) && output.state !== "off" && output.state !== "brake") return null;
+  if (found.kind === "offline" || (found.kind === "protected" && output.reason === "protection")) return null;
+  const line = activityLine(servo);
+  return found.line === line || found.headline.endsWith(lower(line)) ? null : line;
 }
 
 function judge(servo: KnownServo, facts: Facts): Condition {
@@ -63,6 +87,7 @@ function judge(servo: KnownServo, facts: Facts): Condition {
   for (const [level, kind] of LEVELS.slice(1)) {
     const found = bits(servo, level, facts.faults);
     if (found.length > 0) return fromBits(kind, found);
+    if (kind === "warning" && alarming(servo.activity)) return restless(servo);
   }
   if (servo.health === "error" || servo.health === "critical") {
     return { kind: "failure", headline: said.failure(said.health[servo.health]), line: "" };
@@ -73,8 +98,15 @@ function judge(servo: KnownServo, facts: Facts): Condition {
   return {
     kind: "ok",
     headline: said.ok,
-    line: servo.known_model ? (said.torque[String(facts.torque)] ?? "") : text.servos.unknownLine,
+    line: readOnly(servo) ? text.servos.unknownLine : activityLine(servo),
   };
+}
+
+/** At rest, and it hunts or saturates: no bit of the servo says so. */
+function restless(servo: KnownServo): Condition {
+  const said = text.activity;
+  const line = servo.activity.state === "hunting" ? said.huntingAdvice : said.saturatedAdvice;
+  return { kind: "warning", headline: text.state.warning(lower(activityLine(servo))), line };
 }
 
 function offline(servo: KnownServo, facts: Facts): Condition {

@@ -1,12 +1,12 @@
 /** The doctor's findings: the worst first, counted for the rail, and old ones kept when a look fails. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
-import type { Finding } from "../api/bus-types";
+import type { Finding, FindingCode } from "../api/bus-types";
 import { complaints, doctorProblem, findings, inOrder, lookedAt, watchDoctor } from "./doctor";
 import { link } from "./link";
 import type { Poll } from "./poll";
 
 const finding = (code: string, severity: Finding["severity"]): Finding => ({
-  code,
+  code: code as FindingCode,
   severity,
   text: code,
   evidence: "",

@@ -50,6 +50,18 @@ describe("Drafts", () => {
     expect(drafts.undo()).toBeNull();
   });
 
+  test("a verdict that changes is no edit: undo takes back what was typed", () => {
+    const drafts = new Drafts();
+    drafts.put("a", good(1));
+    drafts.commit("a", 5);
+    drafts.judge("a", bad.verdict);
+    expect(drafts.get("a")).toEqual({ text: "1", verdict: bad.verdict });
+    drafts.judge("b", bad.verdict);
+    expect(drafts.get("b")).toBeUndefined();
+    expect(drafts.undo()).toBe("a");
+    expect(drafts.undo()).toBeNull();
+  });
+
   test("discard leaves nothing, not even for undo", () => {
     const drafts = new Drafts();
     drafts.put("a", good(1));

@@ -31,6 +31,13 @@ export class Drafts {
     this.map.value = new Map(this.map.peek()).set(key, draft);
   }
 
+  /** Judges a text anew, for its row allows other values now. No edit: there is nothing to undo. */
+  judge(key: string, verdict: Verdict): void {
+    const draft = this.map.peek().get(key);
+    if (!draft || JSON.stringify(draft.verdict) === JSON.stringify(verdict)) return;
+    this.map.value = new Map(this.map.peek()).set(key, { text: draft.text, verdict });
+  }
+
   /** Ends an edit; a draft equal to what RAM holds is none. */
   commit(key: string, held: Value | undefined): void {
     this.#editing = null;

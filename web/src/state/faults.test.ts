@@ -1,7 +1,7 @@
 /** Faults: which are now, in what order they stand, and which still want to be acknowledged. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { Fault } from "../api/types";
-import { acknowledge, faultsOf, readFaults, trouble, unseen } from "./faults";
+import { acknowledge, faultsOf, readFaults, troubleOf, unseen } from "./faults";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
@@ -23,19 +23,39 @@ const plain: Fault = {
 let lists: Record<string, Fault[]>;
 let sent: string[];
 let broken = false;
+let unknown = "";
+
+const gone = { code: "unknown_servo", status: 404, detail: "no such servo" };
+
+const answered = (uid: string) =>
+  uid === unknown ? { faults: [], problem: gone } : { faults: lists[uid], problem: null };
+
+/** Reads the faults of these servos, as readers that are shown together want them. */
+async function read(...uids: string[]): Promise<void> {
+  for (const uid of uids) readFaults(uid);
+  await vi.runAllTimersAsync();
+}
 
 beforeEach(() => {
+  vi.useFakeTimers();
   sent = [];
   broken = false;
+  unknown = "";
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
-    const path = url.replace("/api/v1/servos/", "");
-    sent.push(`${init.method} ${path}`);
+    sent.push(`${init.method} ${url.replace("/api/v1/", "")}`);
     if (broken) return new Response("{}", { status: 500 });
-    return new Response(JSON.stringify(lists[path.slice(0, 32)]));
+    const uids = new URL(url, "http://x").searchParams.get("uids")?.split(",") ?? [];
+    return new Response(
+      JSON.stringify({ servos: Object.fromEntries(uids.map(uid => [uid, answered(uid)])) }),
+    );
   });
 });
 
-afterEach(() => vi.unstubAllGlobals());
+afterEach(async () => {
+  await vi.runAllTimersAsync();
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
 
 const keys = (lines: { key: string }[]) => lines.map(one => one.key);
 
@@ -53,7 +73,8 @@ test("what is now stands before what was, worst first, and unseen before seen", 
       { ...plain, key: "newer", last_seen: 5 },
     ],
   };
-  await Promise.all([readFaults(A), readFaults(B)]);
+  await read(A, B);
+  expect(sent).toEqual([`GET faults?uids=${A},${B}`]);
   const { now, past } = faultsOf([A, B]);
   expect(keys(now)).toEqual(["broken", "silent", "newer", "unseen", "seen", "notice"]);
   expect(keys(past)).toEqual(["gone"]);
@@ -70,21 +91,45 @@ test("notifications want no acknowledgement, and neither does what somebody has 
 test("acknowledging says who, and reads that servo again", async () => {
   lists = { [A]: [plain] };
   await acknowledge(A, "one");
-  expect(sent[0]).toMatch(new RegExp(`^POST ${A}/faults/one/acknowledge\\?by=Page%20\\d+$`));
-  expect(sent[1]).toBe(`GET ${A}/faults`);
+  expect(sent[0]).toMatch(new RegExp(`^POST servos/${A}/faults/one/acknowledge\\?by=Page%20\\d+$`));
+  await vi.runAllTimersAsync();
+  expect(sent[1]).toBe(`GET faults?uids=${A}`);
   sent = [];
   await acknowledge(A);
-  expect(sent[0]).toMatch(new RegExp(`^POST ${A}/faults/acknowledge\\?by=`));
+  expect(sent[0]).toMatch(new RegExp(`^POST servos/${A}/faults/acknowledge\\?by=`));
 });
 
 test("what could not be read is said, and what was known stays", async () => {
   lists = { [A]: [plain] };
-  await readFaults(A);
+  await read(A);
   broken = true;
-  await readFaults(A);
-  expect(trouble.value).not.toBeNull();
+  await read(A);
+  expect(troubleOf([A])).not.toBeNull();
   expect(keys(faultsOf([A]).now)).toEqual(["one"]);
   broken = false;
-  await readFaults(A);
-  expect(trouble.value).toBeNull();
+  await read(A);
+  expect(troubleOf([A])).toBeNull();
+});
+
+test("what one servo answers is no news of another that does not", async () => {
+  lists = { [A]: [plain], [B]: [plain] };
+  broken = true;
+  await read(A);
+  broken = false;
+  await read(B);
+  expect(troubleOf([A, B])).not.toBeNull();
+  expect(troubleOf([B])).toBeNull();
+  await read(A);
+  expect(troubleOf([A, B])).toBeNull();
+});
+
+test("one servo that the server does not know takes nothing from the others, and keeps what was known", async () => {
+  lists = { [A]: [plain], [B]: [plain] };
+  await read(A, B);
+  unknown = B;
+  lists = { [A]: [{ ...plain, key: "two" }] };
+  await read(A, B);
+  expect(keys(faultsOf([A]).now)).toEqual(["two"]);
+  expect(keys(faultsOf([B]).now)).toEqual(["one"]);
+  expect([troubleOf([A]), troubleOf([B])]).toEqual([null, expect.any(String)]);
 });

@@ -1,10 +1,12 @@
 /** Owns what the Faults page knows: the list of every servo as last read, its order, and acknowledging. */
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
-import type { Fault } from "../api/types";
+import type { Fault, FaultsRead } from "../api/types";
 import { text } from "../text";
 import { namedFault } from "./catalog";
-import { holder } from "./motion";
+import { holder } from "./holder";
+import { asProblem } from "./parameters";
+import { together } from "./together";
 
 export interface Line extends Fault {
   uid: string;
@@ -12,27 +14,41 @@ export interface Line extends Fault {
 
 const kept = signal<ReadonlyMap<string, readonly Fault[]>>(new Map());
 
-/** Why the faults of a servo could not be read or acknowledged. */
-export const trouble = signal<string | null>(null);
+/** Why the faults of a servo could not be read or acknowledged, by servo. */
+const troubles = signal<ReadonlyMap<string, string>>(new Map());
+
+/** The first trouble among these servos, in words; null when there is none. */
+export function troubleOf(uids: readonly string[]): string | null {
+  return uids.map(uid => troubles.value.get(uid)).find(one => one !== undefined) ?? null;
+}
+
+function setTrouble(uid: string, why: string | null): void {
+  const next = new Map(troubles.peek());
+  if (why === null) next.delete(uid);
+  else next.set(uid, why);
+  troubles.value = next;
+}
 
 /** How many servos were read at least once. */
 export const readServos = computed(() => kept.value.size);
 
-const rounds = new Map<string, number>();
-
-/** Reads the faults of one servo; the newest question wins. */
-export async function readFaults(uid: string): Promise<void> {
-  const round = (rounds.get(uid) ?? 0) + 1;
-  rounds.set(uid, round);
+/** Reads the faults of these servos in one request; one that has a problem keeps what was known of it. */
+async function loadFaults(uids: readonly string[]): Promise<void> {
   try {
-    const found = await ask<Fault[]>("GET", `/servos/${uid}/faults`);
-    if (rounds.get(uid) !== round) return;
-    kept.value = new Map(kept.peek()).set(uid, found.map(namedFault));
-    trouble.value = null;
+    const answer = await ask<FaultsRead>("GET", `/faults?uids=${uids.join(",")}`);
+    const next = new Map(kept.peek());
+    for (const [uid, { faults, problem }] of Object.entries(answer.servos)) {
+      if (!problem) next.set(uid, faults.map(namedFault));
+      setTrouble(uid, problem ? text.problem(asProblem(problem)) : null);
+    }
+    kept.value = next;
   } catch (error) {
-    if (rounds.get(uid) === round) trouble.value = text.problem(problemOf(error));
+    for (const uid of uids) setTrouble(uid, text.problem(problemOf(error)));
   }
 }
+
+/** Reads the faults of a servo, in one request with all that are wanted. */
+export const readFaults = together(loadFaults);
 
 /** Somebody has seen this fault; without a key all of that servo. */
 export async function acknowledge(uid: string, key?: string): Promise<void> {
@@ -45,10 +61,10 @@ export async function acknowledge(uid: string, key?: string): Promise<void> {
         : `/servos/${uid}/faults/${key}/acknowledge?${by}`,
     );
   } catch (error) {
-    trouble.value = text.problem(problemOf(error));
+    setTrouble(uid, text.problem(problemOf(error)));
     return;
   }
-  await readFaults(uid);
+  readFaults(uid);
 }
 
 /** Whether somebody should still say that they have seen it: notifications come and go in normal use. */

@@ -7,6 +7,8 @@ import { monotonic } from "./clock";
 export interface KnownServo extends Servo {
   /** Our monotonic time at which `angle_deg` was taken, as far as known. */
   angleAt: number | null;
+  /** Our monotonic time at which it started, to a second; null while not known. */
+  bootAt: number | null;
 }
 
 const servos = new Map<string, Signal<KnownServo>>();
@@ -57,7 +59,12 @@ export function change(list: Servo[]): void {
 }
 
 function stamp(one: Servo): KnownServo {
-  return { ...one, angleAt: one.age_s === null ? null : monotonic() - one.age_s };
+  const at = monotonic();
+  return {
+    ...one,
+    angleAt: one.age_s === null ? null : at - one.age_s,
+    bootAt: one.uptime_s === null ? null : at - one.uptime_s,
+  };
 }
 
 function flush(): void {

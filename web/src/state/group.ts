@@ -3,7 +3,6 @@ import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Commanded, Stream } from "../api/types";
 import { text } from "../text";
-import { plain } from "../text/plain";
 import { jogging as words } from "../text/topics";
 import type { Limits } from "../ui/dial";
 import { all, type KnownServo, nameOf } from "./fleet";
@@ -35,8 +34,7 @@ export function against(one: KnownServo): string | null {
   if (one.servo_id === null || one.servo_id === 0) return words.noServoId(name);
   const twin = all.value.find(other => other !== one && other.online && other.servo_id === one.servo_id);
   if (twin && twin.uid !== one.uid) return words.sameServoId(name, nameOf(twin), one.servo_id);
-  const { state } = one.position_unit;
-  return state === "confirmed" || state === "forced" ? null : words.unitUnknown(name);
+  return one.position_unit.state === "conflict" ? words.unitConflict(name) : null;
 }
 
 /** Where the first may be commanded so that each of them stays within its own limits; null while one is not known. */
@@ -107,7 +105,7 @@ async function put(values: Record<string, number>, lease: string, profile: Profi
 async function lookAt(id: string): Promise<void> {
   const answer = await ask<Stream>("GET", `/streams/${id}`).catch(() => null);
   if (answer === null || stream.peek()?.id !== answer.id) return;
-  const found: Stream = { ...answer, ended: answer.ended ? plain(answer.ended) : null };
+  const found: Stream = { ...answer, ended: answer.ended_summary ?? null };
   const before = stream.peek();
   stream.value = found;
   const present = motion.peek();

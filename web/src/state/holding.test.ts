@@ -100,7 +100,8 @@ describe("a held button", () => {
     [
       "a refusal",
       () => {
-        for (const act of heard.refuse) act({ type: "error", seq: 1, code: "busy", detail: "", uid: UID });
+        for (const act of heard.refuse)
+          act({ type: "error", seq: 1, code: "busy", detail: "", summary: "", uid: UID });
       },
     ],
   ])("is let go by %s", (_, end) => {

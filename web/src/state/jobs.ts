@@ -2,7 +2,6 @@
 import { signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";
-import { plain } from "../text/plain";
 
 export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
 
@@ -10,8 +9,7 @@ export function setJob(job: Job): void {
   const known = jobs.peek().get(job.id);
   // An older answer must not undo an end; but what can be resumed may be under way again, resumed by anybody.
   if (known && ended(known) && !known.resumable && !ended(job)) return;
-  const error = job.error && { ...job.error, detail: plain(job.error.detail) };
-  jobs.value = new Map(jobs.peek()).set(job.id, error ? { ...job, error } : job);
+  jobs.value = new Map(jobs.peek()).set(job.id, job);
 }
 
 export function ended(job: Job): boolean {

@@ -1,6 +1,8 @@
 /** Owns the keyboard: Stop first and everywhere, then the page's own keys. */
 
+import { signal } from "@preact/signals";
 import { uids } from "./fleet";
+import { motionOn, moving } from "./moving";
 import { go, lastUid, type Page, pathOf } from "./route";
 
 type Act = (event: KeyboardEvent) => void;
@@ -39,12 +41,37 @@ export function takesSpace(target: EventTarget | null): boolean {
 
 export type StopKey = "Esc" | "Space";
 
-/** Which stop key an event is, if it is one here. */
-export function stopKey(event: KeyboardEvent): StopKey | null {
-  if (event.key === "Escape") return "Esc";
+/** A second Esc within this time stops, whatever the first one closed. */
+const TWICE_MS = 1000;
+let escapeAt = Number.NEGATIVE_INFINITY;
+let disarm: ReturnType<typeof setTimeout> | undefined;
+
+/** Set while the next Esc stops because of the one before. */
+export const escapeArmed = signal(false);
+
+function arm(): void {
+  escapeAt = performance.now();
+  escapeArmed.value = true;
+  clearTimeout(disarm);
+  disarm = setTimeout(() => {
+    escapeArmed.value = false;
+  }, TWICE_MS);
+}
+
+/** Which stop key an event is, if it stops here and now. */
+function stopKey(event: KeyboardEvent): StopKey | null {
+  if (event.key === "Escape") {
+    const twice = performance.now() - escapeAt < TWICE_MS;
+    arm();
+    return twice || moving() ? "Esc" : null;
+  }
   const plain = !event.ctrlKey && !event.altKey && !event.metaKey;
-  if (event.key === " " && plain && !takesSpace(event.target)) return "Space";
-  return null;
+  return event.key === " " && plain && motionOn() && !takesSpace(event.target) ? "Space" : null;
+}
+
+/** Whether a key belongs to an input method that composes a word. Safari tells the last one by its code alone. */
+function composes(event: KeyboardEvent): boolean {
+  return event.isComposing || event.keyCode === 229;
 }
 
 const GO_MS = 1200;
@@ -53,6 +80,12 @@ const GO_MS = 1200;
 export function listen(target: Window, stop: (key: StopKey) => void): () => void {
   let gAt = Number.NEGATIVE_INFINITY;
   const down = (event: KeyboardEvent) => {
+    // Nothing on the page sees a key that the input method takes: neither Stop nor a box nor a dialog.
+    if (composes(event)) return event.stopPropagation();
+    if (event.key === "Escape" && event.repeat) {
+      event.preventDefault();
+      return event.stopPropagation();
+    }
     const key = stopKey(event);
     if (key) {
       if (!event.repeat) stop(key);
@@ -60,10 +93,15 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
       if (key === "Esc") newest("Escape", event);
       return;
     }
+    if (event.key === "Escape") return; // to what has the focus, then to the newest dialog: see `rest`
     const held = event.ctrlKey || event.metaKey;
     if (held && !event.shiftKey && event.key.toLowerCase() === "s") {
       event.preventDefault();
-      newest("Ctrl+S", event);
+      if (!covered() && !event.repeat) newest("Ctrl+S", event);
+      return;
+    }
+    if (held && event.key === "Enter") {
+      if (!covered() && !event.repeat && newest("Ctrl+Enter", event)) event.preventDefault();
       return;
     }
     if (inTextBox(event.target)) return;
@@ -74,11 +112,26 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
       event.preventDefault();
       return;
     }
+    const wiggles = event.key.toLowerCase() === "w" && !event.repeat && !covered();
+    if (wiggles && newest("w", event)) event.preventDefault();
     gAt = event.key === "g" ? performance.now() : Number.NEGATIVE_INFINITY;
     if ((event.key === "/" || event.key === "?") && newest(event.key, event)) event.preventDefault();
   };
+  // An Esc that did not stop and that nothing on its way has taken closes the newest dialog.
+  const rest = (event: KeyboardEvent) => {
+    if (event.key === "Escape" && !event.defaultPrevented && newest("Escape", event)) event.preventDefault();
+  };
   target.addEventListener("keydown", down, true);
-  return () => target.removeEventListener("keydown", down, true);
+  target.addEventListener("keydown", rest);
+  return () => {
+    target.removeEventListener("keydown", down, true);
+    target.removeEventListener("keydown", rest);
+  };
+}
+
+/** Whether a dialog is open: what acts on the servo of the page waits behind it. */
+function covered(): boolean {
+  return document.querySelector('[aria-modal="true"]') !== null;
 }
 
 function newest(key: string, event: KeyboardEvent): boolean {

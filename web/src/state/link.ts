@@ -4,7 +4,6 @@ import { API, ask } from "../api/client";
 import { type LinkState, Live } from "../api/live";
 import type { Bus, ClientMessage, LeaseView, ServerMessage, Servo, Stop } from "../api/types";
 import { telemetry } from "../telemetry/store";
-import { plain } from "../text/plain";
 import { loadCatalog } from "./catalog";
 import { monotonic } from "./clock";
 import { addEvent, bus, setLease, stop } from "./desk";
@@ -12,6 +11,7 @@ import * as fleet from "./fleet";
 import { setJob } from "./jobs";
 import { hear } from "./parameters";
 import { look, onSignIn } from "./session";
+import { takeStaleAfter } from "./staleness";
 
 export interface Link {
   state: LinkState;
@@ -88,6 +88,7 @@ function receive(message: ServerMessage): void {
       if (Math.abs(message.utc_offset - utcOffset) > SAME_CLOCK_S) telemetry.clear();
       utcOffset = message.utc_offset;
       telemetry.utcOffset = utcOffset;
+      takeStaleAfter(message.stale_after_s);
       version.value = message.version;
       demo.value = message.demo;
       void loadCatalog(message.schema_revision).catch(() => undefined);
@@ -124,7 +125,7 @@ function receive(message: ServerMessage): void {
       stop.value = message.stop;
       break;
     case "error":
-      for (const act of refusals) act({ ...message, detail: plain(message.detail) });
+      for (const act of refusals) act(message);
       break;
   }
 }

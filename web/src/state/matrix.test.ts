@@ -38,7 +38,7 @@ describe("oddOnes", () => {
 });
 
 test("an address names its servos once each, and nothing that is no unique id", () => {
-  expect(uidsIn(`?uids=${A},${B},${A},nonsense`)).toEqual([A, B]);
+  expect(uidsIn(`${A},${B},${A},nonsense`)).toEqual([A, B]);
   expect(uidsIn("")).toEqual([]);
 });
 
@@ -58,7 +58,18 @@ const row = (key: string, more: Partial<Row> = {}) =>
   }) as unknown as Row;
 
 const reading = (key: string, value: Reading["value"], maximum = 180): Reading =>
-  ({ key, value, raw: 1, unit: "°", age_s: 0, rom: value, minimum: 0, maximum, stale: false }) as Reading;
+  ({
+    key,
+    value,
+    configured: value,
+    raw: 1,
+    unit: "°",
+    age_s: 0,
+    rom: value,
+    minimum: 0,
+    maximum,
+    stale: false,
+  }) as Reading;
 
 describe("staging", () => {
   beforeEach(() => {
@@ -102,7 +113,14 @@ describe("staging", () => {
     stage(sheetOf(B), "gain", { text: "6", verdict: { ok: true, value: 6 } });
     const sent: Record<string, unknown>[] = [];
     const change = { key: "gain", before: 5, requested: 6, after: 6, verdict: "applied" };
-    const problem = { code: "busy", status: 409, detail: "It is being saved.", title: "", type: "" };
+    const problem = {
+      code: "busy",
+      status: 409,
+      detail: "It is being saved.",
+      summary: "It is being saved.",
+      title: "",
+      type: "",
+    };
     vi.stubGlobal("fetch", async (_: string, init: RequestInit) => {
       sent.push(JSON.parse(String(init.body)));
       return new Response(

@@ -1,6 +1,6 @@
 /** Owns the matrix: rows of many servos beside one another, which of them stand out, and what is staged on whom. */
-import { ask, Problem } from "../api/client";
-import type { BatchOutcome, BatchPatched, BatchRead, SafetyWord } from "../api/config-types";
+import { ask, type Problem, problemOf } from "../api/client";
+import type { BatchOutcome, BatchPatched, SafetyWord, SavePreview } from "../api/config-types";
 import type { Change, Job, ProblemBody, Row, Value } from "../api/types";
 import { decimalsOf, number } from "../form/format";
 import { check, checkValue } from "../form/number";
@@ -9,28 +9,15 @@ import { refuse, take, type Wanted } from "./apply";
 import { type Draft, staged, wrong } from "./draft";
 import { servo } from "./fleet";
 import { settled } from "./jobs";
-import { type Sheet, sheetOf } from "./parameters";
+import { asProblem, type Sheet, sheetOf } from "./parameters";
 
-/** The unique ids in the address of a matrix; none: every servo on the bus. */
-export function uidsIn(search: string): string[] {
-  const listed = new URLSearchParams(search).get("uids") ?? "";
+/** The unique ids that the address of a matrix lists; none: every servo on the bus. */
+export function uidsIn(listed: string): string[] {
   return [...new Set(listed.split(",").filter(uid => /^[0-9a-f]{32}$/.test(uid)))];
 }
 
-/** Reads the rows of these servos in one question; one that has a problem keeps what was known of it. */
-export async function loadMatrix(uids: readonly string[], refresh = false): Promise<void> {
-  if (uids.length === 0) return;
-  const query = `uids=${uids.join(",")}${refresh ? "&refresh=true" : ""}`;
-  const answer = await ask<BatchRead>("GET", `/parameters?${query}`, { timeout_ms: 60_000 });
-  for (const [uid, column] of Object.entries(answer.servos)) {
-    const sheet = sheetOf(uid);
-    if (column.problem) sheet.problem.value = asProblem(column.problem);
-    else sheet.take(column.revision ?? "", column.parameters);
-  }
-}
-
-export function asProblem(body: ProblemBody): Problem {
-  return new Problem(body.code, body.status, body.detail, body as unknown as Record<string, unknown>);
+function asBody({ code, status, message, facts }: Problem): ProblemBody {
+  return { ...facts, type: "", title: "", code, status, detail: message } as ProblemBody;
 }
 
 export interface Held {
@@ -162,12 +149,28 @@ export async function writeMatrix(
   return answer.servos;
 }
 
+/** What a save of RAM would do on each of these servos; one that is refused says why. Nothing is written. */
+export function planSaves(uids: readonly string[], confirm: readonly SafetyWord[]): Promise<BatchOutcome[]> {
+  return Promise.all(
+    uids.map(async (uid): Promise<BatchOutcome> => {
+      const none = { uid, changes: [], revision: null };
+      try {
+        const body = { confirm, dry_run: true };
+        const plan = await ask<SavePreview>("POST", `/servos/${uid}/save`, { body, timeout_ms: 30_000 });
+        return { ...none, ...plan, outcome: "planned" };
+      } catch (error) {
+        return { ...none, outcome: "rejected", problem: asBody(problemOf(error)) };
+      }
+    }),
+  );
+}
+
 /** Tells a servo's rows what became of them. */
 function tell(one: BatchOutcome, values: ReadonlyMap<string, ReadonlyMap<string, Wanted>>): void {
   const sheet = sheetOf(one.uid);
   if (one.revision) sheet.revision = one.revision;
   if (one.outcome === "applied" || one.outcome === "rolled_back") {
-    take(sheet, { outcome: one.outcome, changes: one.changes, failure: one.problem?.detail ?? null });
+    take(sheet, { outcome: one.outcome, changes: one.changes, failure: one.problem?.summary ?? null });
   } else if (one.problem) {
     refuse(sheet, [...(values.get(one.uid)?.keys() ?? [])], asProblem(one.problem));
   }

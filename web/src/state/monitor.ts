@@ -5,6 +5,7 @@ import { type Counts, FrameFeed } from "../telemetry/frame-feed";
 import { monotonic } from "./clock";
 import { EVERYTHING, parseFilter } from "./frame-filter";
 import { connection, live, onFrames, onRefusal, up } from "./link";
+import { oneInAddress } from "./route";
 
 /** Rows kept to scroll back in; only those in sight are elements. */
 const CAPACITY = 1000;
@@ -13,7 +14,7 @@ export const feed = new FrameFeed(CAPACITY);
 
 /** What stands in the filter box. */
 export const box = signal("");
-export const view = signal<FrameFilter["view"]>("decoded");
+export const view = oneInAddress<FrameFilter["view"]>("view", ["decoded", "raw"]);
 
 const parsed = computed(() => parseFilter(box.value));
 
@@ -98,7 +99,7 @@ export function watchFrames(): () => void {
     feed.take(message);
   });
   const endRefusals = onRefusal(error => {
-    if (asked && error.uid === null) refusal.value = error.detail;
+    if (asked && error.uid === null) refusal.value = error.summary;
   });
   const told = setInterval(() => {
     counts.value = feed.counts;

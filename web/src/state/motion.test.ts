@@ -1,14 +1,16 @@
 /** Motion: it begins only when asked, and everything that ends it turns torque off and gives the lease back. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Stop } from "../api/types";
-import { setLease, stop } from "./desk";
+import { stopButton } from "../testing/stop-button";
+import { lease, setLease, stop } from "./desk";
+import { holder, isOurs } from "./holder";
 import { forget, those } from "./let-go";
 import { link, live, type onRefusal } from "./link";
 import {
   dragTo,
   enableMotion,
   endMotion,
-  holder,
+  isOfOther,
   keepMotion,
   motion,
   moveTo,
@@ -34,6 +36,7 @@ vi.mock("./link", async original => ({
 
 const UID = "b".repeat(32);
 let sent: string[];
+let hideStop: () => void;
 let fail: { path: RegExp; status: number; body: unknown } | null;
 
 startMotion();
@@ -43,6 +46,7 @@ beforeEach(() => {
   fail = null;
   link.value = { state: "up", since: 0 };
   stop.value = null;
+  hideStop = stopButton();
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const path = url.replace("/api/v1", "");
     const body = init.body ? ` ${init.body}` : "";
@@ -52,7 +56,7 @@ beforeEach(() => {
       return new Response(JSON.stringify(fail.body), { status: fail.status });
     }
     if (path === "/leases") {
-      setLease({ holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
+      setLease({ shown_id: "L", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
       return new Response(
         JSON.stringify({ id: "L", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3 }),
       );
@@ -70,13 +74,14 @@ beforeEach(() => {
 afterEach(async () => {
   endMotion(null);
   setLease(null);
+  hideStop();
   await settle();
   forget(UID);
   vi.unstubAllGlobals();
 });
 
 const settle = () => new Promise(resolve => setTimeout(resolve, 5));
-const torqueOff = `POST /servos/${UID}/torque {"mode":"off"}`;
+const torqueOff = `POST /servos/${UID}/torque {"mode":"off"} leased`;
 
 describe("motion", () => {
   test("takes the lease first, then turns torque on under it, and sends no command", async () => {
@@ -87,10 +92,45 @@ describe("motion", () => {
     expect(motion.value).toMatchObject({ phase: "on", uid: UID });
   });
 
+  test("does not begin where Stop is not seen whole, and says why and what to do", async () => {
+    hideStop();
+    hideStop = stopButton({ left: 900, top: 0, right: 1084, bottom: 64 });
+    await enableMotion(UID);
+    expect(sent).toEqual([]);
+    expect(motion.value.phase).toBe("off");
+    expect(refusal.value).toBe(
+      "Stop is not fully visible in this window. Enlarge the window or zoom out, then enable motion.",
+    );
+  });
+
+  test("ends when Stop is out of sight for longer than a window takes to change its size", async () => {
+    await enableMotion(UID);
+    vi.useFakeTimers();
+    hideStop();
+    hideStop = stopButton({ left: 900, top: 0, right: 1084, bottom: 64 });
+    await vi.advanceTimersByTimeAsync(200);
+    expect(motion.value.phase).toBe("on");
+    await vi.advanceTimersByTimeAsync(200);
+    vi.useRealTimers();
+    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: Stop was no longer fully visible." });
+    expect(sent).toContain(torqueOff);
+  });
+
+  test("goes on where Stop was out of sight for a moment", async () => {
+    await enableMotion(UID);
+    vi.useFakeTimers();
+    hideStop();
+    hideStop = stopButton();
+    await vi.advanceTimersByTimeAsync(1000);
+    vi.useRealTimers();
+    expect(motion.value.phase).toBe("on");
+  });
+
   test("a lease in other hands is said, with holder and seconds; torque is not touched", async () => {
     const body = {
       code: "lease_held",
       detail: "",
+      summary: "",
       title: "",
       type: "",
       status: 409,
@@ -105,7 +145,14 @@ describe("motion", () => {
   });
 
   test("if torque cannot go on, the lease is given back", async () => {
-    const body = { code: "no_answer", detail: "It did not answer.", title: "", type: "", status: 504 };
+    const body = {
+      code: "no_answer",
+      detail: "It did not answer.",
+      summary: "It did not answer.",
+      title: "",
+      type: "",
+      status: 504,
+    };
     fail = { path: /torque/, status: 504, body };
     await enableMotion(UID);
     expect(motion.value.phase).toBe("off");
@@ -145,7 +192,14 @@ describe("motion", () => {
     const other = "c".repeat(32);
     const begin = async () => undefined;
     await enableMotion(UID, [other], { begin } as unknown as Together);
-    const body = { code: "no_answer", detail: "C did not answer.", title: "", type: "", status: 504 };
+    const body = {
+      code: "no_answer",
+      detail: "C did not answer.",
+      summary: "C did not answer.",
+      title: "",
+      type: "",
+      status: 504,
+    };
     fail = { path: new RegExp(`${other}/torque`), status: 504, body };
     await setTorque("off");
     expect(motion.value).toMatchObject({ phase: "on", torque: "off" });
@@ -184,7 +238,14 @@ describe("motion", () => {
 
   test("a move that is to be agreed to is asked about in words, and sent again only with them", async () => {
     await enableMotion(UID);
-    const body = { code: "needs_confirmation", detail: "Send it again.", title: "", type: "", status: 409 };
+    const body = {
+      code: "needs_confirmation",
+      detail: "Send it again.",
+      summary: "Send it again.",
+      title: "",
+      type: "",
+      status: 409,
+    };
     fail = { path: /command$/, status: 409, body: { ...body, confirm: "turns", words: ["turns"] } };
     await moveTo(720);
     expect(sent.at(-1)).toBe(`GET /servos/${UID}/cautions?type=angle&value=720`);
@@ -204,10 +265,23 @@ describe("motion", () => {
   test("a drag that is to be agreed to is asked about once, and does not go on meanwhile", async () => {
     const said = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
-    const body = { code: "needs_confirmation", detail: "Send it again.", title: "", type: "", status: 409 };
+    const body = {
+      code: "needs_confirmation",
+      detail: "Send it again.",
+      summary: "Send it again.",
+      title: "",
+      type: "",
+      status: 409,
+    };
     fail = { path: /command$/, status: 409, body: { ...body, confirm: "turns", words: ["turns"] } };
     dragTo(40);
-    const error = { type: "error", seq: 1, code: "needs_confirmation", detail: "Send it again." } as const;
+    const error = {
+      type: "error",
+      seq: 1,
+      code: "needs_confirmation",
+      detail: "Send it again.",
+      summary: "Send it again.",
+    } as const;
     heard.refuse({ ...error, uid: UID });
     await settle();
     expect(question.value).toMatchObject({ angle: 40, words: ["turns"] });
@@ -261,6 +335,21 @@ describe("motion", () => {
     expect(said.mock.calls.flat()).not.toContainEqual({ type: "heartbeat", lease: "late" });
   });
 
+  test("whose lease it is tells its id: a copy of this tab, under the same name, is somebody else", async () => {
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    await enableMotion(UID);
+    const ours = lease.value;
+    if (!ours) throw new Error("no lease");
+    expect([isOurs(ours), isOfOther(ours)]).toEqual([true, false]);
+    said.mockClear();
+    setLease({ ...ours, shown_id: "twin" });
+    expect(said.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
+    expect(isOfOther({ ...ours, shown_id: "twin" })).toBe(true);
+    endMotion(null);
+    expect(isOfOther(ours), "given back, and shown a moment longer").toBe(false);
+    expect(isOfOther({ ...ours, shown_id: "twin" })).toBe(true);
+  });
+
   test("the lease passing to somebody else is checked, not guessed", async () => {
     const said = vi.spyOn(live, "send").mockReturnValue(true);
     await enableMotion(UID);
@@ -276,11 +365,12 @@ describe("motion", () => {
       seq: 1,
       code: "unknown_lease",
       detail: "This lease has ended.",
+      summary: "This lease has ended.",
       uid: null,
     });
     const why = "Motion ended: motion control was lost.";
     expect(motion.value).toEqual({ phase: "off", why });
-    setLease({ holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
+    setLease({ shown_id: "R", holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
     vi.advanceTimersByTime(700);
     vi.useRealTimers();
     const taken = "Motion ended: Rig 3 has motion control now.";

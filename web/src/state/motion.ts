@@ -1,18 +1,20 @@
 /** Owns motion from this page: one lease, its heart-beat, torque, commands; and that all of it ends. */
 import { effect, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
-import type { Caution, Commanded, Lease, Reading, TakeOverState, TorqueMode } from "../api/types";
+import type { Caution, Commanded, Lease, LeaseView, Reading, TakeOverState, TorqueMode } from "../api/types";
+import { cautionText } from "../form/caution";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
 import { startBeat, stopBeat } from "./beat";
 import { monotonic } from "./clock";
 import { lease as heldLease, stopped } from "./desk";
 import { angleOf, peekServo } from "./fleet";
+import { haveLease, holder, isOurs, who } from "./holder";
 import { follow, forget } from "./let-go";
 import { live, onRefusal, up } from "./link";
 import { Newest } from "./newest";
 import { onLeave } from "./route";
-import { signed } from "./session";
+import { stopInSight, stopSeen } from "./stop-sight";
 
 export type Motion =
   | { phase: "off"; why: string | null }
@@ -67,18 +69,19 @@ const SPEED_UP_S = 0.25;
 export const TTL_S = 3;
 /** A lease that passes is nobody's for a quarter of a second; who has it may be told later still. */
 const PASSING_MS = 3000;
+/** Stop may be out of sight for so long while a window or a keyboard changes its size. */
+const HIDDEN_MS = 300;
 const DRAG_PERIOD_MS = 1000 / 30;
 
-/** A name for this tab, the same as long as it lives, so that others can tell who moves what. */
-export function holder(): string {
-  const key = "hornbill.tab";
-  try {
-    const kept = sessionStorage.getItem(key) ?? String(1 + Math.floor(Math.random() * 999));
-    sessionStorage.setItem(key, kept);
-    return signed(text.motion.holder(kept));
-  } catch {
-    return signed(text.motion.holder("1"));
-  }
+/** Whether somebody else has this lease. Who is about to get one is not told of it by its own number yet. */
+export function isOfOther(view: LeaseView): boolean {
+  return motion.value.phase !== "asking" && !isOurs(view);
+}
+
+/** The header of the lease this page moves under; none while it moves nothing. */
+export function leaseHeader(): Record<string, string> {
+  const held = motion.peek();
+  return held.phase === "on" ? { Lease: held.lease } : {};
 }
 
 /** Takes the lease and turns torque on. Nothing moves: the servo holds where it stands, and so do `others` with it. */
@@ -87,6 +90,32 @@ export async function enableMotion(
   others: readonly string[] = [],
   group: Together | null = null,
 ): Promise<void> {
+  if (!stopSeen()) {
+    refusal.value = text.motion.stopHidden;
+    return;
+  }
+  const members = [uid, ...others];
+  try {
+    await takeControl(uid, members, group, async lease => {
+      await energise(members, group, lease);
+      return members;
+    });
+  } catch (error) {
+    refusal.value = text.problem(problemOf(error));
+  }
+}
+
+/**
+ * Takes the lease, or goes on with the one that is ours. Those whose output `switchOn` answers to have switched on are
+ * under command from then on. If it was given up meanwhile, or none is, the lease is given back, and `off` are written
+ * torque off; whoever else it switched on is let go by the server. Throws what went wrong.
+ */
+export async function takeControl(
+  uid: string,
+  off: readonly string[],
+  group: Together | null,
+  switchOn: (lease: string) => Promise<readonly string[]>,
+): Promise<void> {
   const before = motion.peek();
   if (before.phase !== "off" && before.phase !== "held") return;
   const asking: Motion = { phase: "asking", uid };
@@ -94,43 +123,55 @@ export async function enableMotion(
   const still = () => motion.peek() === asking;
   motion.value = asking;
   refusal.value = null;
-  const members = [uid, ...others];
+  const end = () => {
+    if (!still()) return;
+    stopBeat();
+    motion.value = { phase: "off", why: null };
+  };
   try {
     const lease =
       before.phase === "held"
         ? before.lease
         : (await ask<Lease>("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
     if (!still()) {
-      await release(members, lease);
+      await release(off, lease);
       return;
     }
-    startBeat(lease);
+    keep(lease);
+    let on: readonly string[];
     try {
-      await energise(members, group, lease);
+      on = await switchOn(lease);
     } catch (error) {
       if (still()) stopBeat();
-      await release(members, lease);
+      await release(off, lease);
       throw error;
     }
-    if (!still()) {
-      await release(members, lease);
+    const [first, ...others] = on;
+    if (!still() || first === undefined) {
+      if (still()) stopBeat();
+      await release(off, lease);
+      end();
       return;
     }
-    setpoint.value = presentAngle(uid);
+    setpoint.value = presentAngle(first);
     together.value = group;
-    motion.value = { phase: "on", uid, lease, torque: "on", others };
+    motion.value = { phase: "on", uid: first, lease, torque: "on", others };
   } catch (error) {
     if (!still()) return;
-    stopBeat();
-    refusal.value = text.problem(problemOf(error));
-    motion.value = { phase: "off", why: null };
+    end();
+    throw error;
   }
+}
+
+function keep(lease: string): void {
+  haveLease(lease);
+  startBeat(lease);
 }
 
 /** Keeps a lease that somebody else gave or lost; torque stays off until it is turned on. */
 export function hold(uid: string, lease: string): void {
   refusal.value = null;
-  startBeat(lease);
+  keep(lease);
   motion.value = { phase: "held", uid, lease };
 }
 
@@ -148,7 +189,7 @@ export async function keepMotion(request: string): Promise<void> {
 /** Ends motion: torque off, lease given back. Lives on while the page goes away. */
 export function endMotion(why: string | null): void {
   const present = motion.peek();
-  if (present.phase === "on") for (const uid of membersOf(present)) void torqueOff(uid);
+  if (present.phase === "on") for (const uid of membersOf(present)) void torqueOff(uid, present.lease);
   forgetMotion(why);
 }
 
@@ -182,6 +223,7 @@ export function forgetMotion(why: string | null, gone = false): void {
 }
 
 function giveBack(lease: string): Promise<void> {
+  haveLease(lease);
   return ask<void>("DELETE", `/leases/${lease}`, { keepalive: true }).catch(() => undefined);
 }
 
@@ -193,16 +235,14 @@ export async function withdraw(request: string): Promise<void> {
 }
 
 async function release(members: readonly string[], lease: string): Promise<void> {
-  for (const uid of members) void torqueOff(uid);
+  for (const uid of members) void torqueOff(uid, lease);
   await giveBack(lease);
 }
 
-/** Not waited for by whoever leaves: what became of it is followed. */
-function torqueOff(uid: string): Promise<void> {
-  return follow(
-    uid,
-    ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" }, keepalive: true }),
-  );
+/** Not waited for by whoever leaves: what became of it is followed. The lease tells who it was; none is needed. */
+function torqueOff(uid: string, lease: string): Promise<void> {
+  const options = { body: { mode: "off" }, headers: { Lease: lease }, keepalive: true };
+  return follow(uid, ask<Reading>("POST", `/servos/${uid}/torque`, options));
 }
 
 function torque(uid: string, mode: TorqueMode, lease: string): Promise<Reading> {
@@ -226,7 +266,7 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
     motion.value = { ...present, torque: mode };
   } catch (error) {
     // Half a group that pulls is worse than none.
-    if (mode === "on") for (const uid of membersOf(present)) void torqueOff(uid);
+    if (mode === "on") for (const uid of membersOf(present)) void torqueOff(uid, present.lease);
     refusal.value = text.problem(problemOf(error));
   }
 }
@@ -291,7 +331,9 @@ async function putQuestion(uid: string, angle: number, problem: Problem): Promis
   const words = Array.isArray(problem.facts.words) ? problem.facts.words.map(String) : [];
   const path = `/servos/${uid}/cautions?type=angle&value=${angle}`;
   const found = await ask<Caution[]>("GET", path).catch(() => []);
-  const said = found.filter(one => one.confirm !== null && words.includes(one.confirm)).map(one => one.text);
+  const said = found
+    .filter(one => one.confirm !== null && words.includes(one.confirm))
+    .map(one => cautionText(one, uid));
   if (motion.peek().phase !== "on") return;
   question.value = { angle, words, said: said.length > 0 ? said : [problem.message] };
 }
@@ -339,7 +381,7 @@ function lost(): void {
 
 function takenBy(): string | null {
   const other = heldLease.peek();
-  return other && other.holder !== holder() ? text.motion.endedByOther(other.holder) : null;
+  return other && !isOurs(other) ? text.motion.endedByOther(who(other.holder)) : null;
 }
 
 /** Ties motion to everything that ends it. */
@@ -357,7 +399,7 @@ export function startMotion(): void {
     // The answer to a drag names no words to agree to: the same command over REST does.
     else if (error.code === "needs_confirmation" && wanted !== null && error.uid === present.uid) {
       if (question.peek() === null) void moveTo(wanted);
-    } else refusal.value = error.detail;
+    } else refusal.value = error.summary;
   });
   effect(() => {
     if (!up.value) endMotion(text.motion.endedByLink);
@@ -366,7 +408,14 @@ export function startMotion(): void {
     if (stopped.value) forgetMotion(text.motion.endedByStop);
   });
   effect(() => {
-    const mine = heldLease.value?.holder === holder();
+    if (stopInSight.value) return undefined;
+    const late = setTimeout(() => {
+      if (!stopSeen()) endMotion(text.motion.endedByHiddenStop);
+    }, HIDDEN_MS);
+    return () => clearTimeout(late);
+  });
+  effect(() => {
+    const mine = heldLease.value !== null && isOurs(heldLease.value);
     const present = motion.peek();
     // Ours is over or somebody else's: ask rather than guess, for an older message may still be on its way.
     if (!mine && (present.phase === "on" || present.phase === "held"))

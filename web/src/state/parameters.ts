@@ -1,11 +1,19 @@
 /** Owns what is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
-import { batch, type Signal, signal } from "@preact/signals";
-import { ask, type Problem, problemOf } from "../api/client";
-import type { Parameters, Reading, Value } from "../api/types";
+import { batch, effect, type Signal, signal } from "@preact/signals";
+import { ask, Problem, problemOf } from "../api/client";
+import type { BatchRead } from "../api/config-types";
+import type { Parameters, ProblemBody, Reading, Value } from "../api/types";
+import { check } from "../form/number";
+import { spanOf } from "../form/row-state";
+import { catalog } from "./catalog";
 import { monotonic } from "./clock";
 import { Drafts } from "./draft";
+import { keepDrafts } from "./draft-store";
+import { together } from "./together";
 
 export interface KnownReading extends Reading {
+  /** What RAM holds. `value` is the configuration: of torque mode alone another thing, for Stop and motion switch RAM's. */
+  ram: Value;
   /** Our monotonic time at which it was read; null while never read. */
   readAt: number | null;
 }
@@ -30,6 +38,10 @@ export class Sheet {
 
   constructor(uid: string) {
     this.uid = uid;
+    // The range of a row may come, or change, after the text.
+    effect(() => {
+      if (catalog.value) for (const key of this.drafts.map.peek().keys()) this.#judge(key);
+    });
   }
 
   reading(key: string): Signal<KnownReading | undefined> {
@@ -41,7 +53,7 @@ export class Sheet {
     return one;
   }
 
-  /** The value in RAM; undefined while never read. */
+  /** The value in RAM, of torque mode what it is configured to; undefined while never read. */
   held(key: string): Value | undefined {
     const reading = this.reading(key).value;
     return reading?.raw === null ? undefined : reading?.value;
@@ -49,7 +61,16 @@ export class Sheet {
 
   put(reading: Reading): void {
     const readAt = reading.age_s === null ? null : monotonic() - reading.age_s;
-    this.reading(reading.key).value = { ...reading, readAt };
+    this.reading(reading.key).value = { ...reading, value: reading.configured, ram: reading.value, readAt };
+    this.#judge(reading.key);
+  }
+
+  /** Judges a typed number by what the row allows now. */
+  #judge(key: string): void {
+    const row = catalog.peek()?.rows.get(key);
+    const draft = this.drafts.map.peek().get(key);
+    if (!draft || row?.kind !== "number") return;
+    this.drafts.judge(key, check(draft.text, spanOf(row, this.reading(key).peek())));
   }
 
   setOutcomes(changes: Iterable<[string, Outcome | null]>): void {
@@ -91,9 +112,46 @@ export function sheetOf(uid: string): Sheet {
   let one = sheets.get(uid);
   if (!one) {
     one = new Sheet(uid);
+    keepDrafts(uid, one.drafts);
     sheets.set(uid, one);
   }
   return one;
+}
+
+/** Reads the rows of these servos in one request; one that has a problem keeps what was known of it. */
+export async function loadSheets(uids: readonly string[], refresh = false): Promise<void> {
+  if (uids.length === 0) return;
+  const query = `uids=${uids.join(",")}${refresh ? "&refresh=true" : ""}`;
+  const answer = await ask<BatchRead>("GET", `/parameters?${query}`, refresh ? { timeout_ms: 60_000 } : {});
+  for (const [uid, column] of Object.entries(answer.servos)) {
+    const sheet = sheetOf(uid);
+    if (column.problem) sheet.problem.value = asProblem(column.problem);
+    else sheet.take(column.revision ?? "", column.parameters);
+  }
+}
+
+export function asProblem(body: ProblemBody): Problem {
+  return new Problem(body.code, body.status, body.detail, body as unknown as Record<string, unknown>);
+}
+
+/** What a servo was when its rows were last read: while that is so, the socket tells what changes. */
+const readAs = new Map<string, string>();
+
+/** Reads the rows of a servo, in one request with all that are wanted. */
+export const readSheet = together(async uids => {
+  try {
+    await loadSheets(uids);
+  } catch (error) {
+    for (const uid of uids) sheetOf(uid).problem.value = problemOf(error);
+  }
+  for (const uid of uids) if (sheetOf(uid).problem.peek() !== null) readAs.delete(uid);
+});
+
+/** The same, and not again while it is still what it was. */
+export function wantSheet(uid: string, as: string): void {
+  if (readAs.get(uid) === as) return;
+  readAs.set(uid, as);
+  readSheet(uid);
 }
 
 const heard = new Map<string, { uid: string; reading: Reading }>();

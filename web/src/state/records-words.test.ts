@@ -1,18 +1,24 @@
 /** Words for what the server keeps as words of its own. */
-import { describe, expect, test } from "vitest";
-import { auditWord, reasonText } from "./records-words";
+import { expect, test } from "vitest";
+import type { AuditRow } from "../api/config-types";
+import { auditedReason, auditWord, reasonText } from "./records-words";
 
-describe("why a snapshot was taken", () => {
-  test.each([
-    ["by hand", "Taken by hand"],
-    ["before saving", "Before a save to ROM"],
-    ["profile Wing, left", "Before the profile Wing, left"],
-    ["restore of snapshot 12", "Before snapshot 12 was restored"],
-    ["before a change of nobody_knows", "before a change of nobody_knows"],
-    ["before the first flight", "before the first flight"],
-  ])("%s", (reason, words) => {
-    expect(reasonText(reason)).toBe(words);
-  });
+test.each([
+  ["by_hand", {}, "Taken by hand"],
+  ["saving", {}, "Before a save to ROM"],
+  ["change", { key: "a_row", more: 0 }, "Before a change of a_row"],
+  ["change", { key: "a_row", more: 2 }, "Before a change of a_row and 2 more"],
+  ["profile", { profile: "Wing, left" }, "Before the profile Wing, left"],
+  ["restore", { side: "snapshot 12", snapshot: 12 }, "Before snapshot 12 was restored"],
+  [null, {}, "before the first flight"],
+] as const)("why a snapshot was taken: %s", (code, params, words) => {
+  expect(reasonText("before the first flight", code, params)).toBe(words);
+});
+
+test("a row of the audit says it from its requested value, and a user's own words stay", () => {
+  const row = { detail: "matrix", requested: { reason: "matrix" } } as unknown as AuditRow;
+  expect(auditedReason(row)).toBe("Before a change of several servos");
+  expect(auditedReason({ detail: "by Ann", requested: null } as AuditRow)).toBe("by Ann");
 });
 
 test("words of the audit that are not known are shown without underscores", () => {

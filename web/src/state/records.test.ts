@@ -1,7 +1,7 @@
 /** Tests what the Records page makes of addresses, files and answers that overtake each other. */
 import { describe, expect, it } from "vitest";
 import { Problem } from "../api/client";
-import { Asked, auditQuery, nameFromFile, partOf, toConfirm, typeOfFile } from "./records";
+import { Asked, auditQuery, nameFromFile, partOf, typeOfFile } from "./records";
 
 const UID = "0123456789abcdef0123456789abcdef";
 
@@ -45,9 +45,4 @@ it("takes a profile's name and form from its file", () => {
   expect(typeOfFile("a.TOML")).toBe("application/toml");
   expect(typeOfFile("a.json")).toBe("application/json");
   expect(typeOfFile("a.exe")).toBeNull();
-});
-
-it("tells what is to be agreed to from what is refused", () => {
-  expect(toConfirm(new Problem("needs_confirmation", 409, "", { confirm: "supply" }))).toBe("supply");
-  expect(toConfirm(new Problem("busy", 409, "", { confirm: "supply" }))).toBeNull();
 });

@@ -1,7 +1,6 @@
 /** Owns what the Records page asks for: something read once, again when told, with its problem in words. */
 import { type Signal, signal } from "@preact/signals";
-import { type Problem, problemOf } from "../api/client";
-import type { SafetyWord } from "../api/config-types";
+import { problemOf } from "../api/client";
 import type { Job } from "../api/types";
 import { text } from "../text";
 import { settled } from "./jobs";
@@ -31,16 +30,10 @@ export class Asked<T> {
   }
 }
 
-/** What is to be agreed to before this is written; null when it is not that. */
-export function toConfirm(problem: Problem): SafetyWord | null {
-  const word = problem.facts.confirm;
-  return problem.code === "needs_confirmation" && typeof word === "string" ? (word as SafetyWord) : null;
-}
-
 /** Waits for the save that a write has started. Null when all went well, or why not. */
 export async function saved(job: string): Promise<string | null> {
   const end: Job = await settled(job);
-  return end.state === "succeeded" ? null : (end.error?.detail ?? text.job.state[end.state]);
+  return end.state === "succeeded" ? null : (end.error?.summary ?? text.job.state[end.state]);
 }
 
 /** The address of an audit with these filters; empty ones are left out. */

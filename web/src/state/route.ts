@@ -1,6 +1,6 @@
-/** Owns the address bar: which page is shown, of which servo, at which parameter. */
-import { computed, signal } from "@preact/signals";
-import { ROOT } from "../api/root";
+/** The address bar: which page is shown, of which servo, at which parameter, and the choices the page keeps in it. */
+import { computed, effect, type Signal, signal } from "@preact/signals";
+import { decoded, ROOT } from "../api/root";
 
 export type Page =
   | "servos"
@@ -12,7 +12,9 @@ export type Page =
   | "faults"
   | "bus"
   | "records"
-  | "api";
+  | "api"
+  /** An address that is none of ours. */
+  | "missing";
 
 export interface Route {
   page: Page;
@@ -21,41 +23,61 @@ export interface Route {
   hash: string;
 }
 
-const ALONE = /^\/(commission|tune|faults|bus|records)\/?$/;
+const ALONE = /^\/(servos|commission|tune|faults|bus|records)\/?$/;
 /** Not /api: what begins with that is the server's. */
 const API_PAGE = /^\/api-page\/?$/;
 const MATRIX = /^\/servos\/matrix\/?$/;
-const SERVO = /^\/servos\/([0-9a-f]{32})\/(parameters|motion|tune|faults)\/?$/;
+const SERVO = /^\/servos\/([0-9a-f]{32})(?:\/(parameters|motion|tune|faults))?\/?$/;
 
 export function parse(path: string, hash: string): Route {
-  const behind = decodeURIComponent(hash.replace(/^#/, ""));
+  const behind = decoded(hash.replace(/^#/, ""));
+  if (path.length < 2) return { page: "servos", uid: null, hash: behind };
   const alone = ALONE.exec(path);
   if (alone) return { page: alone[1] as Page, uid: null, hash: behind };
   if (API_PAGE.test(path)) return { page: "api", uid: null, hash: behind };
   if (MATRIX.test(path)) return { page: "matrix", uid: null, hash: behind };
   const found = SERVO.exec(path);
-  if (!found?.[1]) return { page: "servos", uid: null, hash: "" };
-  return { page: found[2] as Page, uid: found[1], hash: behind };
+  if (!found?.[1]) return { page: "missing", uid: null, hash: "" };
+  return { page: (found[2] ?? "parameters") as Page, uid: found[1], hash: behind };
 }
+
+/** Choices of a page, by their names in its address; an empty one is left out. */
+export type Query = Readonly<Record<string, string>>;
 
 /** The address of a page, below the path this one lives at. */
-export function pathOf(page: Page, uid: string | null, hash = ""): string {
-  return ROOT + below(page, uid, hash);
+export function pathOf(page: Page, uid: string | null, hash = "", query: Query = {}): string {
+  return ROOT + below(page, uid) + written(withQuery("", query)) + (hash === "" ? "" : `#${hash}`);
 }
 
-function below(page: Page, uid: string | null, hash: string): string {
-  const behind = hash === "" ? "" : `#${hash}`;
-  if (page === "api") return `/api-page${behind}`;
-  if (page === "bus" || page === "commission" || page === "records") return `/${page}${behind}`;
-  if ((page === "faults" || page === "tune") && uid === null) return `/${page}${behind}`;
-  if (page === "matrix") return `/servos/matrix${behind}`;
-  if (page === "servos" || uid === null) return "/servos";
-  return `/servos/${uid}/${page}${behind}`;
+function below(page: Page, uid: string | null): string {
+  if (page === "api") return "/api-page";
+  if (page === "bus" || page === "commission" || page === "records") return `/${page}`;
+  if ((page === "faults" || page === "tune") && uid === null) return `/${page}`;
+  if (page === "matrix") return "/servos/matrix";
+  if (page === "servos" || page === "missing" || uid === null) return "/servos";
+  return `/servos/${uid}/${page}`;
+}
+
+function withQuery(before: string, changes: Query): string {
+  const next = new URLSearchParams(before);
+  for (const [name, value] of Object.entries(changes)) {
+    if (value === "") next.delete(name);
+    else next.set(name, value);
+  }
+  return next.toString();
+}
+
+/** Lists of servos are to be read by people, too. */
+function written(query: string): string {
+  return query === "" ? "" : `?${query.replaceAll("%2C", ",")}`;
 }
 
 const here = () => parse(location.pathname.slice(ROOT.length), location.hash);
 
 export const route = signal<Route>(here());
+
+/** What stands behind the "?", without it. */
+const query = signal(location.search.slice(1));
 
 /** The servo last looked at: where the rail's Parameters and Motion lead. */
 export const lastUid = signal<string | null>(route.peek().uid);
@@ -77,11 +99,92 @@ export function go(path: string, replace = false): void {
 }
 
 function follow(): void {
+  clearTimeout(refused);
   const next = here();
   const before = route.peek();
-  if (next.page !== before.page || next.uid !== before.uid) for (const act of leaving) act();
+  const moved = next.page !== before.page || next.uid !== before.uid;
+  if (moved) for (const act of leaving) act();
   if (next.uid) lastUid.value = next.uid;
-  route.value = next;
+  query.value = location.search.slice(1);
+  if (moved || next.hash !== before.hash) route.value = next;
+}
+
+let refused: ReturnType<typeof setTimeout> | undefined;
+const AGAIN_MS = 1000;
+
+/** Changes choices of this page in its address, and no step of the history; `hash` stays unless it is given. */
+export function change(choices: Query, hash?: string): void {
+  query.value = withQuery(query.peek(), choices);
+  if (hash !== undefined && hash !== route.peek().hash) route.value = { ...route.peek(), hash };
+  write(hash === undefined ? location.hash : hash && `#${hash}`);
+}
+
+function write(behind: string): void {
+  clearTimeout(refused);
+  try {
+    history.replaceState(null, "", location.pathname + written(query.peek()) + behind);
+  } catch {
+    // A browser allows only so many changes in a while: the last one follows.
+    refused = setTimeout(() => write(behind), AGAIN_MS);
+  }
+}
+
+/** The address of the same page, with the same choices, of another servo. */
+export function sameFor(uid: string): string {
+  const { page, hash } = route.peek();
+  return pathOf(page, uid, hash, Object.fromEntries(new URLSearchParams(query.peek())));
+}
+
+/** A choice of a page that its address keeps, so that Back and a reload bring it again. */
+export interface Choice<T> {
+  value: T;
+  peek: () => T;
+}
+
+/** A choice under this name; `read` makes sense of any text, and `write` gives "" for what is usual. */
+export function inAddress<T>(
+  name: string,
+  read: (text: string) => T,
+  write: (value: T) => string,
+): Choice<T> {
+  const text = computed(() => new URLSearchParams(query.value).get(name) ?? "");
+  return {
+    get value() {
+      return read(text.value);
+    },
+    set value(next: T) {
+      const word = write(next);
+      if (word !== text.peek()) change({ [name]: word });
+    },
+    peek: () => read(text.peek()),
+  };
+}
+
+/** What was typed, for instance into a search box. */
+export function wordInAddress(name: string): Choice<string> {
+  return inAddress(
+    name,
+    text => text,
+    value => value,
+  );
+}
+
+/** One of these; the first is the usual one, and stands for anything else. */
+export function oneInAddress<T extends string>(name: string, all: readonly [T, ...T[]]): Choice<T> {
+  return inAddress(
+    name,
+    text => all.find(one => one === text) ?? all[0],
+    value => (value === all[0] ? "" : value),
+  );
+}
+
+/** Keeps a signal and a word of the address alike from now on: at first the address has the say, if it says anything. */
+export function keepInAddress(name: string, kept: Signal<string>): () => void {
+  const word = wordInAddress(name);
+  if (word.peek() !== "") kept.value = word.peek();
+  return effect(() => {
+    word.value = kept.value;
+  });
 }
 
 export function startRoute(): void {

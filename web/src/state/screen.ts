@@ -12,6 +12,9 @@ function follow(query: string): Signal<boolean> {
 
 export const narrow = follow("(max-width: 1024px)");
 
+/** A phone's width, as style/narrow.css has it: Stop is as wide as the window. */
+export const phone = follow("(max-width: 767px)");
+
 /** Touch density, as the style sheets have it. */
 export const touch = follow("(any-pointer: coarse), (max-width: 1024px)");
 

@@ -154,5 +154,5 @@ test("a file of columns is a servo each name, with a model where the file has it
 });
 
 test("a series is what 0x50 reads", () => {
-  expect([61, 62, 63, null, undefined].map(seriesOf)).toEqual(["BLA21", "BLA15", "", "", ""]);
+  expect([61, 62, 86, 63, null, undefined].map(seriesOf)).toEqual(["BLA21", "BLA15", "BLA34", "", "", ""]);
 });

@@ -12,7 +12,7 @@ const ROWS = ["current_angle", "command_angle", "angle_limit_cw", "angle_limit_c
 type PoseRow = (typeof ROWS)[number];
 
 /** What 0x50 reads, section 4.40. */
-const SERIES: Readonly<Record<number, ViewPose["series"]>> = { 61: "BLA21", 62: "BLA15" };
+const SERIES: Readonly<Record<number, ViewPose["series"]>> = { 61: "BLA21", 62: "BLA15", 86: "BLA34" };
 
 export function seriesOf(modelNumber: number | null | undefined): ViewPose["series"] {
   return SERIES[modelNumber ?? 0] ?? "";

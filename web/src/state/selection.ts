@@ -1,8 +1,16 @@
-/** Owns which servos are ticked on the Servos page: kept while the page lives, never one that is gone. */
-import { computed, signal } from "@preact/signals";
+/** Owns which servos are ticked on the Servos page: kept while the tab lives, never one that is gone. */
+import { computed, effect, signal } from "@preact/signals";
 import { uids } from "./fleet";
+import { readTab, writeTab } from "./tab-store";
 
-const ticked = signal<ReadonlySet<string>>(new Set());
+const NAME = "hornbill.selected";
+
+const ticked = signal<ReadonlySet<string>>(known(readTab(NAME)));
+effect(() => writeTab(NAME, [...ticked.value]));
+
+function known(found: unknown): ReadonlySet<string> {
+  return new Set(Array.isArray(found) ? found.map(String) : []);
+}
 
 /** Unique ids of the ticked servos, in the order of the list. */
 export const selected = computed(() => uids.value.filter(uid => ticked.value.has(uid)));

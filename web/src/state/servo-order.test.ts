@@ -1,6 +1,6 @@
 /** Order of the list: which column, which way, and where the unknown stand. */
 import { describe, expect, test } from "vitest";
-import { ordered, pressed, severity } from "./servo-order";
+import { ordered, pressed, severity, sortingIn, sortingText } from "./servo-order";
 
 describe("ordered", () => {
   const facts: Record<string, number | null> = { a: 3, b: null, c: -1, d: 3 };
@@ -29,4 +29,9 @@ test("a column turns round when pressed again, and a third press gives the list 
 test("a failure is worse than a warning, and that worse than OK", () => {
   expect(severity("failure")).toBeLessThan(severity("warning"));
   expect(severity("warning")).toBeLessThan(severity("ok"));
+});
+
+test("a sorting is the same after its way through an address, and nonsense is none", () => {
+  for (const text of ["", "name", "-age"]) expect(sortingText(sortingIn(text))).toBe(text);
+  expect(sortingIn("-nonsense")).toBeNull();
 });

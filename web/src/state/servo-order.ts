@@ -33,6 +33,16 @@ export function severity(kind: Kind): number {
   return SEVERITY.indexOf(kind);
 }
 
+/** How a sorting is written in an address: "name", or "-name" for descending. */
+export function sortingIn(text: string): Sorting | null {
+  const column = COLUMNS.find(one => one === text.replace(/^-/, ""));
+  return column ? { column, way: text.startsWith("-") ? "descending" : "ascending" } : null;
+}
+
+export function sortingText(sorting: Sorting | null): string {
+  return sorting === null ? "" : `${sorting.way === "descending" ? "-" : ""}${sorting.column}`;
+}
+
 /** Pressing a column's head: another column begins ascending, the same one turns round, a third press ends it. */
 export function pressed(sorting: Sorting | null, column: Column): Sorting | null {
   if (sorting?.column !== column) return { column, way: "ascending" };

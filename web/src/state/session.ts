@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf, whenUnauthorized } from "../api/client";
 import { linkToken } from "../api/root";
+import { reload } from "./reload";
 
 interface Session {
   /** Whether a token is needed. */
@@ -58,7 +59,7 @@ export async function signIn(token: string): Promise<boolean> {
 
 export async function signOut(): Promise<void> {
   await ask<void>("DELETE", "/session").catch(() => undefined);
-  location.reload();
+  reload();
 }
 
 export function startSession(): void {

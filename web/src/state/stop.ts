@@ -4,19 +4,23 @@ import { ask, problemOf } from "../api/client";
 import type { Stop } from "../api/types";
 import { text } from "../text";
 import { stop } from "./desk";
+import { holder } from "./holder";
 import { live, up } from "./link";
-import { forgetMotion, holder } from "./motion";
+import { forgetMotion } from "./motion";
 
 export type Cause = "button" | "Esc" | "Space";
+
+/** Stored by the server, so in no language but its own. */
+const REASONS: Readonly<Record<Cause, string>> = { button: "Stop button", Esc: "Esc", Space: "Space" };
 
 /** A stop that reached nobody: said in words until one does. */
 export const unsent = signal<string | null>(null);
 
 /** Torque off on every servo. Over the socket and over REST, whichever is there first. */
 export function pressStop(cause: Cause): void {
-  const socket = live.send({ type: "stop", mode: "off", by: holder(), reason: text.stop.cause[cause] });
+  const socket = live.send({ type: "stop", mode: "off", by: holder(), reason: REASONS[cause] });
   void ask<Stop>("POST", `/stop?by=${encodeURIComponent(holder())}`, {
-    body: { mode: "off", reason: text.stop.cause[cause] },
+    body: { mode: "off", reason: REASONS[cause] },
     keepalive: true,
     timeout_ms: 5000,
   }).then(

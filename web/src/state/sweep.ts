@@ -1,12 +1,13 @@
 /** Owns the sweep: there and back, so many times, at a limited speed; it lives on this page and ends with it. */
+
 import { effect, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Commanded } from "../api/types";
 import { angle as angleText } from "../form/format";
 import { text } from "../text";
 import { jogging as words } from "../text/topics";
-import { monotonic } from "./clock";
-import { angleOf, peekServo } from "./fleet";
+import { peekServo } from "./fleet";
+import { freshAngle } from "./fresh";
 import { offsets, stream } from "./group";
 import { membersOf, motion, presentAngle, profileOf, question, setpoint, together } from "./motion";
 
@@ -35,7 +36,6 @@ export const sweepSaid = signal<string | null>(null);
 
 /** Nearer than this is there. */
 const BAND_DEG = 1.5;
-const FRESH_S = 0.5;
 const LOOK_MS = 50;
 /** A leg that takes so much longer than reckoned is not going to arrive. */
 const PATIENCE = 2;
@@ -128,10 +128,8 @@ async function leg(angle: number, wish: SweepWish, still: () => boolean): Promis
 
 /** Whether the horn was there, as heard a moment ago; one that is silent is not. */
 function near(uid: string, goal: number): boolean {
-  const one = peekServo(uid);
-  if (!one?.online) return false;
-  const { value, age } = angleOf(one, monotonic());
-  return value !== null && age !== null && age < FRESH_S && Math.abs(value - goal) < BAND_DEG;
+  const value = freshAngle(peekServo(uid));
+  return value !== null && Math.abs(value - goal) < BAND_DEG;
 }
 
 function command(present: { uid: string; lease: string }, angle: number, speed: number): Promise<Commanded> {

@@ -1,19 +1,24 @@
 /** Take-overs: asked for with a countdown, granted with torque off, and never left behind when the page goes on. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { TakeOverState } from "../api/types";
+import { stopButton } from "../testing/stop-button";
 import { setLease } from "./desk";
+import { holder } from "./holder";
 import { link } from "./link";
-import { enableMotion, endMotion, forgetMotion, holder, motion, refusal, startMotion } from "./motion";
+import { enableMotion, endMotion, forgetMotion, motion, refusal, startMotion } from "./motion";
 import { askFor, takeNow } from "./take-over";
 
 const UID = "b".repeat(32);
-const held = { holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null };
+const held = { shown_id: "R", holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null };
 let sent: string[];
 let state: TakeOverState;
 
 startMotion();
 
+let hideStop: () => void;
+
 beforeEach(() => {
+  hideStop = stopButton();
   vi.useFakeTimers();
   sent = [];
   link.value = { state: "up", since: 0 };
@@ -29,6 +34,7 @@ beforeEach(() => {
 });
 
 afterEach(async () => {
+  hideStop();
   endMotion(null);
   setLease(null);
   await vi.advanceTimersByTimeAsync(2000);

@@ -5,7 +5,8 @@ import { text } from "../text";
 import { takeOver as words } from "../text/topics";
 import { monotonic } from "./clock";
 import { lease as heldLease } from "./desk";
-import { hold, holder, motion, refusal, TTL_S, withdraw } from "./motion";
+import { holder, who } from "./holder";
+import { hold, motion, refusal, TTL_S, withdraw } from "./motion";
 
 /** How long the holder has to refuse. */
 export const PATIENCE_S = 10;
@@ -53,7 +54,7 @@ function follow(uid: string, told: TakeOverState): void {
     setTimeout(() => void look(told.id), Math.min(LOOK_MS, 1000 * told.expires_in_s + 50));
   } else {
     const keeps = heldLease.peek()?.holder ?? from;
-    motion.value = { phase: "off", why: told.state === "refused" ? words.kept(keeps) : words.over };
+    motion.value = { phase: "off", why: told.state === "refused" ? words.kept(who(keeps)) : words.over };
   }
 }
 

@@ -5,6 +5,7 @@ import type { RunOverlay, StepRun, StepTestWish } from "../api/lab-types";
 import type { Job, Value } from "../api/types";
 import { decimalsOf, number } from "../form/format";
 import { text } from "../text";
+import { tune as words } from "../text/topics";
 import { apply } from "./apply";
 import { catalog } from "./catalog";
 import { staged } from "./draft";
@@ -31,7 +32,10 @@ export const test = computed<Job | null>(() => {
   const id = job.value;
   return id === null ? null : (jobs.value.get(id) ?? null);
 });
-export const testing = computed(() => test.value !== null && !ended(test.value));
+/** Whether the request that starts a test is not answered yet. */
+const starting = signal(false);
+/** From the press on. */
+export const testing = computed(() => starting.value || (test.value !== null && !ended(test.value)));
 export const testProblem = signal<string | null>(null);
 
 /** Turns to another servo: what was known of the last one goes. */
@@ -95,13 +99,8 @@ export async function startTest(uid: string, wish: StepTestWish): Promise<void> 
   if (present.phase !== "on" || testing.peek()) return;
   testProblem.value = null;
   try {
-    const begun = await ask<Job>("POST", `/servos/${uid}/step-test`, {
-      body: wish,
-      headers: { Lease: present.lease },
-    });
-    if (!jobs.peek().has(begun.id)) setJob(begun);
+    const begun = await begin(uid, wish, present.lease);
     if (of !== uid) return;
-    job.value = begun.id;
     const end = await settled(begun.id);
     if (of !== uid || job.peek() !== begun.id) return;
     const made = (end.result as { run?: number } | null)?.run;
@@ -114,6 +113,34 @@ export async function startTest(uid: string, wish: StepTestWish): Promise<void> 
   } catch (error) {
     if (of === uid) testProblem.value = text.problem(problemOf(error));
   }
+}
+
+/** Sends the request once: until it is answered nobody can send another. */
+async function begin(uid: string, wish: StepTestWish, lease: string): Promise<Job> {
+  starting.value = true;
+  try {
+    const begun = await ask<Job>("POST", `/servos/${uid}/step-test`, {
+      body: wish,
+      headers: { Lease: lease },
+    });
+    if (!jobs.peek().has(begun.id)) setJob(begun);
+    if (of === uid) job.value = begun.id;
+    return begun;
+  } finally {
+    starting.value = false;
+  }
+}
+
+/** Applies the staged gains, then runs the test with just them; without staged gains, the test alone. */
+export async function applyAndTest(uid: string, wish: StepTestWish): Promise<void> {
+  if (testing.peek() || sheetOf(uid).busy.peek() !== null) return;
+  testProblem.value = null;
+  if (stagedGains(uid).size > 0 && !(await applyGains(uid))) {
+    testProblem.value = words.form.notApplied;
+    return;
+  }
+  if (motion.peek().phase === "on") await startTest(uid, wish);
+  else testProblem.value = words.form.motionEnded;
 }
 
 /** Ends the test; the horn goes back to where it was. */

@@ -5,7 +5,7 @@ import type { Quality } from "../pages/view-url";
 /** One servo at an instant, for a frame that shows a recording. Degrees; null is "not known". */
 export interface ViewPose {
   uid: string;
-  series: "BLA21" | "BLA15" | "";
+  series: "BLA21" | "BLA15" | "BLA34" | "";
   angle: number | null;
   command: number | null;
   limit_cw: number | null;

@@ -84,8 +84,3 @@ export function watch(uid: string): () => void {
     watched.value = null;
   };
 }
-
-/** Values older than this are old: twice the period, and never less than a batch may take on its way. */
-export function staleAfter(grantedHz: number): number {
-  return Math.max(2 / Math.max(grantedHz, 0.1), 0.4);
-}

@@ -1,5 +1,7 @@
 /** Owns the catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
 import type { Problem } from "../api/client";
+import type { Caution } from "../api/types";
+import type { Saying } from "../form/facts";
 import * as frame from "./en/frame";
 import * as live from "./en/live";
 import * as parameters from "./en/parameters";
@@ -36,9 +38,24 @@ export const text = {
   ...live,
 
   /** By key, names for what the server's tables name in English already. */
-  table: { rows: {}, groups: {}, choices: {}, faults: {}, advice: {}, why: {} } as Readonly<
-    Record<"rows" | "groups" | "choices" | "faults" | "advice" | "why", Readonly<Record<string, string>>>
+  table: {
+    rows: {},
+    groups: {},
+    choices: {},
+    faults: {},
+    advice: {},
+    firmware: {},
+    why: {},
+    commands: {},
+  } as Readonly<
+    Record<
+      "rows" | "groups" | "choices" | "faults" | "advice" | "firmware" | "why" | "commands",
+      Readonly<Record<string, string>>
+    >
   >,
+
+  /** What to know before a command, by code; in English the server says it. */
+  cautions: {} as Readonly<Partial<Record<Caution["code"], Saying>>>,
 
   /** What a refusal of the server means for whoever sits here. */
   problem(problem: Problem): string {

@@ -1,11 +1,12 @@
 /** Owns the catalogue of everything the page says, in Japanese. */
 
+import { cautions } from "./ja/cautions";
 import { frame } from "./ja/frame";
 import { live } from "./ja/live";
 import { parameters } from "./ja/parameters";
 import { servos } from "./ja/servos";
 import { table } from "./ja/table";
-import type { Text } from "./language";
+import { readable, type Text } from "./language";
 
 export const text = {
   name: "hornbill",
@@ -37,12 +38,16 @@ export const text = {
   ...live,
 
   table,
+  cautions,
 
   problem(problem) {
     const facts = problem.facts;
     switch (problem.code) {
       case "lease_held":
-        return live.motion.heldBy(String(facts.holder ?? "他の人"), facts.expires_in_s);
+        return live.motion.heldBy(
+          readable(String(facts.holder ?? "他の人"), live.motion.holder),
+          facts.expires_in_s,
+        );
       case "stopped":
         return live.motion.whileStopped;
       case "bus_disconnected":

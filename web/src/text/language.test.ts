@@ -1,8 +1,11 @@
 /** Which language the page speaks: the one chosen here before, else the browser's, else English. */
 import { afterEach, expect, test, vi } from "vitest";
-import { chosen } from "./language";
+import { choose, chosen } from "./language";
 
-afterEach(() => localStorage.clear());
+afterEach(() => {
+  vi.unstubAllGlobals();
+  localStorage.clear();
+});
 
 test.each([
   [null, ["ja-JP", "en"], "ja"],
@@ -16,4 +19,25 @@ test.each([
   vi.spyOn(navigator, "languages", "get").mockReturnValue(wishes);
   if (kept) localStorage.setItem("hornbill.language", kept);
   expect(chosen()).toBe(language);
+});
+
+test("a choice is kept, and the page loads again in it", () => {
+  const reload = vi.spyOn(location, "reload").mockImplementation(() => undefined);
+  choose("ja");
+  expect(localStorage.getItem("hornbill.language")).toBe("ja");
+  expect(reload).toHaveBeenCalledOnce();
+});
+
+test("where storage is forbidden the address keeps the choice", () => {
+  const forbidden = () => {
+    throw new DOMException("no", "SecurityError");
+  };
+  vi.stubGlobal("localStorage", { getItem: forbidden, setItem: forbidden, clear: () => undefined });
+  const replace = vi.spyOn(location, "replace").mockImplementation(() => undefined);
+  choose("ja");
+  const address = new URL(String(replace.mock.calls[0]?.[0]));
+  expect(address.search).toBe("?language=ja");
+  history.replaceState(null, "", address.pathname + address.search);
+  expect(chosen()).toBe("ja");
+  history.replaceState(null, "", "/");
 });

@@ -1,4 +1,6 @@
 /** Owns which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
+
+import { reload } from "../state/reload";
 import type { text } from "./en";
 import type { topics } from "./en/topics";
 
@@ -33,9 +35,13 @@ export const LANGUAGES = {
 >;
 
 const KEY = "hornbill.language";
+/** Where the storage is forbidden, the address keeps the choice. */
+const IN_ADDRESS = "language";
 
-/** The language chosen here before, else the first of the browser's that there is, else English. */
+/** The language the address asks for, else the one chosen here before, else the first of the browser's that there is, else English. */
 export function chosen(): Language {
+  const asked = new URLSearchParams(location.search).get(IN_ADDRESS);
+  if (asked === "en" || asked === "ja") return asked;
   try {
     const kept = localStorage.getItem(KEY);
     if (kept === "en" || kept === "ja") return kept;
@@ -52,8 +58,19 @@ export function chosen(): Language {
 /** Keeps the choice and loads the page again in it: words are read once, when a part of the page is loaded. */
 export function choose(next: Language): void {
   if (next === chosen()) return;
-  localStorage.setItem(KEY, next);
-  location.reload();
+  const address = new URL(location.href);
+  address.searchParams.delete(IN_ADDRESS);
+  try {
+    localStorage.setItem(KEY, next);
+  } catch {
+    address.searchParams.set(IN_ADDRESS, next);
+  }
+  reload(address.href);
+}
+
+/** A stored name of who did something, as people read it: a page by its number in their language, others as they stand. */
+export function readable(name: string, page: (n: string) => string): string {
+  return name.replace(/(^| · )Page (\d+)$/, (_, before: string, n: string) => before + page(n));
 }
 
 let known: Text | null = null;

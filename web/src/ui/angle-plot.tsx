@@ -1,15 +1,16 @@
 /** Owns the plot of one servo: angle and command at first, any channel it has beside them, or a recording of them. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { TelemetryGrant } from "../api/types";
 import { number } from "../form/format";
-import { liveOf } from "../pages/readouts";
 import { channelsOf, curvesOf } from "../plots/channels";
 import { lanesOf } from "../plots/lane";
 import { Span } from "../plots/span";
 import { catalog } from "../state/catalog";
 import { monotonic } from "../state/clock";
 import { nameOf, servo } from "../state/fleet";
+import { figureNow } from "../state/fresh";
 import { sheetOf } from "../state/parameters";
 import { CHANNELS, RATE_HZ, watched, wish } from "../state/watch";
 import { telemetry } from "../telemetry/store";
@@ -35,7 +36,7 @@ export function AnglePlot({ uid }: { uid: string }) {
     const drawn = offered.filter(channel => chosen.value.includes(channel.key));
     return lanesOf(curvesOf(uid, drawn));
   }, [uid, offered, chosen.value]);
-  const quiet = grant !== null && liveOf(uid, "current_angle").stale;
+  const quiet = grant !== null && figureNow(uid, "current_angle").stale;
   const name = nameOf(one);
   if (recording.value) {
     return (

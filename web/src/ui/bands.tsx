@@ -5,15 +5,23 @@ import { clock, number, withUnit } from "../form/format";
 import { now } from "../state/clock";
 import { lease, stop } from "../state/desk";
 import { nameOf, peekServo } from "../state/fleet";
+import { holder, who } from "../state/holder";
 import { those } from "../state/let-go";
 import { link, up } from "../state/link";
-import { endMotion, holder, keepMotion, motion } from "../state/motion";
+import { endMotion, keepMotion, membersOf, motion } from "../state/motion";
+import { keptOn, planned, restorable } from "../state/restoring";
+import { route } from "../state/route";
 import { signedOut } from "../state/session";
 import { clearStop, unsent } from "../state/stop";
 import { text } from "../text";
 import { Button } from "./button";
 import { Dialog } from "./dialog";
 import { Glyph } from "./glyph";
+import { lazy } from "./lazy";
+import { Panel } from "./panel";
+import { RestoreButton } from "./restore-button";
+
+const RestoreDialog = lazy(() => import("../pages/restore-output").then(file => file.RestoreDialog));
 
 export function Bands() {
   return (
@@ -36,7 +44,13 @@ export function Bands() {
       )}
       <SilentBand />
       {stop.value?.latched && <StopBand stop={stop.value} />}
+      <KeptBand />
       <AskedBand />
+      {planned.value !== null && (
+        <Panel>
+          <RestoreDialog />
+        </Panel>
+      )}
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
         {up.value ? text.link.up : text.link.down}
       </span>
@@ -71,12 +85,28 @@ function SilentBand() {
   );
 }
 
+/** Outputs that are on under motion control of this page, where the page has no motion of its own to say so. */
+function KeptBand() {
+  const present = motion.value;
+  const { page, uid } = route.value;
+  if (present.phase !== "on" || present.lease !== keptOn.value) return null;
+  if (uid === present.uid && (page === "motion" || page === "tune")) return null;
+  return (
+    <section class="link-band asked" data-testid="kept-band">
+      <Button testid="kept-off" onClick={() => endMotion(null)}>
+        {text.motion.turnOff}
+      </Button>
+      <span>{text.output.keptOn(membersOf(present).length)}</span>
+    </section>
+  );
+}
+
 /** Somebody asks for motion control while it is ours. Its buttons stand at the left: never near Stop. */
 function AskedBand() {
   const phase = motion.value.phase;
   const held = lease.value;
   const asked = held?.request;
-  if ((phase !== "on" && phase !== "held") || !held || !asked || asked.by === holder()) return null;
+  if ((phase !== "on" && phase !== "held") || !held || !asked) return null;
   const left = Math.max(0, Math.ceil((held.passesAt ?? now.value) - now.value));
   return (
     <section class="link-band asked" data-testid="asked-band" aria-label={text.asked.label}>
@@ -84,13 +114,13 @@ function AskedBand() {
         <Button testid="keep-lease" live onClick={() => void keepMotion(asked.id)}>
           {text.asked.keep}
         </Button>
-        <Button testid="hand-over" onClick={() => endMotion(text.asked.handed(asked.by))}>
+        <Button testid="hand-over" onClick={() => endMotion(text.asked.handed(who(asked.by)))}>
           {text.asked.hand}
         </Button>
       </span>
       <span>
         {/* Read aloud once, not with every second. */}
-        <span role="alert">{text.asked.asks(asked.by, asked.reason)}</span>{" "}
+        <span role="alert">{text.asked.asks(who(asked.by), asked.reason)}</span>{" "}
         <span class="second" data-testid="asked-left">
           {text.asked.passes(left)}
         </span>
@@ -135,11 +165,20 @@ function StopBand({ stop }: { stop: Stop }) {
       >
         {text.stop.clear}
       </Button>
+      {restorable.value.length > 0 && (
+        <RestoreButton
+          uids={null}
+          testid="restore-all"
+          onRefused={why => {
+            problem.value = why;
+          }}
+        />
+      )}
       <div class="said">
         <h2>
           {text.stop.headline(
             clock(stop.at ?? Date.now() / 1000),
-            stop.by ? text.stop.by(stop.by === holder() ? text.stop.you : stop.by) : "",
+            stop.by ? text.stop.by(stop.by === holder() ? text.stop.you : who(stop.by)) : "",
             all.length - silent.length,
             all.length,
             stop.mode === "brake" ? text.stop.brake : text.stop.off,

@@ -7,9 +7,10 @@ import type { Kind } from "../state/condition";
 import { bus, lease, stopped } from "../state/desk";
 import { all, nameOf, servo, uids } from "../state/fleet";
 import { conditionHere } from "../state/here";
-import { holder, motion } from "../state/motion";
+import { who } from "../state/holder";
+import { isOfOther, motion } from "../state/motion";
 import { lastUid, pathOf } from "../state/route";
-import { narrow } from "../state/screen";
+import { narrow, phone } from "../state/screen";
 import { text } from "../text";
 import { Glyph } from "./glyph";
 import { Mark } from "./icon";
@@ -20,19 +21,21 @@ import { StopButton } from "./stop";
 export function TopBar() {
   return (
     <header class="bar">
-      <div class="bar-mark">
-        <Mark />
-        <span>{text.name}</span>
-      </div>
-      {/* Stop is not among what can fail with them. */}
-      <Panel>
-        <BusCell />
-        {!narrow.value && <LoadCell />}
-        <CountsCell />
-        <MotionCell />
-      </Panel>
-      <div class="bar-fill" />
+      {/* First for the keyboard and to be read; where it is seen is the style's. Not among what can fail with the rest. */}
       <StopButton />
+      <div class="bar-rest">
+        <div class="bar-mark">
+          <Mark />
+          <span>{text.name}</span>
+        </div>
+        <Panel>
+          <BusCell />
+          {!narrow.value && <LoadCell />}
+          <CountsCell />
+          <MotionCell />
+        </Panel>
+        <div class="bar-fill" />
+      </div>
     </header>
   );
 }
@@ -44,7 +47,8 @@ function BusCell() {
   if (!state) return null;
   const name = channelOf(state.address);
   const load = state.load_pct === null ? null : withUnit(number(state.load_pct, 0), "%");
-  const caption = narrow.value && load !== null ? text.bar.busLoad(name, load) : text.bar.bus(name);
+  const short = phone.value ? `${name} ${load ?? ""}` : text.bar.busLoad(name, load ?? "");
+  const caption = narrow.value && load !== null ? short : text.bar.bus(name);
   const rate =
     state.bitrate === null || narrow.value
       ? ""
@@ -52,12 +56,13 @@ function BusCell() {
   // Nothing is wrong with a recording that is over, but nothing comes of it any more.
   const over = state.state === "active" && state.trouble !== null;
   const well = state.state === "active" && !over;
-  const word = over ? text.bar.over : text.bar.busState[state.state];
+  const nothing = state.trouble_code === "nothing_received";
+  const word = over ? text.bar.over : nothing ? text.bar.nothing : text.bar.busState[state.state];
   const waits = retryIn.value;
   return (
     <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)} data-testid="bar-bus">
       <span class="cap">{caption}</span>
-      <span class={`val ${well ? "" : "strong k-warning"}`}>
+      <span class={`val ${well ? (phone.value ? "hidden-text" : "") : "strong k-warning"}`}>
         {waits === null || narrow.value ? word : text.bar.retry(word, Math.ceil(waits))}
         {well && rate}
       </span>
@@ -128,14 +133,13 @@ function CountsCell() {
       </span>
     );
   };
-  // Narrow: only the two worst keep their words; the others keep shape and figure, beside the caption.
-  const worded = new Set(
-    [...shown].sort((a, b) => b.worst - a.worst).slice(0, narrow.value ? 2 : ORDER.length),
-  );
+  // Narrow: only the two worst keep their words, on a phone none; the others keep shape and figure, beside the caption.
+  const words = phone.value ? 0 : narrow.value ? 2 : ORDER.length;
+  const worded = new Set([...shown].sort((a, b) => b.worst - a.worst).slice(0, words));
   return (
     <div class="bar-cell">
       <span class="cap counts">
-        {text.bar.servos}
+        <span class={phone.value ? "hidden-text" : ""}>{text.bar.servos}</span>
         {shown.map(one => !worded.has(one) && count(one.kind, false))}
       </span>
       <span class="val counts">
@@ -152,9 +156,11 @@ function MotionCell() {
   const held = lease.value;
   const asked = held?.request && held.endsAt > now.value ? held.request : null;
   const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
+  // On a phone there is room for it only while it says something that no band says.
+  if (phone.value && !asked && (stopped.value || motionWords() === text.bar.nobody)) return null;
   return (
     <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
-      <span class="cap">{asked ? text.bar.asks(asked.by, left) : motionCaption()}</span>
+      <span class="cap">{asked ? text.bar.asks(who(asked.by), left) : motionCaption()}</span>
       <span class="val" title={motionWords()}>
         {motionWords()}
       </span>
@@ -165,7 +171,7 @@ function MotionCell() {
 /** The seconds another holder has left; the time of our own stands on the Motion page. */
 function leftOfOther(): number | null {
   const held = lease.value;
-  if (!held || stopped.value || motion.value.phase === "on" || held.holder === holder()) return null;
+  if (!held || stopped.value || !isOfOther(held)) return null;
   const left = Math.ceil(held.endsAt - now.value);
   return left > 0 ? left : null;
 }
@@ -184,6 +190,6 @@ function motionWords(): string {
   if (!held) return text.bar.nobody;
   const left = Math.ceil(held.endsAt - now.value);
   if (left <= 0) return text.bar.nobody;
-  if (held.holder === holder()) return text.bar.you;
-  return narrow.value ? held.holder : text.bar.held(held.holder, left);
+  if (!isOfOther(held)) return text.bar.you;
+  return narrow.value ? who(held.holder) : text.bar.held(who(held.holder), left);
 }

@@ -1,4 +1,4 @@
-/** Owns the button: one look, and the rule that what acts on the server waits for the link. */
+/** The button: one look, what acts on the server waits for the link, and a held key is one press. */
 import type { ComponentChildren, JSX } from "preact";
 import { up } from "../state/link";
 
@@ -15,6 +15,8 @@ interface Props {
   pressed?: boolean;
   /** What it does, for screen readers, where the words on it are not enough; it begins with them. */
   label?: string;
+  /** It opens a menu of this element id. */
+  popup?: { open: boolean; id: string };
   refTo?: JSX.IntrinsicElements["button"]["ref"];
 }
 
@@ -28,6 +30,7 @@ export function Button({
   title,
   pressed,
   label,
+  popup,
   refTo,
 }: Props) {
   return (
@@ -37,12 +40,25 @@ export function Button({
       class={`button ${look ?? ""}`}
       disabled={disabled === true || (live === true && !up.value)}
       onClick={onClick}
+      onKeyDown={onePress}
       {...(testid ? { "data-testid": testid } : {})}
       {...(title ? { title } : {})}
       {...(label ? { "aria-label": label } : {})}
+      {...(popup
+        ? {
+            "aria-haspopup": "menu",
+            "aria-expanded": popup.open,
+            ...(popup.open ? { "aria-controls": popup.id } : {}),
+          }
+        : {})}
       {...(pressed === undefined ? {} : { "aria-pressed": pressed })}
     >
       {children}
     </button>
   );
+}
+
+/** A browser clicks again for each repeat of a held Enter. */
+function onePress(event: KeyboardEvent): void {
+  if (event.repeat && event.key === "Enter") event.preventDefault();
 }

@@ -10,11 +10,20 @@ import "../style/keys.css";
 type Line = readonly [key: string, what: string];
 
 const HERE: Partial<Record<Page, readonly Line[]>> = {
-  servos: [words.search, words.scroll],
-  matrix: [words.number, words.enter],
-  parameters: [words.search, words.select, words.number, words.enter, words.diff, words.undo],
-  motion: [words.jog, words.jogZero, words.jogEnter, words.jogHold],
-  tune: [words.number, words.enter],
+  servos: [words.search, words.wiggle, words.scroll],
+  matrix: [words.number, words.enter, words.reviewAll, words.saveAll],
+  parameters: [
+    words.search,
+    words.select,
+    words.number,
+    words.enter,
+    words.apply,
+    words.save,
+    words.undo,
+    words.wiggle,
+  ],
+  motion: [words.jog, words.jogZero, words.jogEnter, words.jogHold, words.wiggle],
+  tune: [words.number, words.gainEnter, words.apply, words.wiggle],
   bus: [words.search, words.monitor],
   records: [words.scrub, words.scrubEnds, words.scroll],
   api: [words.search, words.scroll],
@@ -50,6 +59,7 @@ export function KeysHelp({ onClose }: { onClose: () => void }) {
     >
       <List title={words.here} lines={HERE[page.value] ?? [words.scroll]} />
       <List title={words.everywhere} lines={words.stop} />
+      <p class="small second">{words.composing}</p>
       <List title={words.pages} lines={PAGES} />
     </Dialog>
   );

@@ -4,6 +4,7 @@ import type { ComponentChildren } from "preact";
 import { stopped } from "../state/desk";
 import { complaints } from "../state/doctor";
 import { all, nameOf, servo, uids } from "../state/fleet";
+import { up } from "../state/link";
 import { motion } from "../state/motion";
 import { go, lastUid, type Page, pathOf, route } from "../state/route";
 import { choose, type Wish, wish } from "../state/theme";
@@ -19,11 +20,16 @@ import { guideAt } from "./guide";
 import { Icon, type IconName } from "./icon";
 import { Segments } from "./segments";
 
+function nameOfPage(page: Page): string {
+  if (page === "missing") return text.missing.page;
+  return text.nav[page === "matrix" ? "servos" : page];
+}
+
 /** What the tab of the browser says: the page, and whose it is. */
 function nameTab(): void {
   const { page, uid } = route.value;
   const one = uid === null ? undefined : servo(uid);
-  const words = [page === "matrix" ? text.nav.servos : text.nav[page], ...(one ? [nameOf(one)] : [])];
+  const words = [nameOfPage(page), ...(one ? [nameOf(one)] : [])];
   document.title = `${words.join(", ")} \u2013 ${text.name}`;
 }
 
@@ -110,6 +116,8 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
           label={text.language}
           chosen={language}
           onChoose={chooseLanguage}
+          // The page loads again in it, which takes the server.
+          locked={!up.value}
           options={[
             { key: "en", label: LANGUAGES.en.name, lang: "en" },
             { key: "ja", label: LANGUAGES.ja.name, lang: "ja" },

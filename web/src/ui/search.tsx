@@ -1,4 +1,4 @@
-/** Owns the search box; "/" puts the focus in it. */
+/** The search box; "/" puts the focus in it, Esc clears and leaves it. */
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { onKey } from "../state/keys";
 import { Icon } from "./icon";
@@ -24,6 +24,12 @@ export function Search({ label, value, onInput }: Props) {
         value={value}
         autocomplete="off"
         onInput={event => onInput(event.currentTarget.value)}
+        onKeyDown={event => {
+          if (event.key !== "Escape") return;
+          event.preventDefault();
+          onInput("");
+          document.querySelector("main")?.focus();
+        }}
       />
       <kbd class="touch-hide">/</kbd>
     </label>

@@ -6,9 +6,11 @@ interface Props<T extends string> {
   options: readonly { key: T; label: string; lang?: string }[];
   chosen: T;
   onChoose: (key: T) => void;
+  /** Nothing can be chosen now. */
+  locked?: boolean;
 }
 
-export function Segments<T extends string>({ label, options, chosen, onChoose }: Props<T>) {
+export function Segments<T extends string>({ label, options, chosen, onChoose, locked = false }: Props<T>) {
   return (
     <div class="segments" role="group" aria-label={label}>
       {options.map(option => (
@@ -16,6 +18,7 @@ export function Segments<T extends string>({ label, options, chosen, onChoose }:
           key={option.key}
           type="button"
           aria-pressed={option.key === chosen}
+          disabled={locked && option.key !== chosen}
           onClick={() => onChoose(option.key)}
           {...(option.lang ? { lang: option.lang } : {})}
         >

@@ -1,9 +1,14 @@
 /** Owns the Stop button: acts on press, asks nothing, is always there. */
 import { signal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
 import { stopped } from "../state/desk";
+import { uids } from "../state/fleet";
+import { escapeArmed } from "../state/keys";
 import { link } from "../state/link";
-import { narrow } from "../state/screen";
+import { motionOn, movingNow } from "../state/moving";
+import { phone } from "../state/screen";
 import { pressStop } from "../state/stop";
+import { watchStop } from "../state/stop-sight";
 import { text } from "../text";
 
 const pressed = signal(false);
@@ -12,7 +17,9 @@ export function StopButton() {
   const latched = stopped.value;
   const down = link.value.state === "down";
   const word = down ? text.stop.noLink : latched ? text.stop.stopped : text.stop.word;
-  const under = down ? text.stop.cut : latched ? text.stop.again : text.stop.keys;
+  const under = down ? text.stop.cut : latched ? text.stop.again : phone.value ? reach() : keys();
+  const button = useRef<HTMLButtonElement>(null);
+  useEffect(() => watchStop(button.current), []);
   const press = (event: PointerEvent) => {
     if (event.button !== 0) return;
     pressed.value = true;
@@ -20,6 +27,7 @@ export function StopButton() {
   };
   return (
     <button
+      ref={button}
       type="button"
       class="stop"
       data-testid="stop"
@@ -40,11 +48,24 @@ export function StopButton() {
         <Octagon />
         <span>
           <b>{word}</b>
-          <small class={latched || down || !narrow.value ? "" : "keys"}>{under}</small>
+          <small class={latched || down || phone.value ? "" : "keys"}>{under}</small>
         </span>
       </span>
     </button>
   );
+}
+
+/** Which keys stop now. */
+function keys(): string {
+  const words = text.stop.keys;
+  if (motionOn()) return words.on;
+  if (movingNow.value) return words.moving;
+  return escapeArmed.value ? words.again : words.still;
+}
+
+function reach(): string {
+  const known = uids.value.length;
+  return known === 0 ? text.stop.label : text.stop.reach(known);
 }
 
 function release(): void {

@@ -1,15 +1,15 @@
-/** Owns the small mark at an angle whose unit on the bus is not sure: shape, tooltip, and a word for screen readers. */
+/** Mark at an angle whose position unit is in conflict: shape, tooltip, and a word for screen readers. */
 import type { Servo } from "../api/types";
 import { text } from "../text";
 
-/** Nothing once the unit was measured or forced. */
+/** Nothing unless Status and 0x08 disagree. */
 export function UnitMark({ one }: { one: Servo }) {
   const { state, evidence } = one.position_unit;
-  if (!one.online || (state !== "assumed" && state !== "conflict")) return null;
-  const said = text.servos.unit[state];
+  if (!one.online || state !== "conflict") return null;
+  const said = text.servos.unitConflict;
   return (
-    <span class={`unit-mark ${state}`} title={`${said} ${evidence}`} data-testid={`unit-${one.uid}`}>
-      <span aria-hidden="true">{state === "conflict" ? "!" : "?"}</span>
+    <span class="unit-mark" title={`${said} ${evidence}`} data-testid={`unit-${one.uid}`}>
+      <span aria-hidden="true">!</span>
       <span class="hidden-text">{said}</span>
     </span>
   );

@@ -24,9 +24,15 @@ class AsyncBus:
         """What is plugged in, and what keeps it from being used."""
         return await self._ask("GET", "/bus/adapters")
 
-    async def connect(self, address: str, *, bitrate: int = 1_000_000) -> answers.Bus:
-        """Open an adapter, INTERFACE:CHANNEL as socketcan:can0, at so many bit/s, in place of the present one."""
-        return await self._ask("PUT", "/bus", {"address": address, "bitrate": bitrate})
+    async def connect(
+        self, address: str, *, bitrate: int = 1_000_000, frame_gap_ms: float | None = None
+    ) -> answers.Bus:
+        """Open an adapter, INTERFACE:CHANNEL as socketcan:can0, at so many bit/s, in place of the present one.
+
+        `frame_gap_ms` is the pause between the frames of one transfer; none unless given.
+        """
+        body = {"address": address, "bitrate": bitrate, "frame_gap_ms": frame_gap_ms}
+        return await self._ask("PUT", "/bus", body)
 
     async def disconnect(self) -> answers.Bus:
         """Let go of the adapter."""

@@ -83,6 +83,10 @@ class AsyncHistory:
         """Take what was found for what is wanted."""
         await self._ask("DELETE", f"{self._path}/drift")
 
+    async def dismiss_lost(self) -> None:
+        """Forget the RAM values that the servo lost in a restart (`servo["lost"]`)."""
+        await self._ask("DELETE", f"{self._path}/lost")
+
 
 def _rows(
     keys: Sequence[str] | None, identity: bool, dry_run: bool, save: bool, confirm: Sequence[str]

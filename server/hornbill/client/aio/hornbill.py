@@ -126,6 +126,27 @@ class AsyncHornbill(AsyncConnection):
         """Clear the stop. Moves nothing and turns nothing on."""
         return await self.ask("DELETE", "/stop", by=self.by)
 
+    async def restore_output(
+        self,
+        servos: Sequence[AsyncServo] | None = None,
+        *,
+        confirm: Sequence[str] = (),
+        on_progress: Progress | None = None,
+    ) -> answers.Job:
+        """Switch outputs on again, each held where its horn stands, and wait for it; a latched stop is cleared.
+
+        `servos`: None for all that a stop, a lease or a command switched off. Under a lease they are on until it ends;
+        LeaseRequired for those that would let go by themselves. `confirm`: words of an earlier NeedsConfirmation
+        ("load").
+        """
+        body = {"uids": _uids(servos), "confirm": list(confirm)}
+        job: answers.Job = await self.ask("POST", "/stop/restore", body, once=True, by=self.by)
+        return await self.wait(job["id"], on_progress=on_progress)
+
+    async def plan_restore_output(self, servos: Sequence[AsyncServo] | None = None) -> answers.OutputRestorePreview:
+        """What `restore_output` would switch on, who is under load, and who needs a lease. Switches nothing."""
+        return await self.ask("POST", "/stop/restore", {"uids": _uids(servos), "dry_run": True}, by=self.by)
+
     async def command_many(
         self,
         commands: Sequence[tuple[AsyncServo, Literal["angle", "speed", "torque"], float]],
@@ -220,6 +241,10 @@ class AsyncHornbill(AsyncConnection):
         uids = ",".join(one.uid for one in servos)
         return await self.ask("GET", "/parameters", uids=uids, keys=",".join(keys), refresh=True)
 
+    async def read_faults(self, servos: Sequence[AsyncServo]) -> answers.FaultsRead:
+        """Fault bits of several servos, past ones, too; a servo that is not known says why in its `problem`."""
+        return await self.ask("GET", "/faults", uids=",".join(one.uid for one in servos))
+
     async def write_many(
         self,
         values: Mapping[AsyncServo, Mapping[str, bool | int | float | str]],
@@ -259,6 +284,22 @@ class AsyncHornbill(AsyncConnection):
         job: answers.Job = await self.ask("POST", "/commissioning", body)
         return await self.wait(job["id"], on_progress=on_progress)
 
+    async def plan_commission(
+        self,
+        servos: Sequence[Mapping[str, Any]],
+        *,
+        profile: str | None = None,
+        save: bool = True,
+        identify: bool = False,
+        confirm: Sequence[str] = (),
+    ) -> answers.CommissioningPreview:
+        """What `commission` would write to each servo and to its ROM, after every check of it. Writes nothing."""
+        body = {
+            "servos": [dict(one) for one in servos], "profile": profile, "save": save, "identify": identify,
+            "confirm": list(confirm), "dry_run": True,
+        }  # fmt: skip
+        return await self.ask("POST", "/commissioning", body)
+
     async def health(self) -> answers.Health:
         """Version, uptime and bus of the server."""
         return await self.ask("GET", "/health")
@@ -276,6 +317,10 @@ def unconfirmed(state: answers.Stop) -> list[str]:
     """Who has not confirmed a stop: servos by what they are called, and nodes that may be servos."""
     names = [one["label"] or one["uid"][:8] for one in state["servos"] if not one["confirmed"]]
     return names + [f"node {one['node_id']}" for one in state["nodes"] if not one["confirmed"]]
+
+
+def _uids(servos: Sequence[AsyncServo] | None) -> list[str] | None:
+    return None if servos is None else [one.uid for one in servos]
 
 
 def _told(given: Mapping[str, object]) -> str:

@@ -75,7 +75,9 @@ class AsyncServo:
     ) -> answers.ParametersPatched:
         """Write several, all or nothing: when one fails the old values are back and its error is raised.
 
-        `dry_run` writes nothing and answers the plan. `save` writes ROM as well (the servo restarts, and its horn may
+        `dry_run` writes nothing and answers the plan, with `save` also what ROM will hold.
+
+        `save` writes ROM as well (the servo restarts, and its horn may
         move) and waits until it is read back. `if_match`: a revision of `read_all`; StaleRevision when somebody else
         wrote meanwhile.
         """
@@ -102,9 +104,15 @@ class AsyncServo:
     ) -> answers.Job:
         """Write RAM to ROM, restart, and read it back. With soft start the horn goes slowly to 0°.
 
-        `confirm`: words of an earlier NeedsConfirmation ("torque_off_in_rom").
+        ROM keeps its torque mode unless another was written as configuration; `torque_on` writes on. `confirm`: words
+        of an earlier NeedsConfirmation ("torque_off_in_rom", "torque_on_in_rom").
         """
         return await self._job("save", {"confirm": list(confirm), "torque_on": torque_on}, on_progress)
+
+    async def plan_save(self, *, confirm: Sequence[str] = (), torque_on: bool = False) -> answers.SavePreview:
+        """What `save` would put into ROM and do to the horn, after every check of it. Saves nothing."""
+        body = {"confirm": list(confirm), "torque_on": torque_on, "dry_run": True}
+        return await self._ask("POST", f"{self._path}/save", body)
 
     async def restart(self, *, on_progress: Progress | None = None) -> answers.Job:
         """Restart; what is only in RAM is lost. With soft start the horn goes slowly to 0°."""
@@ -149,7 +157,8 @@ class AsyncServo:
     ) -> answers.Commanded:
         """Command an angle and wait until the horn has stayed within `band_deg` of it for `dwell_s`.
 
-        Raises DidNotMove, with `angle_deg` (where it is) and `target_deg`, when it has not after `timeout_s`.
+        Raises DidNotMove when it has not after `timeout_s`, with `unmet` (band, dwell or samples), `target_deg`,
+        `angle_deg` (as read last) and `in_band_s`.
         """
         body: dict[str, object] = {
             "type": "angle", "value": angle_deg, "wait": "settled", "timeout_s": timeout_s, "band_deg": band_deg,
@@ -158,9 +167,9 @@ class AsyncServo:
         done = await self._command(body, speed_deg_s, 2 * timeout_s + SLACK_S)
         if not done["settled"]:
             raise DidNotMove(
-                f"{self.title} is not within {band_deg:g}° of {done['value']:g}° after {timeout_s:g} s. "
-                "Look whether it is blocked, its limits, and whether torque is on.",
-                target_deg=done["value"], angle_deg=done["angle_deg"],
+                _unmet(self.title, done, timeout_s=timeout_s, band_deg=band_deg, dwell_s=dwell_s),
+                unmet=done["unmet"], target_deg=done["value"], angle_deg=done["angle_deg"],
+                in_band_s=done["in_band_s"],
             )  # fmt: skip
         return done
 
@@ -229,3 +238,23 @@ class AsyncServo:
     async def _job(self, what: str, body: object, on_progress: Progress | None) -> answers.Job:
         job: answers.Job = await self._ask("POST", f"{self._path}/{what}", body)
         return await self._hornbill.wait(job["id"], on_progress=on_progress)
+
+
+def _unmet(title: str, done: answers.Commanded, *, timeout_s: float, band_deg: float, dwell_s: float) -> str:
+    """What was not met of a move, and what to do."""
+    target = f"within {band_deg:g}° of {done['value']:g}°"
+    if done["unmet"] == "samples":
+        return (
+            f"{title} did not answer when its angle was read, so it is not known whether it is {target} after "
+            f"{timeout_s:g} s. Check its supply and the wiring."
+        )
+    if done["unmet"] == "dwell":
+        return (
+            f"{title} is {target}, but after {timeout_s:g} s it has stayed there for {done['in_band_s'] or 0.0:.2f} s "
+            f"only, not {dwell_s:g} s. Allow a longer timeout, or a shorter dwell."
+        )
+    where = "" if done["angle_deg"] is None else f" but at {done['angle_deg']:g}°"
+    return (
+        f"{title} is not {target}{where} after {timeout_s:g} s. Check whether it is blocked, its limits, and whether "
+        "torque is on."
+    )

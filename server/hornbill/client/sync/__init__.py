@@ -1,1 +1,1 @@
-"""Owns the client without asyncio. Made from hornbill.client.aio by `make generate`."""
+"""Client without asyncio. Made from hornbill.client.aio by `make generate`."""

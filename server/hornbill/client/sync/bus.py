@@ -26,9 +26,13 @@ class Bus:
         """What is plugged in, and what keeps it from being used."""
         return self._ask("GET", "/bus/adapters")
 
-    def connect(self, address: str, *, bitrate: int = 1_000_000) -> answers.Bus:
-        """Open an adapter, INTERFACE:CHANNEL as socketcan:can0, at so many bit/s, in place of the present one."""
-        return self._ask("PUT", "/bus", {"address": address, "bitrate": bitrate})
+    def connect(self, address: str, *, bitrate: int = 1_000_000, frame_gap_ms: float | None = None) -> answers.Bus:
+        """Open an adapter, INTERFACE:CHANNEL as socketcan:can0, at so many bit/s, in place of the present one.
+
+        `frame_gap_ms` is the pause between the frames of one transfer; none unless given.
+        """
+        body = {"address": address, "bitrate": bitrate, "frame_gap_ms": frame_gap_ms}
+        return self._ask("PUT", "/bus", body)
 
     def disconnect(self) -> answers.Bus:
         """Let go of the adapter."""

@@ -85,6 +85,10 @@ class History:
         """Take what was found for what is wanted."""
         self._ask("DELETE", f"{self._path}/drift")
 
+    def dismiss_lost(self) -> None:
+        """Forget the RAM values that the servo lost in a restart (`servo["lost"]`)."""
+        self._ask("DELETE", f"{self._path}/lost")
+
 
 def _rows(
     keys: Sequence[str] | None, identity: bool, dry_run: bool, save: bool, confirm: Sequence[str]

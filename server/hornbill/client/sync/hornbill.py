@@ -125,6 +125,27 @@ class Hornbill(Connection):
         """Clear the stop. Moves nothing and turns nothing on."""
         return self.ask("DELETE", "/stop", by=self.by)
 
+    def restore_output(
+        self,
+        servos: Sequence[Servo] | None = None,
+        *,
+        confirm: Sequence[str] = (),
+        on_progress: Progress | None = None,
+    ) -> answers.Job:
+        """Switch outputs on again, each held where its horn stands, and wait for it; a latched stop is cleared.
+
+        `servos`: None for all that a stop, a lease or a command switched off. Under a lease they are on until it ends;
+        LeaseRequired for those that would let go by themselves. `confirm`: words of an earlier NeedsConfirmation
+        ("load").
+        """
+        body = {"uids": _uids(servos), "confirm": list(confirm)}
+        job: answers.Job = self.ask("POST", "/stop/restore", body, once=True, by=self.by)
+        return self.wait(job["id"], on_progress=on_progress)
+
+    def plan_restore_output(self, servos: Sequence[Servo] | None = None) -> answers.OutputRestorePreview:
+        """What `restore_output` would switch on, who is under load, and who needs a lease. Switches nothing."""
+        return self.ask("POST", "/stop/restore", {"uids": _uids(servos), "dry_run": True}, by=self.by)
+
     def command_many(
         self,
         commands: Sequence[tuple[Servo, Literal["angle", "speed", "torque"], float]],
@@ -217,6 +238,10 @@ class Hornbill(Connection):
         uids = ",".join(one.uid for one in servos)
         return self.ask("GET", "/parameters", uids=uids, keys=",".join(keys), refresh=True)
 
+    def read_faults(self, servos: Sequence[Servo]) -> answers.FaultsRead:
+        """Fault bits of several servos, past ones, too; a servo that is not known says why in its `problem`."""
+        return self.ask("GET", "/faults", uids=",".join(one.uid for one in servos))
+
     def write_many(
         self,
         values: Mapping[Servo, Mapping[str, bool | int | float | str]],
@@ -256,6 +281,22 @@ class Hornbill(Connection):
         job: answers.Job = self.ask("POST", "/commissioning", body)
         return self.wait(job["id"], on_progress=on_progress)
 
+    def plan_commission(
+        self,
+        servos: Sequence[Mapping[str, Any]],
+        *,
+        profile: str | None = None,
+        save: bool = True,
+        identify: bool = False,
+        confirm: Sequence[str] = (),
+    ) -> answers.CommissioningPreview:
+        """What `commission` would write to each servo and to its ROM, after every check of it. Writes nothing."""
+        body = {
+            "servos": [dict(one) for one in servos], "profile": profile, "save": save, "identify": identify,
+            "confirm": list(confirm), "dry_run": True,
+        }  # fmt: skip
+        return self.ask("POST", "/commissioning", body)
+
     def health(self) -> answers.Health:
         """Version, uptime and bus of the server."""
         return self.ask("GET", "/health")
@@ -273,6 +314,10 @@ def unconfirmed(state: answers.Stop) -> list[str]:
     """Who has not confirmed a stop: servos by what they are called, and nodes that may be servos."""
     names = [one["label"] or one["uid"][:8] for one in state["servos"] if not one["confirmed"]]
     return names + [f"node {one['node_id']}" for one in state["nodes"] if not one["confirmed"]]
+
+
+def _uids(servos: Sequence[Servo] | None) -> list[str] | None:
+    return None if servos is None else [one.uid for one in servos]
 
 
 def _told(given: Mapping[str, object]) -> str:

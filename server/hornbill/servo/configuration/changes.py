@@ -1,10 +1,13 @@
-"""Owns Changes: several rows at once, all or nothing: check everything, keep a snapshot, write, prove, or undo."""
+"""Changes of several rows, all or nothing: check everything, take a snapshot, write, prove, or undo."""
 
 import logging
 import math
 import re
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import cast
 
+from hornbill.domain.change import Change, Reason, SavePreview, Verdict
 from hornbill.errors import (
     BadRequest,
     Busy,
@@ -21,29 +24,27 @@ from hornbill.errors import (
 )
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
-from hornbill.servo import permission
-from hornbill.servo.asking import Asker
+from hornbill.schema.scale import Value
 from hornbill.servo.configuration import rules
-from hornbill.servo.configuration.audit import Audit
 from hornbill.servo.configuration.claims import Claims
 from hornbill.servo.configuration.history import History
-from hornbill.servo.configuration.writing import Change, Outcome, Write, Writing, change
-from hornbill.servo.hub import Hub, ServoChanged
-from hornbill.servo.leases import Leases
-from hornbill.servo.motion import Motion
-from hornbill.servo.servo import Servo
-from hornbill.servo.stop import MODES
-from hornbill.servo.timebase import TimeBase
-from hornbill.servo.unbroken import unbroken
-from hornbill.store.audit import Entry
+from hornbill.servo.configuration.restart_plan import RestartOptions
+from hornbill.servo.configuration.restarting import Restarting
+from hornbill.servo.configuration.writing import Outcome, Write, Writing, change
+from hornbill.servo.device import permission
+from hornbill.servo.device.output import KEY, MODES, ON
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.runtime.hub import ReadingChanged, ServoChanged
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.shielded import shielded
+from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Raw, Uid
 
 log = logging.getLogger(__name__)
 
 _ADDRESS = re.compile(r"0*x[0-9a-f]+|[0-9]+|[0-9a-f]+h")
-
-MOVES_THE_HORN = frozenset(("reverse", "origin"))
-"""Rows whose change turns the zero or the direction under a held position (features B70, B94)."""
 
 
 def not_a_key(key: str) -> bool:
@@ -52,35 +53,63 @@ def not_a_key(key: str) -> bool:
     return plain in ("boot_loader", "bootloader", "booting_loader") or _ADDRESS.fullmatch(plain) is not None
 
 
+@dataclass(frozen=True, slots=True)
+class WriteOptions:
+    """Who writes, and how. `by` is the lease's holder by default; `by`, `job` and `reason` are for snapshot and audit.
+
+    `save`: a save follows, so that torque on is left to it. `confirm`: words of NeedsConfirmation (supply, temperature,
+    multi_turn) that were answered with yes. `leaving`: servos whose IDs do not count as taken, because the same run
+    moves them.
+    """
+
+    lease_id: str | None = None
+    dry_run: bool = False
+    save: bool = False
+    revision: str | None = None
+    confirm: Collection[str] = ()
+    leaving: Collection[Uid] = ()
+    by: str | None = None
+    job: str | None = None
+    reason: Reason | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """What became of a change, and its save: the job, or for a dry run the plan."""
+
+    outcome: Outcome
+    job: RunningJob | None = None
+    plan: SavePreview | None = None
+
+
 class Changes:
     """Writes configuration rows. Motion rows go through Motion and are refused here."""
 
     def __init__(
         self,
-        asker: Asker,
-        hub: Hub,
-        base: TimeBase,
-        leases: Leases,
+        services: HostServices,
         motion: Motion,
         history: History,
-        audit: Audit,
         claims: Claims,
+        restarting: Restarting,
     ) -> None:
-        self._asker = asker
-        self._hub = hub
-        self._base = base
-        self._leases = leases
+        self._requests = services.requests
+        self._hub = services.hub
+        self._base = services.base
+        self._leases = services.leases
+        self._audit = services.audit
         self._motion = motion
         self._history = history
-        self._audit = audit
         self._claims = claims
-        self._writing = Writing(asker, hub, base, motion)
+        self._restarting = restarting
+        self._writing = Writing(services, motion)
 
     def row(self, servo: Servo, key: str) -> Parameter:
         """The row of that key on this servo. Raises Unknown (no such key) or NotInThisModel."""
         if not_a_key(key):
             raise ForbiddenParameter(
-                f"{key[:20]} is a register nothing in hornbill reads or writes. GET /api/v1/schema lists the keys.",
+                f"{key[:20]} is a register nothing in hornbill reads or writes.",
+                request="GET /api/v1/schema lists the keys.",
                 key=key[:20],
             )
         known = servo.catalog.parameter(key)
@@ -88,7 +117,7 @@ class Changes:
         if register is not None:
             return register.parameter
         if servo.model is None:
-            raise NotInThisModel(f"{servo.title} is of no known model: nothing is read from or written to it.", key=key)
+            raise NotInThisModel(f"{servo.title} has not said yet what it is: wait until it is ready.", key=key)
         firmware = servo.firmware_text or "unknown"
         raise NotInThisModel(
             f"{servo.title} ({servo.model.name}, firmware {firmware}) does not have {key} ({known.name})."
@@ -116,28 +145,30 @@ class Changes:
     ) -> dict[str, Raw]:
         """Raw values to write, every one checked against what is known now. Nothing is sent.
 
-        `confirm`: words of NeedsConfirmation (supply, temperature) that were answered with yes. `leaving`: servos whose
-        ids do not count as taken, because the same batch moves them. Raises the first problem: Unknown,
+        `confirm`: words of NeedsConfirmation (supply, temperature, multi_turn) that were answered with yes. `leaving`:
+        servos whose ids do not count as taken, because the same batch moves them. Raises the first problem: Unknown,
         NotInThisModel, ForbiddenParameter, ReadOnly, OutOfRange, InvalidValue, TorqueOn, Conflict, NeedsConfirmation.
         """
         rows = {key: self.row(servo, key) for key in values}
+        permission.check_series(servo)
         now = servo.raws()
         known: dict[str, Raw | None] = dict(now)
         wanted: dict[str, Raw] = {}
         for key, row in sorted(rows.items(), key=lambda item: item[1].unit_when is not None):
             wanted[key] = known[key] = self._raw(servo, row, values[key], known)
         everywhere = {key: register.parameter for key, register in servo.registers.items()}
-        rules.check_order(everywhere, now, wanted)
-        for key in rules.GIVEN_IDS:
+        for key in servo.catalog.unique:
             if key in wanted and wanted[key] not in (0, now.get(key)):
                 rules.check_id(rows[key], wanted[key], self._claims.of(key, servo, leaving))
         rules.check_readings(everywhere, now, wanted, confirm)
+        rules.check_turns(everywhere, now, wanted, confirm)
         return wanted
 
     def _raw(self, servo: Servo, row: Parameter, value: object, known: Mapping[str, Raw | None]) -> Raw:
         if row.group == "command":
             raise InvalidValue(
-                f"{row.key} moves the horn, so it is no configuration. Use POST /api/v1/servos/{servo.uid}/command.",
+                f"{row.key} moves the horn, so it is no configuration.",
+                request=f"Use POST /api/v1/servos/{servo.uid}/command.",
                 key=row.key,
             )
         if not row.writable:
@@ -147,7 +178,7 @@ class Changes:
         except BadRequest as error:
             error.facts.setdefault("key", row.key)
             raise
-        if row.key in MOVES_THE_HORN and servo.raw("torque_mode") == 0 and raw != servo.raw(row.key):
+        if row.moves_horn and servo.raw("torque_mode") == 0 and raw != servo.raw(row.key):
             raise TorqueOn(
                 f"Changing {row.label.lower()} while torque is on would move the horn of {servo.title}. "
                 "Turn torque off first.",
@@ -155,54 +186,106 @@ class Changes:
             )
         return raw
 
-    async def apply(
-        self,
-        servo: Servo,
-        values: Mapping[str, object],
-        lease_id: str | None,
-        *,
-        dry_run: bool = False,
-        revision: str | None = None,
-        confirm: Collection[str] = (),
-        leaving: Collection[Uid] = (),
-        by: str | None = None,
-        job: str | None = None,
-        reason: str | None = None,
-    ) -> Outcome:
-        """Check all, keep a snapshot, write all, read all back; on any failure the old values are put back.
+    async def edit(self, servo: Servo, values: Mapping[str, object], options: WriteOptions) -> Edit:
+        """`apply`, and with `save` the save that follows. A running save of just these values is joined.
 
-        `by` (the lease's holder unless given), `job` and `reason` are for the snapshot and the audit; `confirm` and
-        `leaving` as in `plan`. Raises, before anything was written, what `plan` raises, StaleRevision, LeaseHeld, Busy,
-        Refused, NoAnswer, BusDisconnected, StoreFailed, and for torque on LeaseRequired, Stopped, ConfigurationLost.
-        From the first write on the outcome tells.
+        Raises what `apply` and Restarting.check raise, before anything is written. When the save cannot begin after the
+        values were written, they stay written, and the outcome names that failure.
         """
-        by = by or self._leases.who(lease_id, self._base.now())
+        if not options.save:
+            return Edit(await self.apply(servo, values, options))
+        if not options.dry_run and options.revision is None:
+            job = self._restarting.save_in_progress(servo, values, options.lease_id)
+            if job is not None:
+                held = cast("Mapping[str, Value]", values)
+                return Edit(Outcome("applied", [Change(key, v, v, v, "unchanged") for key, v in held.items()]), job)
+        wanted = RestartOptions(options.lease_id, confirm=options.confirm, values=values, leaving=options.leaving)
+        self._restarting.check(servo, "save", wanted)
+        outcome = await self.apply(servo, values, options)
+        if outcome.outcome == "planned":
+            raws = self.plan(servo, values, confirm=options.confirm, leaving=options.leaving)
+            return Edit(outcome, plan=await self._restarting.plan(servo, "save", replace(wanted, raws=raws)))
+        if outcome.outcome != "applied":
+            return Edit(outcome)
+        try:
+            written = RestartOptions(options.lease_id, confirm=options.confirm, written=outcome.changes)
+            return Edit(outcome, self._restarting.start(servo, "save", written))
+        except HornbillError as error:
+            return Edit(replace(outcome, failure=error))
+
+    async def apply(self, servo: Servo, values: Mapping[str, object], options: WriteOptions) -> Outcome:
+        """Check all, take a snapshot, write all, read all back; on any failure the old values are put back.
+
+        A value of torque_mode is staged: it is configuration from then on, whatever a stop or a lease makes of the
+        output. With `save`, torque on is left to that save where the output is off: it needs no lease, and is "planned"
+        in the outcome.
+
+        Raises, before anything was written, what `plan` raises, StaleRevision, LeaseHeld, Busy, Refused, NoAnswer,
+        BusDisconnected, StoreFailed, and for torque on LeaseRequired, Stopped, ConfigurationLost. From the first write
+        on the outcome tells.
+        """
+        lease_id, revision, dry_run = options.lease_id, options.revision, options.dry_run
+        by = options.by or self._leases.who(lease_id, self._base.now())
         mode = None if dry_run else self._torque_away(servo, values)
         if mode is not None:  # taking torque away never waits behind a change, and needs no lease
             self._check_revision(servo, revision)
-            return await self._take_torque(servo, mode, by)
+            before = servo.configured(KEY)
+            return self._staged(servo, await self._take_torque(servo, mode, by), MODES[mode], before, by)
         async with servo.changing:  # or one's roll-back would undo what the other wrote meanwhile
             self._check(servo, values, lease_id, revision)
             boots = servo.boots
             await self._read_before(servo, values)
             self._check(servo, values, lease_id, revision)  # another tool may have written, and only now we know
-            wanted = self.plan(servo, values, confirm=confirm, leaving=leaving)
-            writes = self._writes(servo, wanted)
-            if wanted.get("torque_mode") == 0 and servo.raw("torque_mode") != 0:
+            wanted = self.plan(servo, values, confirm=options.confirm, leaving=options.leaving)
+            torque, before = wanted.get(KEY), servo.configured(KEY)
+            later = options.save and torque == ON and servo.raw(KEY) != ON
+            writes = self._writes(servo, {key: raw for key, raw in wanted.items() if not later or key != KEY})
+            if torque == ON and servo.raw(KEY) != ON and not later:
                 self._motion.may_move(servo, lease_id)
             changing = [one.row.key for one in writes if one.raw != one.before]
+            if torque is not None and torque != before and KEY not in changing:
+                changing.append(KEY)
             if dry_run or not changing:
                 same, other = "unchanged", "planned"
                 listed = [
                     change(servo, writes, one, one.before, other if one.row.key in changing else same) for one in writes
                 ]
-                return Outcome("planned" if dry_run else "applied", listed)
+                planned = Outcome("planned" if dry_run else "applied", listed)
+                return planned if torque is None else self._torque_told(servo, planned, torque, before)
             with self._claims.promised(servo, wanted):
-                await self._keep_snapshot(servo, reason or _reason(changing), by)
+                await self._keep_snapshot(servo, options.reason or _reason(changing), by)
                 self._check(servo, values, lease_id, None)
                 if servo.boots != boots:
                     raise Busy(f"{servo.title} restarted before anything was written. Read it again.")
-                return await unbroken(self._write(servo, writes, lease_id, by, job, reason))
+                outcome = await shielded(self._write(servo, writes, by, options))
+                return outcome if torque is None else self._staged(servo, outcome, torque, before, by)
+
+    def _staged(self, servo: Servo, outcome: Outcome, torque: Raw, before: Raw | None, by: str) -> Outcome:
+        """Stage the 0x20 that was asked for, when all of a change is done, and tell what became of it."""
+        written = next((one.verdict for one in outcome.changes if one.key == KEY), None)
+        if outcome.outcome != "applied" or written not in (None, "applied", "unchanged"):
+            return outcome
+        servo.stage_output(torque, by, self._base.now())
+        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.tell(ReadingChanged(servo.uid, KEY))
+        told = self._torque_told(servo, outcome, torque, before)
+        staged = told.changes[-1]
+        if written != "applied" and staged.verdict != "unchanged":  # what was written has its entry already
+            values = staged.before, staged.requested, staged.after
+            self._audit.note(NewAuditEntry(by, "torque", staged.verdict, servo.uid, KEY, *values))
+        return told
+
+    @staticmethod
+    def _torque_told(servo: Servo, outcome: Outcome, torque: Raw, before: Raw | None) -> Outcome:
+        """The outcome with 0x20 as configuration: `before` is what it was configured to, not what RAM held."""
+        row = servo.catalog.by_key[KEY]
+        was = None if before is None else scale.to_value(row, before)
+        wanted = scale.to_value(row, torque)
+        left = outcome.outcome == "planned" or not any(one.key == KEY for one in outcome.changes)
+        verdict = "unchanged" if before == torque else "planned" if left else "applied"
+        after = was if outcome.outcome == "planned" else wanted
+        others = [one for one in outcome.changes if one.key != KEY]
+        return Outcome(outcome.outcome, [*others, Change(KEY, was, wanted, after, verdict)], outcome.failure)
 
     async def torque(self, servo: Servo, mode: str, lease_id: str | None, *, by: str | None = None) -> None:
         """Torque on (under a lease), off or brake (always), and an audit row. Raises as Motion does."""
@@ -240,14 +323,16 @@ class Changes:
             if mode == "on":
                 raw = await self._motion.torque_on(servo, lease_id)
             else:
-                raw = await self._motion.torque_away(servo, mode)
+                raw = await self._motion.torque_away(servo, mode, by=by)
         except BadRequest:  # nothing was sent, or somebody else's stop came in between, which has its own row
             raise
         except HornbillError as error:
-            entry = Entry(by, "torque", _verdict(error), servo.uid, row.key, shown, mode, detail=error.detail)
+            entry = NewAuditEntry(by, "torque", _verdict(error), servo.uid, row.key, shown, mode, detail=error.detail)
             self._audit.note(entry)
             raise
-        self._audit.note(Entry(by, "torque", "applied", servo.uid, row.key, shown, mode, scale.to_value(row, raw)))
+        self._audit.note(
+            NewAuditEntry(by, "torque", "applied", servo.uid, row.key, shown, mode, scale.to_value(row, raw))
+        )
         return raw
 
     def _check(self, servo: Servo, values: Mapping[str, object], lease_id: str | None, revision: str | None) -> None:
@@ -267,9 +352,10 @@ class Changes:
 
     async def _read_before(self, servo: Servo, values: Mapping[str, object]) -> None:
         """Read what is to be written, and what that is judged by. Raises NoAnswer, Refused, BusDisconnected."""
-        keys = [*values, *rules.to_read(values)]
-        if MOVES_THE_HORN & set(values):
-            keys.append("torque_mode")
+        rows = {key: register.parameter for key, register in servo.registers.items()}
+        keys = [*values, *rules.to_read(rows, values)]
+        if any(rows[key].moves_horn for key in values):
+            keys.append(KEY)
         for key in values:
             other = servo.registers[key].parameter.unit_when
             keys += [] if other is None else [other.parameter]
@@ -279,11 +365,11 @@ class Changes:
                 continue
             row = register.parameter
             try:
-                await self._asker.read(servo, row)
+                await self._requests.read(servo, row)
             except Refused as error:
                 raise Refused(
                     f"{servo.title} refused to read {key} ({row.name}) before it was written; nothing was written. "
-                    f"Firmware {servo.firmware_text or 'unknown'} may not have it.",
+                    "Try again; if it does so each time, this servo does not have it.",
                     key=key,
                 ) from error
 
@@ -297,9 +383,9 @@ class Changes:
             writes.append(Write(servo.registers[key].parameter, before, wanted[key]))
         return writes
 
-    async def _keep_snapshot(self, servo: Servo, reason: str, by: str) -> None:
+    async def _keep_snapshot(self, servo: Servo, reason: Reason, by: str) -> None:
         try:
-            await self._history.take(self._asker, servo, reason=reason, by=by)
+            await self._history.take(self._requests, servo, reason=reason, by=by)
         except HornbillError:
             raise
         except Exception as error:  # a full disk: a change that could not be undone later is not made
@@ -309,25 +395,23 @@ class Changes:
                 "Check the data folder and its disk."
             ) from error
 
-    async def _write(
-        self, servo: Servo, writes: list[Write], lease_id: str | None, by: str, job: str | None, reason: str | None
-    ) -> Outcome:
+    async def _write(self, servo: Servo, writes: list[Write], by: str, options: WriteOptions) -> Outcome:
         try:
-            outcome = await self._writing.all_or_nothing(servo, writes, lease_id)
+            outcome = await self._writing.all_or_nothing(servo, writes, options.lease_id)
         finally:
             self._hub.tell(ServoChanged(servo.uid))
-        self._note(servo, outcome, by, job, reason)
+        self._note(servo, outcome, by, options)
         return outcome
 
-    def _note(self, servo: Servo, outcome: Outcome, by: str, job: str | None, reason: str | None) -> None:
+    def _note(self, servo: Servo, outcome: Outcome, by: str, options: WriteOptions) -> None:
         """One audit row a key that was written. Commands and keep-alives have none: a rig sends 1,000 a second."""
         failure = "" if outcome.failure is None else outcome.failure.detail
-        detail = " ".join(part for part in (reason, failure) if part)
+        detail = " ".join(part for part in (options.reason.text if options.reason else "", failure) if part)
         self._audit.note(
             *(
-                Entry(
+                NewAuditEntry(
                     by, "torque" if one.key == "torque_mode" else "write", one.verdict, servo.uid, one.key,
-                    one.before, one.requested, one.after, detail, job,
+                    one.before, one.requested, one.after, detail, options.job,
                 )
                 for one in outcome.changes
                 if one.verdict != "unchanged"
@@ -335,12 +419,12 @@ class Changes:
         )  # fmt: skip
 
 
-def _reason(keys: list[str]) -> str:
+def _reason(keys: list[str]) -> Reason:
     more = f" and {len(keys) - 1} more" if len(keys) > 1 else ""
-    return f"before a change of {keys[0]}{more}"
+    return Reason(f"before a change of {keys[0]}{more}", "change", {"key": keys[0], "more": len(keys) - 1})
 
 
-def _verdict(failure: HornbillError | None) -> str:
+def _verdict(failure: HornbillError | None) -> Verdict:
     if failure is None:
         return "applied"
     return "no_answer" if isinstance(failure, NoAnswer) else "refused"

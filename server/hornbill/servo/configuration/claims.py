@@ -4,9 +4,9 @@ from collections.abc import Callable, Collection, Generator, Mapping
 from contextlib import contextmanager
 
 from hornbill.node.directory import Directory
-from hornbill.servo.configuration.rules import GIVEN_IDS, Claim
-from hornbill.servo.servo import Servo
-from hornbill.servo.timebase import TimeBase
+from hornbill.servo.configuration.rules import Claim
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.store.servos import StoredServo
 from hornbill.store.store import Store
 from hornbill.units import Raw, Uid
@@ -68,7 +68,7 @@ class Claims:
     @contextmanager
     def promised(self, servo: Servo, wanted: Mapping[str, Raw]) -> Generator[None]:
         """While it lasts the ids in `wanted` are this servo's for everybody who asks, though nothing is written yet."""
-        ids = {key: raw for key, raw in wanted.items() if key in GIVEN_IDS}
+        ids = {key: raw for key, raw in wanted.items() if key in servo.catalog.unique}
         if ids:
             self._promised[servo.uid] = ids
         try:

@@ -1,34 +1,41 @@
 """Owns History: taking a snapshot of what a servo holds, before every change and by hand."""
 
-from hornbill.errors import Busy, NoAnswer, NotInThisModel
-from hornbill.servo.asking import Asker
-from hornbill.servo.configuration.audit import Audit
-from hornbill.servo.identification import read_rows
-from hornbill.servo.servo import SOFT_START_ROWS, Servo
-from hornbill.store.audit import Entry
-from hornbill.store.snapshots import Snapshot, Snapshots
+from collections.abc import Mapping
+from typing import cast
+
+from hornbill.domain.change import Reason
+from hornbill.errors import Busy, NoAnswer
+from hornbill.servo.device.identification import read_rows
+from hornbill.servo.device.requests import ServoRequests
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.audit import Audit
+from hornbill.store.audit import NewAuditEntry
+from hornbill.store.snapshots import StoredSnapshot
+from hornbill.store.store import Store
+from hornbill.store.tables import Json
 from hornbill.units import Raw
 
 
 class History:
     """Snapshots hold every row that ROM keeps (0x20 to 0x46, section 4.11), identity rows too, raw by key."""
 
-    def __init__(self, snapshots: Snapshots, audit: Audit) -> None:
-        self.snapshots = snapshots
+    def __init__(self, store: Store, audit: Audit) -> None:
+        self._store = store
+        self.snapshots = store.snapshots
         self._audit = audit
 
-    async def take(self, asker: Asker, servo: Servo, *, reason: str, by: str, automatic: bool = True) -> Snapshot:
+    async def take(
+        self, requests: ServoRequests, servo: Servo, *, reason: Reason, by: str, automatic: bool = True
+    ) -> StoredSnapshot:
         """Keep what RAM holds now, and what is known of ROM. Rows whose reading is not current are read first.
 
         One made by hand reads every row: another tool may have written it since. An automatic one that would repeat
         the newest is not kept again: the answer is that one. Call it while nobody else can change the servo (its
-        `changing` lock). Raises NoAnswer, BusDisconnected, NotInThisModel,
+        `changing` lock). Raises NoAnswer, BusDisconnected,
         and Busy during soft start, when five rows read temporary values (section 4.14), and after a restart.
         """
         if not servo.online:
             raise NoAnswer(f"{servo.title} is offline: what it holds cannot be read. Check its supply and the wiring.")
-        if servo.model is None:
-            raise NotInThisModel(f"{servo.title} is of no known model, so hornbill cannot tell what it holds.")
         if servo.soft_starting:
             raise Busy(
                 f"{servo.title} is in soft start, so what it answers is not what it holds. Wait until it is over.",
@@ -36,38 +43,47 @@ class History:
             )
         boots = servo.boots
         rows = [key for key, one in servo.registers.items() if one.parameter.rom]
-        await read_rows(asker, servo, [key for key in rows if not automatic or _unread(servo, key)])
+        await read_rows(requests, servo, [key for key in rows if not automatic or _unread(servo, key)])
         if servo.boots != boots:
             raise Busy(f"{servo.title} restarted while it was read. Try again when it is ready.")
-        return self.keep(servo, reason=reason, by=by, automatic=automatic)
+        return await self.keep(servo, reason=reason, by=by, automatic=automatic)
 
-    def keep(self, servo: Servo, *, reason: str, by: str, automatic: bool) -> Snapshot:
+    async def keep(self, servo: Servo, *, reason: Reason, by: str, automatic: bool) -> StoredSnapshot:
         """Keep what is known now, without asking the servo; rows that are not known are left out."""
-        made = self.snapshots.add(
-            servo.uid, reason=reason, by=by, automatic=automatic, model=servo.model.name if servo.model else None,
-            firmware=servo.firmware, schema_revision=servo.catalog.revision, ram=held(servo), rom=servo.rom(),
-            unless_same=automatic,
+        made = await self._store.run(
+            self.snapshots.add, servo.uid, reason=reason.text, by=by, automatic=automatic,
+            model=servo.model.name if servo.model else None, firmware=servo.firmware,
+            schema_revision=servo.catalog.revision, ram=held(servo), rom=servo.rom(), unless_same=automatic,
+            reason_code=reason.code, reason_params=cast("Mapping[str, Json]", reason.params),
         )  # fmt: skip
         if not automatic:
-            self._audit.note(Entry(by, "snapshot", "succeeded", servo.uid, after=made.id, detail=reason))
+            self._audit.note(_entry(made, by, "succeeded", after=made.id))
         return made
 
-    def drop(self, snapshot: Snapshot, *, by: str) -> None:
+    async def drop(self, snapshot: StoredSnapshot, *, by: str) -> None:
         """Forget a snapshot. Raises Unknown (unknown_snapshot) when somebody else just did."""
-        self.snapshots.drop(snapshot.id)
-        self._audit.note(Entry(by, "snapshot", "dropped", snapshot.uid, before=snapshot.id, detail=snapshot.reason))
+        await self._store.run(self.snapshots.drop, snapshot.id)
+        self._audit.note(_entry(snapshot, by, "dropped", before=snapshot.id))
+
+
+def _entry(
+    one: StoredSnapshot, by: str, outcome: str, *, before: int | None = None, after: int | None = None
+) -> NewAuditEntry:
+    """A row of the audit; its requested value is the reason by code with its values, None for a user's own words."""
+    reason = None if one.reason_code is None else {"reason": one.reason_code, **one.reason_params}
+    return NewAuditEntry(by, "snapshot", outcome, one.uid, None, before, reason, after, one.reason)
 
 
 def held(servo: Servo) -> dict[str, Raw]:
-    """What RAM is known to hold now of the rows that ROM keeps, raw by key: never a temporary value (4.14)."""
+    """What the rows that ROM keeps are known to be configured to now, raw by key: never a temporary value (4.14)."""
     return {
-        key: one.raw
+        key: raw
         for key, one in servo.registers.items()
-        if one.raw is not None and one.parameter.rom and not _unread(servo, key)
+        if one.parameter.rom and not _unread(servo, key) and (raw := servo.configured(key)) is not None
     }
 
 
 def _unread(servo: Servo, key: str) -> bool:
     """Whether what RAM holds in a row that ROM keeps is not known now."""
     one = servo.registers[key]
-    return one.parameter.rom and (one.at is None or (servo.soft_starting and key in SOFT_START_ROWS))
+    return one.parameter.rom and (one.at is None or servo.temporary(key))

@@ -1,29 +1,27 @@
-"""Owns Resetting: back to the defaults of the model, in RAM and in ROM, whatever ERASE turns out to do (2.3, 4.9)."""
+"""Steps of a factory reset: the model's defaults in RAM and ROM, whatever ERASE turns out to do (2.3, 4.9)."""
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from hornbill.errors import HornbillError, NoAnswer, NotAsWanted, NotInThisModel, OutOfRange, Refused
+from hornbill.domain.change import Change, Reason, ResetPreview
+from hornbill.domain.fields import known
+from hornbill.errors import HornbillError, NoAnswer, NotAsWanted, OutOfRange, Refused
 from hornbill.schema import scale
 from hornbill.schema.scale import Value
-from hornbill.servo import identification
-from hornbill.servo.asking import READ, WRITE, Asker
-from hornbill.servo.configuration.audit import Audit
-from hornbill.servo.configuration.forecast import Forecast, forecast_of, supply_problem
+from hornbill.servo.configuration.following import RestartFollower
+from hornbill.servo.configuration.forecast import forecast_of, forecast_params, supply_problem
 from hornbill.servo.configuration.history import History
 from hornbill.servo.configuration.proving import differing
-from hornbill.servo.configuration.saving import Saving
-from hornbill.servo.configuration.writing import Change
-from hornbill.servo.hub import Hub, ReadingChanged, ServoChanged
-from hornbill.servo.jobs import Job, Jobs
-from hornbill.servo.leases import Leases
-from hornbill.servo.motion import Motion
-from hornbill.servo.remembering import Memory
-from hornbill.servo.servo import Servo, State
-from hornbill.servo.steps import Step
-from hornbill.servo.stop import Stop
-from hornbill.servo.timebase import TimeBase
-from hornbill.store.audit import Entry
+from hornbill.servo.device import identification, permission
+from hornbill.servo.device.requests import READ, WRITE
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.runtime.hub import ReadingChanged, ServoChanged
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.steps import Evidence
+from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Raw
 from hornbill.wire.services import Opcode
 
@@ -32,7 +30,7 @@ LIVES = 3
 
 _PATIENT = replace(WRITE, tries=READ.tries)
 
-STEPS = {
+RESET_STEPS = {
     "check": "Supply and RAM read",
     "snapshot": "Snapshot taken",
     "torque_off": "Torque off",
@@ -45,17 +43,13 @@ STEPS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Preview:
-    """What a reset would change, what it keeps (by key, engineering values), and what its restart does to the horn."""
-
-    changes: list[Change]
-    kept: dict[str, Value]
-    restart: Forecast
+BEFORE_RESET = Reason("before factory reset", "factory_reset")
 
 
 @dataclass(slots=True)
-class _Run:
+class ResetRun:
+    """One factory reset: what is wanted and was there, raw by key, and how far it came."""
+
     servo: Servo
     by: str
     keeps: bool
@@ -66,9 +60,24 @@ class _Run:
     erased: bool = False
     torque_gone: bool = False
 
+    def audit_rows(self, job: RunningJob, outcome: str) -> list[NewAuditEntry]:
+        """An entry for each row that the reset changed."""
+        servo, values = self.servo, self.servo.raws()
+        rows: list[NewAuditEntry] = []
+        for key, raw in (self.wanted if outcome == "succeeded" else self.written).items():
+            row, was = servo.registers[key].parameter, self.before[key]
+            if was != raw:
+                before, wanted, now = (
+                    None if one is None else scale.to_value(row, one, values) for one in (was, self.wanted[key], raw)
+                )
+                rows.append(
+                    NewAuditEntry(self.by, "factory_reset", "applied", servo.uid, key, before, wanted, now, job=job.id)
+                )  # fmt: skip
+        return rows
 
-class Resetting:
-    """Starts factory resets.
+
+class ResetSteps:
+    """Resets one servo.
 
     The documents do not say whether ERASE reaches ROM, whether it takes the ids along, and whether it restarts; so
     nothing is concluded from it: what the servo holds afterwards is read, the rest is written row by row, and only
@@ -81,36 +90,26 @@ class Resetting:
 
     def __init__(
         self,
-        asker: Asker,
-        hub: Hub,
-        base: TimeBase,
-        jobs: Jobs,
-        leases: Leases,
+        services: HostServices,
         motion: Motion,
-        stop: Stop,
-        saving: Saving,
+        follow: RestartFollower,
         history: History,
-        audit: Audit,
-        memory: Memory,
+        start_save: Callable[[ResetRun], RunningJob],
     ) -> None:
-        self._asker = asker
-        self._hub = hub
-        self._base = base
-        self._jobs = jobs
-        self._leases = leases
+        """`start_save`: starts the save of a servo that the reset has, checked and took a snapshot of."""
+        self._requests = services.requests
+        self._hub = services.hub
+        self._jobs = services.jobs
         self._motion = motion
-        self._stop = stop
-        self._saving = saving
-        self._restarts = saving.restarts
+        self._follow = follow
         self._history = history
-        self._audit = audit
-        self._memory = memory
+        self._start_save = start_save
 
-    async def preview(self, servo: Servo, *, keep_identity: bool) -> Preview:
+    async def preview(self, servo: Servo, *, keep_identity: bool) -> ResetPreview:
         """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoAnswer."""
-        wanted = self._wanted(servo, keep_identity)
-        await self._read(servo)
-        wanted = self._wanted(servo, keep_identity)
+        reset_values(servo, keep_identity)
+        await self.read(servo)
+        wanted = reset_values(servo, keep_identity)
         values = servo.raws()
         changes: list[Change] = []
         kept: dict[str, Value] = {}
@@ -120,63 +119,44 @@ class Resetting:
             if keep_identity and row.identity:
                 kept[key] = scale.to_value(row, raw, values)
                 continue
-            differs = [one for one in (register.raw, register.rom) if one is not None and one != raw]
+            differs = [one for one in (servo.configured(key), register.rom) if one is not None and one != raw]
             if differs:
                 before, default = (scale.to_value(row, one, values) for one in (differs[0], raw))
                 changes.append(Change(key, before, default, before, "planned"))
-        return Preview(changes, kept, forecast_of(servo, wanted))
+        return ResetPreview(changes, kept, forecast_of(servo, wanted))
 
-    def start(self, servo: Servo, lease_id: str | None, *, keep_identity: bool = True) -> Job:
-        """Reset it, save and verify: a job. `keep_identity`: origin, servo id and node id (0x44 to 0x46) stay.
-
-        Raises Stopped, LeaseHeld, Busy, NoAnswer, NotInThisModel before anything is sent. The job may end with those
-        and OutOfRange (the supply), Refused, NotAsWanted, ConfigurationLost; facts: `not_done`, `snapshot`.
-        """
-        self._saving.check(servo, lease_id)
-        self._jobs.check_free(servo)
-        self._wanted(servo, keep_identity)
-        run = _Run(servo, self._leases.who(lease_id, self._base.now()), keep_identity)
-        servo.busy = State.SAVING
-        self._hub.tell(ServoChanged(servo.uid))
-        steps = [Step(name, text) for name, text in STEPS.items()]
-        return self._jobs.start("factory_reset", servo.uid, steps, lambda job: self._whole(job, run))
-
-    async def _whole(self, job: Job, run: _Run) -> dict[str, object]:
-        servo, outcome, detail = run.servo, "cancelled", ""
+    async def work(self, job: RunningJob, run: ResetRun) -> dict[str, object]:
+        """All steps. Stop ends it at once. The result as it is stored; an error says what was not done."""
+        succeeded = False
         try:
-            result = await self._restarts.unless_stopped(self._work(job, run))
-            outcome = "succeeded"
+            result = await self._follow.unless_stopped(self._work(job, run))
+            succeeded = True
             return result
         except HornbillError as error:
-            told = self._told(job, run, error)
-            outcome, detail = "failed", told.detail
-            raise told from error
+            raise _told(job, run, error) from error
         finally:
-            if run.erased and not run.torque_gone and outcome != "succeeded" and not self._stop.latched:
-                self._motion.debts.owe(servo)  # ERASE may have given torque back
-            servo.busy, servo.expected_rom = None, None
-            self._hub.tell(ServoChanged(servo.uid))
-            self._audit.note(*self._entries(job, run, outcome, detail))
+            if run.erased and not run.torque_gone and not succeeded and not self._follow.stop.latched:
+                self._motion.torque_off.require(run.servo, "command", run.by)  # ERASE may have given torque back
 
-    async def _work(self, job: Job, run: _Run) -> dict[str, object]:
+    async def _work(self, job: RunningJob, run: ResetRun) -> dict[str, object]:
         servo = run.servo
         job.begin("check")
-        await self._restarts.old_enough(servo)
-        await self._read(servo)
-        problem = supply_problem(servo)
-        if problem is not None:
-            raise OutOfRange(f"{problem} Nothing was reset.", key="current_voltage")
-        run.wanted = self._wanted(servo, run.keeps)
-        run.before = {key: servo.raw(key) for key in run.wanted}
+        await self._follow.old_enough(servo)
+        await self.read(servo)
+        check_supply(servo)
+        run.wanted = reset_values(servo, run.keeps)
+        run.before = {key: servo.configured(key) for key in run.wanted}
         restart = forecast_of(servo, run.wanted)
-        job.done("check", " ".join([f"{len(run.wanted)} rows read.", restart.text, *restart.warnings]))
+        ahead = " ".join([restart.text, *restart.warnings])
+        values = {"rows": len(run.wanted), **forecast_params(restart)}
+        job.done("check", Evidence("rows_read", f"{len(run.wanted)} rows read. {ahead}", values, ahead))
         job.begin("snapshot")
-        taken = await self._history.take(self._asker, servo, reason="before factory reset", by=run.by)
+        taken = await self._history.take(self._requests, servo, reason=BEFORE_RESET, by=run.by)
         run.snapshot = taken.id
-        job.done("snapshot", f"snapshot {taken.id}")
+        job.done("snapshot", Evidence("snapshot_taken", f"snapshot {taken.id}", {"snapshot": taken.id}))
         job.begin("torque_off")
         await self._torque_off(run)
-        job.done("torque_off", "0x20 reads off")
+        job.done("torque_off", Evidence("torque_off", "0x20 reads off"))
         node_before = servo.node_id
         await self._erase(job, run)
         await self._bring(job, run)
@@ -188,28 +168,29 @@ class Resetting:
             raise NotAsWanted(
                 f"{servo.title} was saved, and ROM is not as it should be: {said}.", differences=differences
             )
-        job.done("verify", f"{len(run.wanted)} rows of ROM read back after the restart, all as they should be")
+        text = f"{len(run.wanted)} rows of ROM read back after the restart, all as they should be"
+        job.done("verify", Evidence("rows_verified", text, {"rows": len(run.wanted)}))
         changed = [key for key, raw in run.wanted.items() if run.before[key] != raw]
         return {
             "changed": changed, "node_id": servo.node_id, "node_id_before": node_before, "snapshot": run.snapshot,
             "save": saved.id,
         }  # fmt: skip
 
-    async def _erase(self, job: Job, run: _Run) -> None:
+    async def _erase(self, job: RunningJob, run: ResetRun) -> None:
         """Run ERASE once. Whatever comes of it, the servo is there and settled afterwards. Raises Refused, NoAnswer."""
         servo = run.servo
         job.begin("erase")
-        departure = self._restarts.depart(servo)
+        await self._follow.fleet.memory.doubt(servo)
+        departure = self._follow.depart(servo)
         defaults = {key: one.parameter.default for key, one in servo.registers.items() if one.parameter.rom}
         servo.expected_rom = {key: raw for key, raw in defaults.items() if raw is not None}
         run.erased, run.torque_gone, refused = True, False, False
-        self._memory.doubt(servo)
         servo.writes_are_over()
         try:
-            refused = not await self._asker.opcode(servo, Opcode.ERASE)
-            answer = "answered ok"
+            refused = not await self._requests.opcode(servo, Opcode.ERASE)
+            answered = True
         except NoAnswer:
-            answer = "no answer: what the servo holds will tell"
+            answered = False
         finally:  # also when stop, or who cancels, ends the wait for the answer: it may have been carried out
             if not refused:
                 identification.forget_rom(servo)
@@ -218,13 +199,16 @@ class Resetting:
                     self._hub.tell(ReadingChanged(servo.uid, key))
         if refused:
             run.erased, run.torque_gone = False, True
-            self._memory.remember(servo)
+            self._follow.fleet.memory.remember(servo)
             raise Refused(f"{servo.title} refused the reset (ok = 0). Nothing was changed but torque, which is off.")
-        restarted = await self._restarts.left(servo, departure)
+        restarted = await self._follow.left(servo, departure)
         await self._there(servo)
-        job.done("erase", f"{answer}; " + (f"it restarted, node {servo.node_id}" if restarted else "no restart"))
+        answer = "answered ok" if answered else "no answer: what the servo holds will tell"
+        text = f"{answer}; " + (f"it restarted, node {servo.node_id}" if restarted else "no restart")
+        node = servo.node_id if restarted else None
+        job.done("erase", Evidence("erased", text, known(answered=answered, restarted=restarted, node_id=node)))
 
-    async def _bring(self, job: Job, run: _Run) -> None:
+    async def _bring(self, job: RunningJob, run: ResetRun) -> None:
         """Write what ERASE left undone, in one life of the servo. Raises NoAnswer, Refused, NotAsWanted."""
         servo = run.servo
         for life in range(1, LIVES + 1):
@@ -232,15 +216,16 @@ class Resetting:
             try:
                 await self._there(servo)
                 job.begin("read")
-                await self._asker.read(servo, servo.registers["torque_mode"].parameter)
+                await self._requests.read(servo, servo.registers["torque_mode"].parameter)
                 back = servo.raw("torque_mode") != 1
                 if back:
                     await self._torque_off(run)
                 run.torque_gone = True
-                await identification.read_rows(self._asker, servo, list(run.wanted))
+                await identification.read_rows(self._requests, servo, list(run.wanted))
                 open_rows = [key for key in run.wanted if servo.raw(key) != run.wanted[key] and key != "torque_mode"]
                 given = ", and torque was on again: taken off" if back else ""
-                job.done("read", f"{len(open_rows)} rows are not yet as they should be{given}")
+                text = f"{len(open_rows)} rows are not yet as they should be{given}"
+                job.done("read", Evidence("rows_differ", text, {"rows": len(open_rows), "torque_was_on": back}))
                 identity = [key for key in open_rows if servo.registers[key].parameter.identity]
                 await self._write(job, run, "identity", identity)
                 await self._write(job, run, "rows", [key for key in open_rows if key not in identity])
@@ -254,15 +239,15 @@ class Resetting:
             run.torque_gone = False
         raise NoAnswer(f"{servo.title} restarts again and again, so that nothing it is told stays. Check its supply.")
 
-    async def _write(self, job: Job, run: _Run, step: str, keys: list[str]) -> None:
+    async def _write(self, job: RunningJob, run: ResetRun, step: str, keys: list[str]) -> None:
         servo = run.servo
         if not keys:
-            job.skip(step, "all of them are as they should be")
+            job.skip(step, Evidence("nothing_differs", "all of them are as they should be"))
             return
         job.begin(step)
         for key in keys:
             row, raw = servo.registers[key].parameter, run.wanted[key]
-            found = run.written[key] = await self._asker.write(servo, row, raw, _PATIENT)
+            found = run.written[key] = await self._requests.write(servo, row, raw, _PATIENT)
             if found != raw:
                 values = servo.raws()
                 shown = [scale.to_value(row, one, values) for one in (raw, found)]
@@ -271,82 +256,67 @@ class Resetting:
                     f"{scale.to_text(row, raw, values)}.",
                     differences=[{"key": key, "wanted": shown[0], "found": shown[1]}],
                 )
-        job.done(step, ", ".join(keys))
+        job.done(step, Evidence("rows_written", ", ".join(keys), {"keys": [*keys]}))
 
-    async def _save(self, job: Job, run: _Run) -> Job:
+    async def _save(self, job: RunningJob, run: ResetRun) -> RunningJob:
         """Save through a job of its own, which writes 0x20 last."""
-        assert run.snapshot is not None
         job.begin("save")
-        child = self._saving.save_for(
-            run.servo, by=run.by, snapshot=run.snapshot, torque_on=run.wanted["torque_mode"] == 0
-        )
+        child = self._start_save(run)
+        told = f"Saving {run.servo.title} was cancelled. What its ROM holds is not known."
         try:
-            await self._jobs.wait(child)
+            await self._jobs.succeeded(child, NotAsWanted(told))
         finally:
             await self._jobs.cancel(child.id)  # ends nothing that has ended; a stop must not leave it alone
-        if child.error is not None:
-            raise child.error
-        if child.state != "succeeded":
-            raise NotAsWanted(f"Saving {run.servo.title} was cancelled. What its ROM holds is not known.")
-        job.done("save", f"job {child.id}: {child.steps[-1].evidence}")
+        last = child.steps[-1]
+        text = f"job {child.id}: {last.evidence}"
+        job.done("save", Evidence("saved_by_job", text, {**last.evidence_params, "job": child.id}))
         return child
 
-    async def _torque_off(self, run: _Run) -> None:
-        if await self._motion.torque_away(run.servo, "off") != 1:
+    async def _torque_off(self, run: ResetRun) -> None:
+        if await self._motion.torque_away(run.servo, "off", by=run.by) != 1:
             raise NotAsWanted(f"{run.servo.title} did not take torque off. Nothing further was reset.")
 
     async def _there(self, servo: Servo) -> None:
         """Wait for a servo that may be starting, on whatever node id, and for the end of its soft start."""
-        await self._restarts.back(servo, self._restarts.depart(servo))
-        await self._restarts.soft_start_over(servo)
+        await self._follow.back(servo, self._follow.depart(servo))
+        await self._follow.soft_start_over(servo)
         servo.busy = State.SAVING
         self._hub.tell(ServoChanged(servo.uid))
 
-    async def _read(self, servo: Servo) -> None:
-        live = [key for key in ("current_voltage", "current_angle", "fault_warning") if key in servo.registers]
-        rows = [key for key, one in servo.registers.items() if one.parameter.rom]
-        await identification.read_rows(self._asker, servo, [*live, *rows])
+    async def read(self, servo: Servo) -> None:
+        """Read every row of ROM, and what a restart is judged by. Raises NoAnswer, BusDisconnected."""
+        await identification.read_rows(self._requests, servo, servo.before_restart)
 
-    @staticmethod
-    def _wanted(servo: Servo, keep_identity: bool) -> dict[str, Raw]:
-        if servo.model is None:
-            raise NotInThisModel(f"{servo.title} is of no known model, so its defaults are not known.")
-        found: dict[str, Raw] = {}
-        for key, one in servo.registers.items():
-            kept = one.raw if keep_identity and one.parameter.identity else None
-            raw = one.parameter.default if kept is None else kept
-            if one.parameter.rom and raw is not None:
-                found[key] = raw
-        return found
 
-    @staticmethod
-    def _told(job: Job, run: _Run, error: HornbillError) -> HornbillError:
-        """The error with what was not done, and the way back."""
-        told = copy.copy(error)  # the save job shows the same one
-        told.facts = dict(error.facts)
-        not_done = [step.text for step in job.steps if step.state in ("waiting", "running")]
-        told.facts["not_done"] = not_done
-        told.detail = f"{error.detail} Not done: {', '.join(not_done).lower()}."
-        if run.snapshot is not None:
-            told.facts["snapshot"] = run.snapshot
-            if run.erased and f"Snapshot {run.snapshot}" not in told.detail:
-                told.detail += f" Snapshot {run.snapshot} holds what it held before."
-        return told
+def reset_values(servo: Servo, keep_identity: bool) -> dict[str, Raw]:
+    """What a reset brings a servo to, raw by key. Raises NotInThisModel."""
+    if servo.model is None:
+        raise permission.unknown_series(servo)
+    found: dict[str, Raw] = {}
+    for key, one in servo.registers.items():
+        kept = one.raw if keep_identity and one.parameter.identity else None
+        raw = one.parameter.default if kept is None else kept
+        if one.parameter.rom and raw is not None:
+            found[key] = raw
+    return found
 
-    @staticmethod
-    def _entries(job: Job, run: _Run, outcome: str, detail: str) -> list[Entry]:
-        servo, values = run.servo, run.servo.raws()
-        whole = Entry(
-            run.by, "factory_reset", outcome, servo.uid, before=run.snapshot, detail=detail, job=job.id
-        )  # fmt: skip
-        rows: list[Entry] = []
-        for key, raw in (run.wanted if outcome == "succeeded" else run.written).items():
-            row, was = servo.registers[key].parameter, run.before[key]
-            if was != raw:
-                before, wanted, now = (
-                    None if one is None else scale.to_value(row, one, values) for one in (was, run.wanted[key], raw)
-                )
-                rows.append(
-                    Entry(run.by, "factory_reset", "applied", servo.uid, key, before, wanted, now, job=job.id)
-                )  # fmt: skip
-        return [*rows, whole]
+
+def _told(job: RunningJob, run: ResetRun, error: HornbillError) -> HornbillError:
+    """The error with what was not done, and the way back."""
+    told = copy.copy(error)  # the save job shows the same one
+    told.facts = dict(error.facts)
+    not_done = [step.text for step in job.steps if step.state in ("waiting", "running")]
+    told.facts["not_done"] = not_done
+    told.extend(after=f" Not done: {', '.join(not_done).lower()}.")
+    if run.snapshot is not None:
+        told.facts["snapshot"] = run.snapshot
+        if run.erased and f"Snapshot {run.snapshot}" not in told.detail:
+            told.extend(after=f" Snapshot {run.snapshot} holds what it held before.")
+    return told
+
+
+def check_supply(servo: Servo) -> None:
+    """Raises OutOfRange at a supply at which ROM must not be written."""
+    problem = supply_problem(servo)
+    if problem is not None:
+        raise OutOfRange(f"{problem} Nothing was reset.", key="current_voltage")

@@ -1,197 +1,206 @@
-"""Owns Restarts: following one servo through silence, restart, another node id and soft start, on evidence alone."""
+"""Save, restart and factory reset: jobs that end on evidence (sections 2.3, 4.10, 4.11, 4.14)."""
 
-import asyncio
-import contextlib
-from collections.abc import Coroutine
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Literal, overload
 
-from hornbill.errors import DidNotMove, NoAnswer, Refused
-from hornbill.servo.asking import POLL, Asker
-from hornbill.servo.configuration.forecast import ARRIVED_DEG
-from hornbill.servo.fleet import Fleet
-from hornbill.servo.hub import Hub, ServoChanged, StopChanged
-from hornbill.servo.servo import Servo, State
-from hornbill.servo.stop import Stop
-from hornbill.servo.timebase import TimeBase
-from hornbill.units import Instant, NodeId
-from hornbill.wire.services import MAGIC
+from hornbill.domain.change import ResetPreview, SavePreview
+from hornbill.errors import BadRequest, Busy, HornbillError
+from hornbill.schema import scale
+from hornbill.servo.configuration import torque_in_rom
+from hornbill.servo.configuration.claims import Claims
+from hornbill.servo.configuration.following import RestartFollower
+from hornbill.servo.configuration.forecast import forecast, lost_by_restart
+from hornbill.servo.configuration.history import History
+from hornbill.servo.configuration.resetting import RESET_STEPS, ResetRun, ResetSteps, check_supply, reset_values
+from hornbill.servo.configuration.restart_plan import RestartKind, RestartOptions
+from hornbill.servo.configuration.saving import SAVE_STEPS, SaveRun, SaveSteps
+from hornbill.servo.device import permission
+from hornbill.servo.device.output import KEY, ON
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.runtime.hub import ServoChanged
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.steps import Evidence, Step
+from hornbill.servo.torque_off.stored import StoredTorqueOff
+from hornbill.store.audit import NewAuditEntry
+from hornbill.units import Raw
 
-RESTART_WITHIN_S = 45.0
-"""Silence after a save is about 0.05 s, a restart and a new node id take up to about 4 s. The rest is for whoever
-pulled the plug and puts it back, and for lost messages: with a fifth of them lost, a node id takes 4 to 42 s."""
+RESTART_STEPS = {
+    "ask": "Restart asked for",
+    "silence": "Silent while it starts",
+    "restart": "Restarted",
+    "back": "Back on the bus",
+    "soft_start": "Soft start over",
+    "read_back": "Every row read",
+}
 
-IDENTIFIED_WITHIN_S = 40.0
-"""Reading every row after a restart takes 0.1 s, or 20 s when a fifth of all frames is lost."""
-
-RUNS_ON_S = 3.0
-"""A servo that has been heard for this long without restarting is not about to: what was sent to it is over."""
-
-OLD_ENOUGH_S = 2
-"""Uptime a servo must have reached before it is sent into a restart: a younger one's uptime, told in whole seconds,
-could not prove that it started anew."""
-
-RESTART_TRIES = 4
-"""Times a restart is asked for, each only after the servo was heard for RUNS_ON_S without one: what was lost on the
-bus was never carried out, so this repeats nothing."""
-
-SOFT_START_WITHIN_S = 15.0
-"""180 degrees at 30 rpm take 1 s. A horn that is not there by then is blocked."""
-
-LOOK_AGAIN_S = 0.02
-
-T = TypeVar("T")
+DEFAULTS = RestartOptions()
 
 
-@dataclass(slots=True)
-class Departure:
-    """A servo as it was when something was sent that restarts it, and the longest it was not heard since."""
+class Restarting:
+    """Starts jobs of the kinds save, restart and factory_reset; a second save or restart of a servo joins the first."""
 
-    boots: int
-    node_id: NodeId | None
-    at: Instant
-    heard: Instant
-    silence: tuple[Instant, Instant]
+    def __init__(
+        self,
+        services: HostServices,
+        motion: Motion,
+        follow: RestartFollower,
+        history: History,
+        claims: Claims,
+        stored_torque_off: StoredTorqueOff,
+    ) -> None:
+        self._services = services
+        self._motion = motion
+        self._follow = follow
+        self._save = SaveSteps(services, motion, follow, history, claims, stored_torque_off)
+        self._reset = ResetSteps(services, motion, follow, history, self._save_of_reset)
 
+    def start(self, servo: Servo, kind: RestartKind, options: RestartOptions = DEFAULTS) -> RunningJob:
+        """Write RAM to ROM, restart, or bring RAM and ROM to the model's defaults. The servo restarts; with soft start
+        and torque on in ROM its horn moves to 0 degrees.
 
-class Restarts:
-    """What save, restart and factory reset share. Sends nothing but RestartNode, and that not while stopped."""
+        A job of the same kind that is under way is joined, unless it may be of something else: a save with `written` or
+        `torque_on` is then Busy, as any reset.
 
-    def __init__(self, asker: Asker, hub: Hub, base: TimeBase, stop: Stop, fleet: Fleet) -> None:
-        self._asker = asker
-        self._hub = hub
-        self._base = base
-        self._stop = stop
-        self._fleet = fleet
-
-    async def unless_stopped(self, work: Coroutine[Any, Any, T]) -> T:
-        """Do what sends something, and drop it in the very call that presses stop, before the first frame of stop.
-
-        Raises Stopped then; what had left already has left.
+        Raises what `check` raises. The job may end with that and OutOfRange (the supply), Refused, TorqueOff, Conflict
+        (the node ID is another's), NotAsWanted, ConfigurationLost; its facts name the `snapshot` of before, the
+        `differences`, and of a reset what was `not_done`.
         """
-        task = asyncio.get_running_loop().create_task(work)
+        running = self.running(kind, servo)
+        if running is not None and kind != "factory_reset" and not options.written and not options.torque_on:
+            self._allow(options)
+            return running
+        torque = self.check(servo, kind, options)
+        by = options.by or self._services.leases.who(options.lease_id, self._services.base.now())
+        self._motion.claim(servo, options.lease_id)
+        if kind == "factory_reset":
+            reset = ResetRun(servo, by, options.keep_identity)
+            return self._begin(kind, RESET_STEPS, reset, lambda job: self._reset.work(job, reset))
+        run = SaveRun(servo, by, servo.boots, servo.output.taken, options.written, torque=torque)
+        if kind == "restart":
+            return self._begin(kind, RESTART_STEPS, run, lambda job: self._restart(job, servo))
+        return self._begin(kind, SAVE_STEPS, run, lambda job: self._save.work(job, run))
 
-        def look(_change: StopChanged) -> None:
-            if self._stop.latched:
-                task.cancel()
+    def check(self, servo: Servo, kind: RestartKind, options: RestartOptions = DEFAULTS) -> Raw | None:
+        """What `start` raises before anything is sent; else the 0x20 that ROM is to hold after a save. Sends nothing.
 
-        look(StopChanged())
-        forget = self._hub.listen(look, StopChanged)
-        try:
-            return await task
-        except asyncio.CancelledError:
-            if not asyncio.current_task().cancelling():  # pyright: ignore[reportOptionalMemberAccess]
-                self._stop.check()
-            raise
-        finally:
-            forget()
-
-    async def old_enough(self, servo: Servo) -> None:
-        """Wait until a restart could be told from its uptime."""
-        until = self._base.now() + OLD_ENOUGH_S + 2
-        while servo.status is not None and servo.status.uptime_sec < OLD_ENOUGH_S:
-            if self._base.now() > until:
-                return
-            await asyncio.sleep(LOOK_AGAIN_S)
-
-    def depart(self, servo: Servo) -> Departure:
-        """Call it right before what restarts the servo is sent."""
-        now = self._base.now()
-        heard = _heard(servo) or now
-        return Departure(servo.boots, servo.node_id, now, heard, (heard, heard))
-
-    async def left(self, servo: Servo, departure: Departure) -> bool:
-        """Wait for what tells: True once a start is seen, False when the servo runs on for RUNS_ON_S from now.
-
-        Raises NoAnswer when neither is seen within RESTART_WITHIN_S.
+        Raises Stopped, LeaseHeld, Busy, NoAnswer, NotInThisModel, for a save NeedsConfirmation, and ConfigurationLost
+        and BusReadOnly where the output has to come on first.
         """
-        began = self._base.now()
-        while servo.boots == departure.boots:
-            self._listen(servo, departure)
-            waited = self._base.now() - began
-            since = None if servo.status_at is None or not servo.online else servo.status_at - began
-            if waited > RUNS_ON_S and since is not None and since > RUNS_ON_S - 1.0:
-                return False
-            if waited > RESTART_WITHIN_S:
-                raise NoAnswer(
-                    f"{servo.title} was not seen to restart within {RESTART_WITHIN_S:.0f} s. "
-                    "What ROM holds is not known. Check its supply; once it is back, what it holds is read.",
-                )
-            await asyncio.sleep(LOOK_AGAIN_S)
-        self._listen(servo, departure)
-        return True
+        self._follow.stop.check()
+        self._allow(options)
+        permission.check_writable(servo)
+        if self._motion.driven(servo.uid):
+            raise Busy(f"{servo.title} is under command. Turn motion off first: a restart drops its torque.")
+        torque = None
+        if kind == "save":
+            torque = torque_in_rom.decide(
+                servo, options.confirm, options.values, torque_on=options.torque_on, rom_was=options.rom_was
+            )
+            if torque == ON and servo.raw(KEY) not in (ON, None):
+                self._motion.check_energise(servo)
+        permission.check_free(servo, self._services.jobs)
+        if kind == "factory_reset":
+            reset_values(servo, options.keep_identity)
+        return torque
 
-    async def ask(self, servo: Servo, departure: Departure) -> int:
-        """Have it restart, and see it do so: how often it had to be asked.
+    @overload
+    async def plan(self, servo: Servo, kind: Literal["save"], options: RestartOptions = DEFAULTS) -> SavePreview: ...
 
-        Raises Stopped, Refused, BusDisconnected, and NoAnswer when it is not seen to.
-        """
-        for tries in range(1, RESTART_TRIES + 1):
-            servo.writes_are_over()
-            try:
-                if not await self.unless_stopped(self._asker.restart(servo, MAGIC)):
-                    raise Refused(f"{servo.title} refused to restart (ok = 0).")
-            except NoAnswer:
-                pass  # it may have restarted before it could answer; the wait that follows decides
-            if await self.left(servo, departure):
-                return tries
-        raise NoAnswer(f"{servo.title} runs on, although it was asked {RESTART_TRIES} times to restart.")
+    @overload
+    async def plan(
+        self, servo: Servo, kind: Literal["restart", "factory_reset"], options: RestartOptions = DEFAULTS
+    ) -> ResetPreview: ...
 
-    def silence(self, departure: Departure) -> str:
-        """The silence as evidence: from when to when after the write nothing was heard."""
-        begun, ended = (max(0.0, at - departure.at) for at in departure.silence)
-        return f"nothing heard from {begun:.2f} s to {ended:.2f} s after it was sent ({ended - begun:.2f} s)"
+    async def plan(
+        self, servo: Servo, kind: RestartKind, options: RestartOptions = DEFAULTS
+    ) -> SavePreview | ResetPreview:
+        """What `start` would do, after every check of it and of its job before the first write. Sends only reads."""
+        if kind == "factory_reset":
+            self.check(servo, kind, options)
+            found = await self.preview_reset(servo, keep_identity=options.keep_identity)
+            check_supply(servo)
+            return found
+        self.check(servo, "restart", options)
+        if kind == "restart":
+            await self._reset.read(servo)
+            return ResetPreview(lost_by_restart(servo), {}, forecast(servo))
+        await self._save.read(servo)
+        return await self._save.plan(servo, self.check(servo, kind, options), options)
 
-    async def back(self, servo: Servo, departure: Departure) -> str:
-        """Wait for the servo to be identified, on whatever node id: the evidence, which names both.
+    async def preview_reset(self, servo: Servo, *, keep_identity: bool) -> ResetPreview:
+        """What a reset would change, of a servo that is read for it. Raises NotInThisModel, NoAnswer."""
+        return await self._reset.preview(servo, keep_identity=keep_identity)
 
-        Raises NoAnswer when it is not within IDENTIFIED_WITHIN_S.
-        """
-        servo.busy = State.RESTARTING
-        self._hub.tell(ServoChanged(servo.uid))
-        began = self._base.now()
-        while not servo.identified or not servo.online:
-            if self._base.now() - began > IDENTIFIED_WITHIN_S:
-                raise NoAnswer(
-                    f"{servo.title} restarted, but could not be read within {IDENTIFIED_WITHIN_S:.0f} s since. "
-                    "What ROM holds is not known. Check its supply and the wiring.",
-                )
-            await asyncio.sleep(LOOK_AGAIN_S)
-        before, now = departure.node_id, servo.node_id
-        took = f"identified {self._base.now() - departure.at:.1f} s after it was sent"
-        return f"node {now}, as before, {took}" if now == before else f"node {before} → node {now}, {took}"
+    def running(self, kind: RestartKind, servo: Servo) -> RunningJob | None:
+        """The job of that kind of this servo that is under way."""
+        jobs = self._services.jobs.all()
+        return next((job for job in jobs if (job.kind, job.uid) == (kind, servo.uid) and not job.ended), None)
 
-    async def soft_start_over(self, servo: Servo) -> str | None:
-        """Wait for the end of soft start: the evidence, None when there is none. Raises DidNotMove if it is blocked."""
-        if not servo.soft_starting:
+    def save_in_progress(self, servo: Servo, values: Mapping[str, object], lease_id: str | None) -> RunningJob | None:
+        """The save under way that puts just these values (engineering, by key) into ROM, or None. Raises LeaseHeld."""
+        self._services.leases.allow_write(lease_id, self._services.base.now())
+        job, held = self.running("save", servo), servo.expected_rom
+        if job is None or held is None or not values.keys() <= held.keys():  # None: it has not read yet what it saves
             return None
-        began = self._base.now()
-        while servo.soft_starting:
-            if servo.registers["torque_mode"].written and servo.raw("torque_mode") != 0:
-                return "ended, for torque was taken away"
-            if self._base.now() - began > SOFT_START_WITHIN_S:
-                raise DidNotMove(
-                    f"The horn of {servo.title} does not come to 0° in its soft start, so what ROM holds of speed and "
-                    "torque cannot be read. Look whether it is blocked, then restart the servo."
-                )
-            with contextlib.suppress(NoAnswer, Refused):  # what Status says is no angle until its unit is measured
-                row = servo.registers["current_angle"].parameter
-                angle = await self._asker.read(servo, row, POLL) / row.per_unit
-                if servo.soft_starting and abs(angle) <= ARRIVED_DEG:
-                    self._fleet.near_zero(servo, self._base.now())
-            await asyncio.sleep(LOOK_AGAIN_S)
-        angle = "" if servo.angle_deg is None else f", horn at {servo.angle_deg:+.1f}°"
-        return f"over after {self._base.now() - began:.1f} s{angle}"
+        try:
+            same = all(
+                held[key] == scale.to_raw(servo.registers[key].parameter, one, held) for key, one in values.items()
+            )
+        except BadRequest:  # reported when the value is written
+            return None
+        return job if same else None
 
-    def _listen(self, servo: Servo, departure: Departure) -> None:
-        heard = _heard(servo)
-        if heard is None or heard <= departure.heard:
-            return
-        begun, ended = departure.silence
-        if heard - departure.heard > ended - begun:
-            departure.silence = departure.heard, heard
-        departure.heard = heard
+    def _allow(self, options: RestartOptions) -> None:
+        """Raises LeaseHeld unless `by` was permitted already."""
+        if options.by is None:
+            self._services.leases.allow_write(options.lease_id, self._services.base.now())
 
+    def _begin(
+        self,
+        kind: RestartKind,
+        steps: Mapping[str, str],
+        run: SaveRun | ResetRun,
+        work: Callable[[RunningJob], Awaitable[dict[str, object]]],
+    ) -> RunningJob:
+        servo, hub = run.servo, self._services.hub
+        before, expected = servo.busy, servo.expected_rom
+        servo.busy = State.RESTARTING if kind == "restart" else State.SAVING
+        servo.gives_up_ram = servo.gives_up_ram or kind != "save"
+        hub.tell(ServoChanged(servo.uid))
 
-def _heard(servo: Servo) -> Instant | None:
-    return max((at for at in (servo.status_at, servo.angle_at) if at is not None), default=None)
+        async def whole(job: RunningJob) -> dict[str, object]:
+            outcome, detail = "cancelled", ""
+            try:
+                result = await work(job)
+                outcome = "succeeded"
+                return result
+            except HornbillError as error:
+                outcome, detail = "failed", error.detail
+                raise
+            finally:
+                servo.busy, servo.expected_rom = before, expected
+                servo.gives_up_ram = servo.gives_up_ram and before is not None
+                hub.tell(ServoChanged(servo.uid))
+                entry = NewAuditEntry(run.by, kind, outcome, servo.uid, before=run.snapshot, detail=detail, job=job.id)
+                self._services.audit.note(*run.audit_rows(job, outcome), entry)
+
+        return self._services.jobs.start(kind, servo.uid, [Step(*one) for one in steps.items()], whole)
+
+    def _save_of_reset(self, reset: ResetRun) -> RunningJob:
+        servo = reset.servo
+        run = SaveRun(servo, reset.by, servo.boots, servo.output.taken, (), reset.snapshot, reset.wanted[KEY])
+        return self._begin("save", SAVE_STEPS, run, lambda job: self._save.work(job, run))
+
+    async def _restart(self, job: RunningJob, servo: Servo) -> dict[str, object]:
+        job.begin("ask")
+        await self._follow.old_enough(servo)
+        departure = self._follow.depart(servo)
+        tries = await self._follow.ask(servo, departure)
+        job.done(
+            "ask", Evidence("asked", "once" if tries == 1 else f"{tries} times: it ran on before", {"tries": tries})
+        )
+        self._follow.seen(job, departure, Evidence("restarted", "its uptime went back"))
+        await self._follow.prove(job, servo, departure, list(servo.registers), {})
+        return {"node_id": servo.node_id, "node_id_before": departure.node_id}

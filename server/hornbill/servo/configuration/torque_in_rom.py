@@ -1,67 +1,78 @@
-"""Owns torque in ROM: the question before a save that takes it away, and turning it on before one that keeps it."""
+"""Torque in ROM: the 0x20 that a save writes: what was staged, else what ROM holds.
 
-from collections.abc import Collection, Mapping
-from dataclasses import replace
+RAM's 0x20 is session state: every stop and every end of motion control leaves it off.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
-from hornbill.errors import BadRequest, NeedsConfirmation, NotAsWanted
+from hornbill.errors import BadRequest, NeedsConfirmation
 from hornbill.schema import scale
-from hornbill.servo.asking import READ, TORQUE, Asker
-from hornbill.servo.servo import Servo
+from hornbill.servo.device.output import KEY, MODES, ON
+from hornbill.servo.device.servo import Servo
+from hornbill.units import Raw
 
-KEY: Final = "torque_mode"
-WORD: Final = "torque_off_in_rom"
-"""What confirms it."""
+OFF_WORD: Final = "torque_off_in_rom"
+"""Confirms that ROM gets torque off, or the brake."""
 
-_NONE: Final = (1, 2)
-"""Values of 0x20 without torque: off, brake (section 4.13)."""
+ON_WORD: Final = "torque_on_in_rom"
+"""Answers what ROM is to hold, where nobody knows what it does."""
 
-_ON: Final = replace(TORQUE, tries=READ.tries)
-"""Repeated for 1.25 s: unlike a motion command it is the same however often it arrives, and stop ends it at once."""
-
-
-async def require(
-    asker: Asker, servo: Servo, confirm: Collection[str], values: Mapping[str, object] | None = None
-) -> None:
-    """As `check`, of what RAM holds now: another tool may have turned torque on. Raises NoAnswer, too."""
-    try:
-        check(servo, confirm, values)
-    except NeedsConfirmation:
-        await asker.read(servo, servo.registers[KEY].parameter)
-        check(servo, confirm, values)
+_NONE: Final = frozenset(MODES.values())
 
 
-def check(servo: Servo, confirm: Collection[str], values: Mapping[str, object] | None = None) -> None:
-    """Raises NeedsConfirmation where a save of what RAM happens to hold puts torque off, or the brake, into ROM.
+def confirmed(words: Sequence[str], values: Collection[str]) -> tuple[str, ...]:
+    """What is confirmed for these keys: who names torque mode in a profile says itself what ROM is to hold."""
+    return (*words, OFF_WORD) if KEY in values else tuple(words)
 
-    Every stop and every end of motion control leaves RAM without torque. Where ROM is known to have none already
-    nothing is asked. `values` (engineering, by key) are written before the save; what is wrong with them is told then.
+
+def decide(
+    servo: Servo,
+    confirm: Collection[str],
+    values: Mapping[str, object] | None = None,
+    *,
+    torque_on: bool = False,
+    rom_was: Raw | None = None,
+) -> Raw | None:
+    """What a save writes to ROM's 0x20; None for a servo of unknown model. Asks nothing of the bus.
+
+    `values` (engineering, by key) are staged before the save, and what is wrong with them is told then. `torque_on`
+    stages ON. `rom_was` is what ROM was to hold when a job was asked for, and counts where it is not known now.
+    OFF_WORD in `confirm` also takes the off, or the brake, that RAM holds.
+
+    Raises NeedsConfirmation where a servo would lose torque that is not known to start without, and where what ROM
+    holds is not known.
     """
     register = servo.registers.get(KEY)
-    if register is None or WORD in confirm:
-        return
-    row, raw = register.parameter, register.raw
-    if values is not None and KEY in values:
+    if register is None:
+        return None
+    row, raw, rom = register.parameter, register.raw, servo.starting_output
+    rom = rom_was if rom is None else rom
+    wanted = ON if torque_on else servo.output.staged
+    if not torque_on and values is not None and KEY in values:
         try:
-            raw = scale.to_raw(row, values[KEY], servo.raws())
+            wanted = scale.to_raw(row, values[KEY], servo.raws())
         except BadRequest:
-            return
-    if raw is None or raw not in _NONE or register.rom in _NONE:
-        return
-    held = "is not known to have none" if register.rom is None else "has it on"
-    raise NeedsConfirmation(
-        f"{servo.title} is without torque ({scale.to_text(row, raw).lower()} in RAM), and ROM {held}: "
-        "saved like that, it holds nothing after any start. A save of its own with torque_on: true (POST …/save, "
-        f'\'hornbill save --torque-on\') puts torque into ROM; or, if no torque is meant, send confirm: ["{WORD}"].',
-        confirm=WORD, key=KEY, requested=scale.to_value(row, raw),
-    )  # fmt: skip
-
-
-async def turn_on(asker: Asker, servo: Servo) -> None:
-    """Torque on, right before SAVE; the servo holds its horn where it stands (4.13). Raises NotAsWanted, NoAnswer."""
-    row = servo.registers[KEY].parameter
-    if await asker.write(servo, row, 0, _ON) != 0:
-        raise NotAsWanted(
-            f"{servo.title} did not take torque on, which ROM was to hold. Nothing was saved.",
-            differences=[{"key": row.key, "wanted": "on", "found": None}],
-        )
+            return rom
+    if wanted is None and OFF_WORD in confirm and (raw in _NONE or (rom is None and ON_WORD not in confirm)):
+        wanted = raw if raw in _NONE else MODES["off"]
+    if wanted is None and rom is None and ON_WORD in confirm:
+        wanted = ON
+    wanted = rom if wanted is None else wanted
+    if wanted is None:
+        raise NeedsConfirmation(
+            f"What ROM of {servo.title} holds as torque mode (0x20) is not known, so a save cannot keep it. Choose: "
+            f'torque at every start (confirm: ["{ON_WORD}"]), or none until it is turned on (confirm: ["{OFF_WORD}"]).',
+            summary=f"What ROM of {servo.title} holds as torque mode (0x20) is not known, so a save cannot keep it. "
+            "Choose: torque at every start, or none until it is turned on.",
+            confirm=OFF_WORD, choices=[ON_WORD, OFF_WORD], key=KEY, requested=None,
+        )  # fmt: skip
+    if wanted in _NONE and rom not in _NONE and OFF_WORD not in confirm:
+        held = "is not known to hold that" if rom is None else "holds on"
+        raise NeedsConfirmation(
+            f"A save would write torque mode {scale.to_text(row, wanted).lower()} to {servo.title}, and ROM {held}: "
+            "from then on it holds nothing after a start until torque is turned on.",
+            request=f'If that is meant, send it again with confirm: ["{OFF_WORD}"].',
+            confirm=OFF_WORD, choices=[OFF_WORD], key=KEY, requested=scale.to_value(row, wanted),
+        )  # fmt: skip
+    return wanted

@@ -4,16 +4,16 @@ import asyncio
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from hornbill.domain.change import Change, Verdict
 from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoAnswer, NotAsWanted, Refused
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
-from hornbill.schema.scale import Value
-from hornbill.servo import permission
-from hornbill.servo.asking import READ, WRITE, Asker
-from hornbill.servo.hub import Happened, Hub
-from hornbill.servo.motion import Motion
-from hornbill.servo.servo import Servo
-from hornbill.servo.timebase import TimeBase
+from hornbill.servo.device import permission
+from hornbill.servo.device.requests import READ, WRITE
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.runtime.hub import Happened
 from hornbill.units import Instant, Raw
 
 KEEP_WRITING = replace(WRITE, tries=READ.tries)
@@ -25,20 +25,6 @@ UNDO_WITHIN_S = 10.0
 start after it, during which nothing is written)."""
 
 LOOK_AGAIN_S = 0.05
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """What became of one key. `verdict`: planned, applied, clamped, refused, no_answer, unchanged, rolled_back.
-
-    `after` is None where nobody knows what RAM holds (no_answer).
-    """
-
-    key: str
-    before: Value
-    requested: Value
-    after: Value
-    verdict: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +48,10 @@ class Write:
 class Writing:
     """Writes rows of one servo that were checked before, all or nothing."""
 
-    def __init__(self, asker: Asker, hub: Hub, base: TimeBase, motion: Motion) -> None:
-        self._asker = asker
-        self._hub = hub
-        self._base = base
+    def __init__(self, services: HostServices, motion: Motion) -> None:
+        self._requests = services.requests
+        self._hub = services.hub
+        self._base = services.base
         self._motion = motion
 
     async def all_or_nothing(self, servo: Servo, writes: Iterable[Write], lease_id: str | None) -> Outcome:
@@ -97,7 +83,7 @@ class Writing:
 
     async def _write(self, servo: Servo, one: Write, lease_id: str | None) -> Raw:
         if one.row.key != "torque_mode":
-            return await self._asker.write(servo, one.row, one.raw, KEEP_WRITING)
+            return await self._requests.write(servo, one.row, one.raw, KEEP_WRITING)
         if one.raw == 0:
             return await self._motion.torque_on(servo, lease_id)
         return await self._motion.torque_away(servo, "off" if one.raw == 1 else "brake")
@@ -107,7 +93,7 @@ class Writing:
         wrong: list[dict[str, object]] = []
         said: list[str] = []
         for one in written:
-            wanted, found = answers[one.row.key], await self._asker.read(servo, one.row)
+            wanted, found = answers[one.row.key], await self._requests.read(servo, one.row)
             if found != wanted:
                 values = servo.raws()
                 shown = [scale.to_value(one.row, raw, values) for raw in (wanted, found)]
@@ -173,7 +159,7 @@ class Writing:
             if one.row.key == "torque_mode":
                 await self._motion.torque_away(servo, "off" if one.before == 1 else "brake")
             else:
-                await self._asker.write(servo, one.row, one.before, KEEP_WRITING)
+                await self._requests.write(servo, one.row, one.before, KEEP_WRITING)
         except Refused:
             return False
         return True
@@ -181,7 +167,7 @@ class Writing:
     async def _found(self, servo: Servo, one: Write, *, was_refused: bool) -> Raw | None:
         """What RAM holds. A row that refuses to be read as it refused to be written was never changed."""
         try:
-            return await self._asker.read(servo, one.row)
+            return await self._requests.read(servo, one.row)
         except Refused:
             return one.before if was_refused else None
 
@@ -206,7 +192,7 @@ class Writing:
             self._hub.tell(Happened("failure", "not_rolled_back", text, servo.uid))
 
 
-def change(servo: Servo, writes: Iterable[Write], one: Write, after: Raw | None, verdict: str) -> Change:
+def change(servo: Servo, writes: Iterable[Write], one: Write, after: Raw | None, verdict: Verdict) -> Change:
     """What becomes of one of these writes, in engineering values.
 
     The unit of 0x36 follows 0x37 (section 4.30), which may be among the writes: what 0x36 held is shown in the unit
@@ -221,7 +207,7 @@ def change(servo: Servo, writes: Iterable[Write], one: Write, after: Raw | None,
     )  # fmt: skip
 
 
-def _verdict(one: Write, held: Raw | None, *, was_refused: bool) -> str:
+def _verdict(one: Write, held: Raw | None, *, was_refused: bool) -> Verdict:
     if held is None:
         return "no_answer"
     if held == one.before:

@@ -1,9 +1,11 @@
-"""Owns the doctor's findings on the adapter: not there, lost, off the bus, set to other bit times than the servos."""
+"""Findings of the doctor on the adapter: not there, lost, off the bus, set to other bit times than the servos."""
 
-from typing import Final
+from typing import Final, cast
 
+from hornbill.domain.bus import Finding, FindingCode
+from hornbill.domain.fields import known
 from hornbill.errors import PortError
-from hornbill.servo.doctor.finding import Finding, Severity, count, ok, percent
+from hornbill.servo.doctor.finding import count, ok, percent
 from hornbill.servo.doctor.record import Record
 from hornbill.wire.port import PortState
 
@@ -16,21 +18,33 @@ _FAR: Final = 0.025
 """Sample points differ in their third digit with an adapter's clock; beyond two points and a half frames get lost."""
 
 
+_NOTES: Final = {
+    "adapter_silent": "The adapter answers no command",
+    "bit_rate_fixed": "The CAN bit rate of the adapter is fixed",
+    "baud_unknown": "The baud rate of the adapter is not known",
+    "adapter_echoes": "The adapter returns what it is sent",
+    "line_noise": "Noise on the serial line",
+    "latency_timer": "The latency timer of the FTDI chip is long",
+}
+"""Titles of what is unusual about a serial adapter, by the code of the note."""
+
+
 def no_connection(failure: tuple[str, PortError] | None) -> Finding:
     """No bus is connected; `failure` is the last attempt that failed: its address, and why."""
     if failure is None:
         return Finding(
             "no_bus",
-            Severity.FAILURE,
+            "failure",
             "No bus is connected",
             "hornbill runs without an adapter.",
             'Choose one of GET /api/v1/bus/adapters, and connect it: PUT /api/v1/bus {"address": "socketcan:can0"}.',
+            advice="connect_adapter",
         )
     address, error = failure
     told = error.facts.get("remedy")
     remedy = str(told) if told else "Do what it says, then connect again."
     code, what = _kind(error.detail) or ("adapter_failed", "cannot be opened")
-    return Finding(code, Severity.FAILURE, f"{address} {what}", error.detail, remedy)
+    return Finding(code, "failure", f"{address} {what}", error.detail, remedy, params={"address": address})
 
 
 def working(record: Record) -> list[Finding]:
@@ -38,14 +52,50 @@ def working(record: Record) -> list[Finding]:
     port = record.port
     if not record.down:
         told = f"{port.address}, opened again by itself {count(port.statistics.reopened, 'time')}."
-        return [ok("adapter", "A recording is played" if record.recorded else "The adapter works", told)]
+        notes = [
+            Finding(
+                cast("FindingCode", note.code),
+                "notice",
+                _NOTES.get(note.code, note.code),
+                note.text,
+                None,
+                params={**note.params},
+            )
+            for note in port.details.notes
+        ]
+        works = "The adapter is open" if port.details.nothing_received else "The adapter works"
+        found = ok(
+            "adapter",
+            "A recording is played" if record.recorded else works,
+            told,
+            address=port.address,
+            reopened=port.statistics.reopened,
+        )
+        return [found, *notes]
     seconds = 0.0 if record.down_since is None else record.now - record.down_since
     retry = "" if port.retry_in_s is None else f" Tried again in {port.retry_in_s:.0f} s."
     evidence = f"For {seconds:.0f} s; opened again by itself {count(port.statistics.reopened, 'time')} before.{retry}"
     trouble = port.trouble or "Check the adapter and its cable, then connect again: PUT /api/v1/bus."
-    gone = ("adapter_lost", "is lost") if record.opened else ("adapter_failed", "cannot be opened")
+    gone: tuple[FindingCode, str] = (
+        ("adapter_lost", "is lost") if record.opened else ("adapter_failed", "cannot be opened")
+    )
     code, what = _kind(trouble) or gone
-    return [Finding(code, Severity.FAILURE, f"{port.address} {what}", evidence, trouble)]
+    return [
+        Finding(
+            code,
+            "failure",
+            f"{port.address} {what}",
+            evidence,
+            trouble,
+            advice=None if port.trouble else "check_adapter",
+            params=known(
+                address=port.address,
+                down_s=round(seconds),
+                reopened=port.statistics.reopened,
+                retry_in_s=None if port.retry_in_s is None else round(port.retry_in_s),
+            ),
+        )
+    ]
 
 
 def bus_off(record: Record) -> list[Finding]:
@@ -56,69 +106,91 @@ def bus_off(record: Record) -> list[Finding]:
     at, port = record.bus_off_at, record.port
     times = count(port.statistics.bus_offs, "time")
     if port.state is PortState.BUS_OFF or (record.was_off and record.down):
-        errors = count(record.since_last_frame.disturbances, "error")
+        errors = record.since_last_frame.disturbances
         return [
             Finding(
                 "bus_off",
-                Severity.FAILURE,
+                "failure",
                 "hornbill's controller is off the bus",
-                f"{times} since connecting; {errors} since the last frame came in, {record.silence_s:.0f} s ago.",
+                f"{times} since connecting; {count(errors, 'error')} since the last frame came in, "
+                f"{record.silence_s:.0f} s ago.",
                 port.trouble or "Check bit rate, wiring and termination, then connect again: PUT /api/v1/bus.",
+                advice=None if port.trouble else "check_timing_and_wiring",
+                params={
+                    "times": port.statistics.bus_offs,
+                    "errors": errors,
+                    "silence_s": round(record.silence_s),
+                },
             )
         ]
     if at is not None and record.was_off:
         return [
             Finding(
                 "bus_off",
-                Severity.WARNING,
+                "warning",
                 "hornbill's controller was off the bus",
                 f"{times} since connecting, last {record.now - at:.0f} s ago.",
                 "Look for a short between CAN_H and CAN_L, and for a node at another bit rate.",
+                advice="find_short",
+                params={"times": port.statistics.bus_offs, "ago_s": round(record.now - at)},
             )
         ]
-    return [ok("bus_off", "Never off the bus" if at is None else "On the bus", f"{times} since connecting.")]
+    text = "Never off the bus" if at is None else "On the bus"
+    return [ok("bus_off", text, f"{times} since connecting.", times=port.statistics.bus_offs)]
 
 
 def bit_timing(record: Record) -> list[Finding]:
     """Whether bit rate and sample point are the servos' (section 2.1), as far as the adapter tells."""
     port = record.port
     point = port.sample_point
-    remedy = _timing_remedy(port.address)
+    remedy, command = _timing_remedy(port.address)
     rate = f"{port.bitrate / 1e6:g} Mbit/s"
+    timing = {"address": port.address, "bitrate": port.bitrate, "wanted_bitrate": BITRATE, "command": command}
     if port.bitrate != BITRATE:
         return [
             Finding(
                 "bit_rate",
-                Severity.NOTICE if record.heard_at is not None else Severity.FAILURE,
+                "notice" if record.heard_at is not None else "failure",
                 f"The adapter runs at {rate}, and the servos at 1 Mbit/s",
                 f"{record.counts.latest.rx_frames} frames received at {rate} in {record.now - record.since:.0f} s.",
                 remedy,
+                advice="set_bit_timing",
+                params=known(
+                    **timing, frames=record.counts.latest.rx_frames, seconds_s=round(record.now - record.since)
+                ),
             )
         ]
     if point is None:
-        return [ok("bit_rate", "Bit rate", f"{rate}. {port.address} does not tell its sample point.")]
+        return [ok("bit_rate", "Bit rate", f"{rate}. {port.address} does not tell its sample point.", **timing)]
+    points = {"sample_point_pct": round(100 * point, 1), "wanted_sample_point_pct": 100 * SAMPLE_POINT}
     if abs(point - SAMPLE_POINT) > _NEAR:
         return [
             Finding(
                 "sample_point",
-                Severity.NOTICE if abs(point - SAMPLE_POINT) <= _FAR else Severity.WARNING,
+                "notice" if abs(point - SAMPLE_POINT) <= _FAR else "warning",
                 f"The sample point is {percent(point, 1)}, and the servos' is {percent(SAMPLE_POINT, 1)}",
                 f"Read back from {port.address}. On long cables frames are lost.",
                 remedy,
+                advice="set_bit_timing",
+                params=known(**timing, **points),
             )
         ]
-    return [ok("bit_rate", "Bit rate and sample point", f"{rate}, {percent(point, 1)}, read back from {port.address}.")]
+    evidence = f"{rate}, {percent(point, 1)}, read back from {port.address}."
+    return [ok("bit_rate", "Bit rate and sample point", evidence, **timing, **points)]
 
 
-def _timing_remedy(address: str) -> str:
+def _timing_remedy(address: str) -> tuple[str, str | None]:
+    """What to do, and the command in it."""
     interface, _, channel = address.partition(":")
     if interface == "socketcan":
         options = f"type can bitrate {BITRATE} sample-point {SAMPLE_POINT}"
-        return f"sudo ip link set {channel} down && sudo ip link set {channel} up {options}"
-    return f'Connect again at the right one: PUT /api/v1/bus {{"address": "{address}", "bitrate": {BITRATE}}}.'
+        command = f"sudo ip link set {channel} down && sudo ip link set {channel} up {options}"
+        return command, command
+    text = f'Connect again at the right one: PUT /api/v1/bus {{"address": "{address}", "bitrate": {BITRATE}}}.'
+    return text, None
 
 
-def _kind(trouble: str) -> tuple[str, str] | None:
+def _kind(trouble: str) -> tuple[FindingCode, str] | None:
     """A code and a few words for troubles with a known cause, by the sentences of `bus/socketcan.py`."""
     if " is down" in trouble:
         return "interface_down", "is down"

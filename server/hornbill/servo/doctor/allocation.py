@@ -2,9 +2,12 @@
 
 from typing import Final
 
-from hornbill.node.allocator import AllocatorState
-from hornbill.node.waiting import Pending
-from hornbill.servo.doctor.finding import Finding, Severity, count, ok
+from hornbill.domain.bus import Finding
+from hornbill.domain.fields import Param, known
+from hornbill.node.allocator import AllocatorStatus
+from hornbill.node.programs import MAKERS_PROGRAM
+from hornbill.node.waiting import AllocationRequest
+from hornbill.servo.doctor.finding import count, ok
 from hornbill.servo.doctor.record import HERE_S, Grant, Record
 
 ASKING_S: Final = 5.0
@@ -13,6 +16,9 @@ ASKING_S: Final = 5.0
 STUCK_ATTEMPTS: Final = 4
 OFF_ATTEMPTS: Final = 3
 GIVEN_IN_VAIN: Final = 3
+_MAKERS_ID: Final = 127
+"""Of the maker's program, which says no NodeStatus."""
+
 RIVAL_S: Final = 10.0
 """How long after its last answer an allocator that says no NodeStatus is taken for there."""
 
@@ -20,25 +26,41 @@ RIVAL_S: Final = 10.0
 def allocators(record: Record) -> list[Finding]:
     """Whether ours is the only allocator, unless somebody chose another."""
     allocator, rival, now = record.allocator, record.allocator.rival, record.now
-    since = f"in {now - record.since:.0f} s"
+    seconds = round(now - record.since)
     if rival is None:
-        return [ok("second_allocator", "One allocator", f"Ours, node {record.participant.node_id}. No other {since}.")]
+        own = record.participant.node_id
+        return [
+            ok(
+                "second_allocator",
+                "One allocator",
+                f"Ours, node {own}. No other in {seconds} s.",
+                own=own,
+                over_s=seconds,
+            )
+        ]
     heard = record.participant.heard.get(rival.node_id, float("-inf"))
     if now - heard >= HERE_S and now - rival.heard >= RIVAL_S:
-        return [ok("second_allocator", "One allocator", f"Node {rival.node_id} was another, and has gone.")]
+        text = f"Node {rival.node_id} was another, and has gone."
+        return [ok("second_allocator", "One allocator", text, node=rival.node_id)]
     evidence = f"Node {rival.node_id} gave {count(rival.answers, 'answer')}, the last {now - rival.heard:.0f} s ago."
-    if allocator.state is AllocatorState.OFF:
-        return [ok("second_allocator", "One allocator", f"{evidence} Ours is off.")]
-    both = allocator.state is AllocatorState.ON
+    given = known(node=rival.node_id, answers=rival.answers, ago_s=round(now - rival.heard))
+    if allocator.state is AllocatorStatus.OFF:
+        return [ok("second_allocator", "One allocator", f"{evidence} Ours is off.", **given)]
+    both = allocator.state is AllocatorStatus.ON
+    program = record.program(rival.node_id)
+    if program is None and rival.node_id == _MAKERS_ID and rival.node_id not in record.directory.records:
+        program = f"probably {MAKERS_PROGRAM}"
     return [
         Finding(
             "second_allocator",
-            Severity.FAILURE if both else Severity.WARNING,
-            f"Node {rival.node_id} gives node ids too",
+            "failure" if both else "warning",
+            f"Node {rival.node_id} gives node ids too" + (f": {program}" if program else ""),
             f"{evidence} Ours {'answers beside it: two nodes may get one id' if both else 'stands down for it'}.",
             f"Keep one of the two: switch off that of node {rival.node_id}, or ours with "
             'PUT /api/v1/bus/allocator {"mode": "off"}.',
             node_ids=(rival.node_id,),
+            advice="keep_one_allocator",
+            params=known(**given, ours_answers=both, program=program),
         )
     ]
 
@@ -52,43 +74,61 @@ def waiting(record: Record) -> list[Finding]:
         for node_id, grant in record.grants.items()
         if grant.times >= GIVEN_IN_VAIN and record.now - grant.last < ASKING_S
     ]
-    return found or [ok("allocation_stuck", "Nobody waits in vain for a node id", f"{len(asking)} ask for one now.")]
+    return found or [
+        ok(
+            "allocation_stuck",
+            "Nobody waits in vain for a node id",
+            f"{len(asking)} ask for one now.",
+            requests=len(asking),
+        )
+    ]
 
 
-def _in_vain(record: Record, one: Pending) -> Finding | None:
+def _in_vain(record: Record, one: AllocationRequest) -> Finding | None:
     """Why a node that asks gets no id; None while it may get one."""
     state = record.allocator.state
+    since: dict[str, Param] = {
+        "uid": _shown(one.partial),
+        "times": one.attempts,
+        "over_s": round(record.now - one.first_heard),
+    }
     asked = f"{_shown(one.partial)} has asked {count(one.attempts, 'time')} in {record.now - one.first_heard:.0f} s"
-    if state is AllocatorState.OFF and one.attempts >= OFF_ATTEMPTS and not _rival_serves(record):
+    if state is AllocatorStatus.OFF and one.attempts >= OFF_ATTEMPTS and not _rival_serves(record):
         return Finding(
             "allocator_off",
-            Severity.WARNING,
+            "warning",
             "A node waits for a node id, and the allocator is off",
             f"{asked}.",
             'Switch it on: PUT /api/v1/bus/allocator {"mode": "on"}.',
             uids=(one.partial,),
+            advice="turn_allocator_on",
+            params=since,
         )
-    if state is not AllocatorState.ON:
+    if state is not AllocatorStatus.ON:
         return None
     if one.refusal is not None:
         return Finding(
             "allocation_refused",
-            Severity.FAILURE,
+            "failure",
             "A node cannot be given a node id",
             f"{asked}. {one.refusal}",
             "See who has which: GET /api/v1/allocations. DELETE /api/v1/allocations/{uid} frees an id.",
             uids=(one.partial,),
+            advice="free_node_id",
+            params=since,
         )
     if one.stage < 3 and one.attempts >= STUCK_ATTEMPTS:
         parts = "1 part" if one.stage == 1 else f"{one.stage} parts"
         return Finding(
             "allocation_stuck",
-            Severity.WARNING,
+            "warning",
             "A node is stuck waiting for a node id",
             f"{asked}: {parts} of 3 of its unique id came, part {one.stage + 1} never.",
             "It does not hear our answers, or its own are lost: check its wiring and the termination, 120 Ω at both "
             "ends. Then restart it.",
             uids=(one.partial,),
+            advice="check_node_and_restart",
+            params={**since, "parts": one.stage},
         )
     return None
 
@@ -96,12 +136,14 @@ def _in_vain(record: Record, one: Pending) -> Finding | None:
 def _not_taken(node_id: int, grant: Grant) -> Finding:
     return Finding(
         "allocation_stuck",
-        Severity.WARNING,
+        "warning",
         "A node does not take the node id it is given",
         f"{_shown(grant.uid)} was given node id {node_id} {grant.times} times, and nobody was heard on it.",
         "It does not hear our last answer: check its wiring and the termination, 120 Ω at both ends.",
         node_ids=(node_id,),
         uids=(grant.uid,),
+        advice="check_node",
+        params={"uid": _shown(grant.uid), "node": node_id, "times": grant.times},
     )
 
 

@@ -3,11 +3,13 @@
 from statistics import median
 from typing import Final
 
-from hornbill.servo.doctor.finding import Finding, Severity, count, ok, percent
+from hornbill.domain.bus import Finding
+from hornbill.domain.fields import known
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.doctor.finding import count, ok, percent
 from hornbill.servo.doctor.identity import is_doubled
 from hornbill.servo.doctor.record import HERE_S, Record
 from hornbill.servo.doctor.watch import NodeWatch, Questions
-from hornbill.servo.servo import Servo
 
 SILENT_REQUESTS: Final = 5
 SILENT_S: Final = 2.5
@@ -33,7 +35,7 @@ def silent_nodes(record: Record) -> list[Finding]:
         if (questions := _unanswered(record, node_id, node)) is not None
     ]
     told = f"{count(len(record.here()), 'node')} on the bus."
-    return found or [ok("silent_node", "Whoever is asked answers", told)]
+    return found or [ok("silent_node", "Whoever is asked answers", told, nodes=len(record.here()))]
 
 
 def _unanswered(record: Record, node_id: int, node: NodeWatch) -> Questions | None:
@@ -58,13 +60,21 @@ def _silent(record: Record, node_id: int, node: NodeWatch, questions: Questions)
     name = record.name(node_id)
     return Finding(
         "silent_node",
-        Severity.WARNING,
+        "warning",
         f"{name[0].upper()}{name[1:]} does not answer",
         f"Heard {record.now - node.heard:.1f} s ago; {questions.unanswered} requests for {what} in {seconds:.0f} s, "
         "0 answers.",
         "It sends and does not hear, or is no servo: check its cable, then cut its supply and restart it.",
         node_ids=(node_id,),
         uids=record.uids(node_id),
+        advice="check_cable_and_restart",
+        params=known(
+            node=node_id,
+            servo=record.title(node_id),
+            heard_s=round(record.now - node.heard, 1),
+            requests=questions.unanswered,
+            over_s=round(seconds),
+        ),
     )
 
 
@@ -81,19 +91,22 @@ def lost_answers(record: Record) -> list[Finding]:
     total = sum(lost.values())
     share = total / tries if tries else 0.0
     evidence = f"{total} of {count(tries, 'request')} in {RECENT_S:.0f} s had no answer"
+    values = {"lost": total, "requests": tries, "over_s": RECENT_S}
     if total < LOST_AT_LEAST or share <= LOST_SHARE:
-        return [ok("answers_lost", "Answers come", f"{evidence}.")]
+        return [ok("answers_lost", "Answers come", f"{evidence}.", **values)]
     worst = sorted(lost, key=lambda node_id: -lost[node_id])
     names = ", ".join(f"{lost[node_id]} of {record.name(node_id)}" for node_id in worst[:3])
     return [
         Finding(
             "answers_lost",
-            Severity.WARNING,
+            "warning",
             "Answers get lost",
             f"{evidence} ({percent(share)}): {names}.",
             "Look at the plugs and the cable of the first of them, then at the termination, 120 Ω at both ends.",
             node_ids=tuple(sorted(lost)),
             uids=record.uids(*sorted(lost)),
+            advice="check_worst_cable",
+            params={**values, "lost_pct": round(100 * share), "nodes": [*worst[:3]]},
         )
     ]
 
@@ -117,17 +130,23 @@ def slow_answers(record: Record) -> list[Finding]:
         f"Median {1000 * median(every):.1f} ms, slowest {1000 * slowest[0]:.1f} ms ({record.name(slowest[1])}), "
         f"{count(len(every), 'answer')} in {RECENT_S:.0f} s."
     )
+    values = {
+        "median_ms": round(1000 * median(every), 1), "slowest_ms": round(1000 * slowest[0], 1), "node": slowest[1],
+        "answers": len(every), "over_s": RECENT_S,
+    }  # fmt: skip
     if not slow:
-        return [ok("answers_slow", "Servos answer in time", evidence)]
+        return [ok("answers_slow", "Servos answer in time", evidence, **values)]
     return [
         Finding(
             "answers_slow",
-            Severity.WARNING,
+            "warning",
             "Answers are slow",
             f"{evidence} Over {1000 * SLOW_S:.0f} ms in the median: {', '.join(map(record.name, sorted(slow)))}.",
             "Look whether the adapter or this computer is busy, and whether the bus is loaded.",
             node_ids=tuple(sorted(slow)),
             uids=record.uids(*sorted(slow)),
+            advice="check_computer",
+            params={**values, "limit_ms": 1000 * SLOW_S, "nodes": sorted(slow)},
         )
     ]
 
@@ -137,7 +156,12 @@ def offline_servos(record: Record) -> list[Finding]:
     servos = record.servos()
     gone = [one for one in servos if _is_gone(record, one)]
     return [_offline(record, one) for one in gone] or [
-        ok("servo_offline", "Every servo met is there", f"{count(len(servos), 'servo')} since connecting.")
+        ok(
+            "servo_offline",
+            "Every servo met is there",
+            f"{count(len(servos), 'servo')} since connecting.",
+            servos=len(servos),
+        )
     ]
 
 
@@ -154,10 +178,12 @@ def _offline(record: Record, servo: Servo) -> Finding:
     where = "" if servo.node_id is None else f" on node {servo.node_id}"
     return Finding(
         "servo_offline",
-        Severity.WARNING,
+        "warning",
         f"{servo.title} has gone silent",
         f"Last heard {record.now - servo.status_at:.0f} s ago{where}; the rest of the bus goes on.",
         "Check its supply, then its cable.",
         node_ids=() if servo.node_id is None else (servo.node_id,),
         uids=(servo.uid,),
+        advice="check_supply",
+        params=known(servo=servo.title, heard_s=round(record.now - servo.status_at), node=servo.node_id),
     )

@@ -1,4 +1,4 @@
-"""Owns Counts: what the adapter and our requests counted within the last minute, a sample a second."""
+"""Owns CounterHistory: what the adapter and our requests counted within the last minute, a sample a second."""
 
 from collections import deque
 from itertools import pairwise
@@ -25,6 +25,8 @@ class Sample(NamedTuple):
     busy_s: float = 0.0
     tries: int = 0
     """Requests of ours that went out, repetitions included."""
+    line_bytes: int = 0
+    """Bytes that came over a serial line."""
 
     @property
     def disturbances(self) -> int:
@@ -46,10 +48,11 @@ def sample(statistics: PortStatistics, requests: RequestCounters, now: Instant) 
     return Sample(
         now, statistics.rx_frames, statistics.rx_dropped, statistics.ignored, statistics.errors,
         statistics.error_frames, statistics.unacknowledged, statistics.busy_s, requests.requests + requests.repeats,
+        statistics.line_bytes,
     )  # fmt: skip
 
 
-class Counts:
+class CounterHistory:
     """A ring of samples, and the counters as of the last look."""
 
     def __init__(self, first: Sample) -> None:

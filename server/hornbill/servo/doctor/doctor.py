@@ -3,13 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
+from hornbill.domain.bus import Finding
 from hornbill.errors import PortError
 from hornbill.node.allocator import Allocator
+from hornbill.node.directory import Directory
 from hornbill.node.participant import Participant
-from hornbill.servo.doctor import adapter, allocation, answers, identity, traffic
-from hornbill.servo.doctor.finding import Finding, Severity
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.doctor import adapter, allocation, answers, identity, programs, traffic
 from hornbill.servo.doctor.record import Record
-from hornbill.servo.servo import Servo
 from hornbill.units import Instant
 from hornbill.wire.port import CanPort
 
@@ -19,8 +20,9 @@ _LINE: Final[Sequence[Check]] = (traffic.silence, adapter.bus_off, adapter.bit_t
 """What must be well before it makes sense to look at single nodes."""
 
 _NODES: Final[Sequence[Check]] = (
-    identity.own_node_id, identity.node_ids, identity.servo_ids, allocation.allocators, allocation.waiting,
-    traffic.dropped, traffic.errors_rising, traffic.load,
+    identity.own_node_id, identity.node_ids, identity.servo_ids, identity.new_servos, programs.commanders,
+    allocation.allocators, allocation.waiting,
+    traffic.dropped, traffic.errors_rising, traffic.load, traffic.serial_line,
     answers.silent_nodes, answers.lost_answers, answers.slow_answers, answers.offline_servos,
     traffic.foreign_frames,
 )  # fmt: skip
@@ -28,11 +30,12 @@ _NODES: Final[Sequence[Check]] = (
 _RECORDED: Final[Sequence[Check]] = (identity.node_ids, identity.servo_ids, traffic.foreign_frames)
 """What can be said of a recording: nobody there can be asked, and it may end, or hold what we said."""
 
-_DEAF: Final = frozenset(("only_errors", "unacknowledged", "no_traffic"))
+_DEAF: Final = frozenset(("only_errors", "unacknowledged", "no_traffic", "nothing_received"))
 
 _EXPLAINS: Final[Mapping[str, frozenset[str]]] = {
     "duplicate_node_id": frozenset(("errors_rising", "answers_lost", "answers_slow", "servo_offline")),
     "frames_dropped": frozenset(("answers_lost",)),
+    "serial_line_full": frozenset(("answers_slow", "answers_lost")),
     "errors_rising": frozenset(("answers_lost", "answers_slow")),
     "load_over_budget": frozenset(("answers_slow", "answers_lost")),
     "answers_slow": frozenset(("answers_lost",)),
@@ -40,7 +43,7 @@ _EXPLAINS: Final[Mapping[str, frozenset[str]]] = {
 }
 """What a cause brings with it: told beside it, it would lead people astray."""
 
-_RANK: Final = {Severity.FAILURE: 0, Severity.WARNING: 1, Severity.NOTICE: 2, Severity.OK: 3}
+_RANK: Final = {"failure": 0, "warning": 1, "notice": 2, "ok": 3}
 
 
 class Doctor:
@@ -57,10 +60,10 @@ class Doctor:
         """An adapter was to be opened and did not."""
         self._failure = address, error
 
-    def follow(self, port: CanPort, participant: Participant, allocator: Allocator) -> None:
+    def follow(self, port: CanPort, participant: Participant, allocator: Allocator, directory: Directory) -> None:
         """A bus was connected: remember what happens on it."""
         self._failure = None
-        self._record = Record(port, participant, allocator, self._servos, self._clock())
+        self._record = Record(port, participant, allocator, directory, self._servos, self._clock())
 
     def leave(self) -> None:
         """The bus was disconnected; what failed before was not the last thing anybody wanted."""
@@ -76,10 +79,10 @@ class Doctor:
         found = self._examine()
         hidden: set[str] = set()
         for one in found:
-            if one.severity is not Severity.OK:
+            if one.severity != "ok":
                 hidden |= _EXPLAINS.get(one.code, frozenset())
-        wrong = [one for one in found if one.severity is not Severity.OK and one.code not in hidden]
-        well = [one for one in found if one.severity is Severity.OK] if everything else []
+        wrong = [one for one in found if one.severity != "ok" and one.code not in hidden]
+        well = [one for one in found if one.severity == "ok"] if everything else []
         return sorted(wrong + well, key=lambda one: _RANK[one.severity])
 
     def _examine(self) -> list[Finding]:
@@ -94,7 +97,7 @@ class Doctor:
             return found + [one for check in _RECORDED for one in check(record)]
         for check in _LINE:
             found += check(record)
-        if not any(one.code in _DEAF and one.severity is Severity.FAILURE for one in found) and not _is_off(found):
+        if not any(one.code in _DEAF and one.severity == "failure" for one in found) and not _is_off(found):
             for check in _NODES:
                 found += check(record)
         return found
@@ -107,4 +110,4 @@ def _why_off(record: Record) -> list[Finding]:
 
 
 def _is_off(found: Sequence[Finding]) -> bool:
-    return any(one.code == "bus_off" and one.severity is Severity.FAILURE for one in found)
+    return any(one.code == "bus_off" and one.severity == "failure" for one in found)

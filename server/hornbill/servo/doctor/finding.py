@@ -1,35 +1,14 @@
 """Owns Finding: one thing the doctor looked at, for people: what it is, how it is known, what helps."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from enum import StrEnum
+
+from hornbill.domain.bus import Check, Finding
+from hornbill.domain.fields import Param, known
 
 
-class Severity(StrEnum):
-    """How bad it is. `ok`: looked at and found well; `notice`: worth knowing, and nothing to repair."""
-
-    OK = "ok"
-    NOTICE = "notice"
-    WARNING = "warning"
-    FAILURE = "failure"
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """`code` names the cause for programs, `evidence` holds the numbers, `remedy` what to do about it."""
-
-    code: str
-    severity: Severity
-    text: str
-    evidence: str
-    remedy: str | None = None
-    node_ids: tuple[int, ...] = ()
-    uids: tuple[str, ...] = ()
-
-
-def ok(code: str, text: str, evidence: str) -> Finding:
-    """Something that was looked at and found well."""
-    return Finding(code, Severity.OK, text, evidence)
+def ok(code: Check, text: str, evidence: str, **params: Param | None) -> Finding:
+    """Something that was looked at and found well; `params` are the values in its evidence, None if unknown."""
+    return Finding(code, "ok", text, evidence, None, params=known(**params))
 
 
 def count(number: int, one: str) -> str:

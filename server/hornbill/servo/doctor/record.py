@@ -1,22 +1,27 @@
 """Owns Record: what the doctor remembers of one connection, kept up to date by hooks and the host's tick."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from hornbill.node.allocator import Allocator
+from hornbill.node.directory import Directory
 from hornbill.node.participant import Participant
-from hornbill.servo.doctor.counts import Counts, Sample, sample
+from hornbill.node.programs import by_commands, by_name
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.doctor.counts import CounterHistory, Sample, sample
 from hornbill.servo.doctor.watch import NodeWatch
-from hornbill.servo.servo import Servo
 from hornbill.units import Instant, NodeId, Uid
 from hornbill.wire.frame import Frame
-from hornbill.wire.messages import ActuatorStatus, Allocation, NodeStatus
+from hornbill.wire.messages import ActuatorStatus, AllocationMessage, ArrayCommand, NodeStatus
 from hornbill.wire.port import RECORDINGS, CanPort, PortState
 from hornbill.wire.services import GetNodeInfoRequest, GetSetRequest
 from hornbill.wire.transfer import END, START, Transfer
 
 BUS_OFF_REMEMBERED_S: Final = 30.0
+
+COMMANDING_S: Final = 5.0
+"""How long after its last ArrayCommand a node is still taken to command servos."""
 
 HERE_S: Final = 3.0
 """A node that has not been heard for so long is gone (three NodeStatus missed, table 2-2)."""
@@ -35,6 +40,17 @@ class Grant:
     last: Instant
 
 
+@dataclass(slots=True)
+class Commander:
+    """What another node commands by ArrayCommand without a pause of COMMANDING_S: since when, how often, and whom."""
+
+    since: Instant
+    messages: int = 0
+    last: Instant = 0.0
+    servo_ids: dict[int, Instant] = field(default_factory=dict[int, Instant])
+    """When each was last commanded."""
+
+
 class Record:
     """One connection, from when it was made: counters, silence, nodes, grants. Bounded, and never asks anything."""
 
@@ -43,16 +59,18 @@ class Record:
         port: CanPort,
         participant: Participant,
         allocator: Allocator,
+        directory: Directory,
         servos: Callable[[], Sequence[Servo]],
         now: Instant,
     ) -> None:
         self.port = port
+        self.directory = directory
         self.participant = participant
         self.allocator = allocator
         self.since = now
         self.heard_at: Instant | None = None
         """When a frame last came in."""
-        self.counts = Counts(self._sample(now))
+        self.counts = CounterHistory(self._sample(now))
         self.at_last_frame = self.counts.latest
         """The counters when a frame last came in, or at the start."""
         self.bus_offs: int = port.statistics.bus_offs
@@ -64,6 +82,8 @@ class Record:
         """Since when the adapter cannot be used; None while it can."""
         self.nodes: dict[int, NodeWatch] = {}
         self.grants: dict[int, Grant] = {}
+        self.commanders: dict[int, Commander] = {}
+        """Other nodes that commanded servos, by node id."""
         self.allocation_at: Instant | None = None
         """When anybody last said anything about node ids, ourselves excepted."""
         self.met: set[Uid] = set()
@@ -74,7 +94,8 @@ class Record:
         self._answers = {type_id << 16 | to_us: is_register for type_id, is_register in self._requests.items()}
         participant.subscribe(NodeStatus, self._on_node_status)
         participant.subscribe(ActuatorStatus, self._on_status)
-        participant.subscribe(Allocation, self._on_allocation)
+        participant.subscribe(AllocationMessage, self._on_allocation)
+        participant.subscribe(ArrayCommand, self._on_array_command)
         participant.on_frames.append(self._on_frames)
         participant.on_round_trip.append(self._on_round_trip)
         allocator.on_granted.append(self._on_granted)
@@ -105,6 +126,11 @@ class Record:
         return self.bus_off_at is not None and self.now - self.bus_off_at < BUS_OFF_REMEMBERED_S
 
     @property
+    def passive(self) -> bool:
+        """Whether the controller says that it is passive; a port that has heard nothing is shown as that, too."""
+        return self.port.state is PortState.PASSIVE and not self.port.details.nothing_received
+
+    @property
     def recorded(self) -> bool:
         """Whether what is heard was on another bus at another time: a recording is played back."""
         return self.port.address.startswith(RECORDINGS)
@@ -128,6 +154,16 @@ class Record:
         limit = self.now - HERE_S
         return {node_id: self.nodes[node_id] for node_id in sorted(self.nodes) if self.nodes[node_id].heard > limit}
 
+    def commanding(self) -> dict[int, Commander]:
+        """The other nodes that command servos now, by node id."""
+        return {node_id: one for node_id, one in self.commanders.items() if self.now - one.last < COMMANDING_S}
+
+    def program(self, node_id: int) -> str | None:
+        """The program behind another node, as far as its name and its commands tell."""
+        known, commander = self.directory.records.get(node_id), self.commanders.get(node_id)
+        found = by_name(None if known is None or known.info is None else known.info.name)
+        return found or (None if commander is None else by_commands(node_id, commander.servo_ids))
+
     def servos(self) -> list[Servo]:
         """The servos that were online on this connection, wherever they are now."""
         return [one for one in self._servos() if one.uid in self.met]
@@ -140,6 +176,11 @@ class Record:
         """What to call a node in a sentence."""
         servo = self.servo(node_id)
         return f"node {node_id}" if servo is None else f"{servo.title} (node {node_id})"
+
+    def title(self, node_id: int) -> str | None:
+        """What to call the servo known to be on a node id."""
+        servo = self.servo(node_id)
+        return None if servo is None else servo.title
 
     def uids(self, *node_ids: int) -> tuple[str, ...]:
         """The unique ids of the servos known to be on these node ids."""
@@ -164,8 +205,19 @@ class Record:
         if transfer.source:
             self._node(transfer.source).hear_status(transfer.transfer_id, status.actuator_id, transfer.at)
 
-    def _on_allocation(self, transfer: Transfer, _message: Allocation) -> None:
+    def _on_allocation(self, transfer: Transfer, _message: AllocationMessage) -> None:
         self.allocation_at = transfer.at
+
+    def _on_array_command(self, transfer: Transfer, message: ArrayCommand) -> None:
+        if not transfer.source:
+            return
+        known = self.commanders.get(transfer.source)
+        if known is None or transfer.at - known.last > COMMANDING_S:
+            known = self.commanders[transfer.source] = Commander(transfer.at)
+        known.messages += 1
+        known.last = transfer.at
+        for command in message.commands:
+            known.servo_ids[command.actuator_id] = transfer.at
 
     def _on_granted(self, uid: Uid, node_id: NodeId) -> None:
         before = self.grants.get(node_id)

@@ -48,7 +48,7 @@ def two_counters(transfer_ids: Iterable[int]) -> bool:
     return min(shares) >= _EACH and switches >= _SWITCHES and 2 * exact >= sum(shares) - len(last)
 
 
-class Stream:
+class MessageTimes:
     """The last messages of one kind."""
 
     __slots__ = ("_at", "_ids", "_next", "_odd")
@@ -130,8 +130,8 @@ class NodeWatch:
         self.heard: Instant = float("-inf")
         """When it last broadcast NodeStatus or Status."""
         self.uptime_s = 0
-        self.node_statuses = Stream()
-        self.statuses = Stream()
+        self.node_statuses = MessageTimes()
+        self.statuses = MessageTimes()
         self.servo_id: int | None = None
         """What its Status says; None for a node that says none."""
         self.servo_id_at: Instant = float("-inf")

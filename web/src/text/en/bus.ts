@@ -1,4 +1,6 @@
-/** Owns the English sentences of the Bus page and of Connect; loaded with them. */
+/** The English sentences of the Bus page and of Connect; loaded with them. */
+
+type NoteParams = Readonly<Record<string, string | number>>;
 
 const count = (n: string, one: string, many: string) => `${n} ${n === "1" ? one : many}`;
 
@@ -29,8 +31,44 @@ export const words = {
   },
   trouble: {
     over: "Recording over",
+    nothing: "Nothing received",
     retry: (s: string) => `Next try in ${s}`,
     retrying: "Trying again",
+  },
+
+  line: {
+    baud: "Baud rate",
+    baudOf: (baud: string) => `${baud} baud`,
+    how: (found: boolean) => (found ? "found" : "as given in the address"),
+    unconfirmed: "not confirmed: nothing received yet",
+    usb: "USB, no serial line",
+    serialNumber: "Serial number",
+    budget: "Line budget",
+    framesPerSecond: (n: string) => `${n} frames/s`,
+    slower: "slower than the CAN bus: polling keeps within it",
+    faster: "the CAN bus is slower",
+    inUse: (pct: string) => `, ${pct} in use`,
+    gap: "Frame gap",
+    fact: (baud: string, frames: string) => `Serial line ${baud} baud, up to ${frames} frames/s`,
+    notesTitle: "Notes on the adapter",
+    tryingRates: (baud: string) =>
+      `The baud rate of the adapter is not known. ${baud} baud is being tried, then the next one. If the adapter has a baud rate of its own, add it to the address: @BAUD.`,
+    leaveOut: (baud: string) =>
+      `The address sets ${baud} baud, and nothing was received. Leave out the part after @, and hornbill finds the baud rate.`,
+    checkBus:
+      "Check that the servos have power, then CAN_H, CAN_L, ground and the termination (120\u202fΩ at both ends).",
+    notes: {
+      adapter_silent: () => "The adapter answers no command. It is used all the same.",
+      bit_rate_fixed: () =>
+        "The adapter does not accept a CAN bit rate. It is used at its own, which must be 1\u202fMbit/s.",
+      baud_unknown: (params: NoteParams) =>
+        `The baud rate is not known, because nothing was received. ${params.baud} baud is tried first.`,
+      adapter_echoes: () => "The adapter returns what it is sent. Returned frames are dropped.",
+      line_noise: (params: NoteParams) =>
+        `${params.bytes} unreadable bytes were received while the adapter was opened. Check its cable.`,
+      latency_timer: (params: NoteParams) =>
+        `The latency timer of the FTDI chip is ${params.latency_ms}\u202fms. Set it to 1\u202fms for faster answers.`,
+    } as Record<string, (params: NoteParams) => string>,
   },
 
   plot: {
@@ -77,17 +115,6 @@ export const words = {
     nodes: (id: string) => `Node ${id} in the monitor`,
     ids: "Open the node IDs",
     connect: "Choose an adapter…",
-    /** What to do on this page, for remedies that name a request to make. */
-    here: {
-      no_bus: "Choose an adapter, and connect it.",
-      bit_rate: "Connect the adapter again, at 1 Mbit/s.",
-      sample_point: "Connect the adapter again, with a sample point of 87.5 %.",
-      adapter_lost: "Check the adapter and its cable, then connect again.",
-      bus_off: "Check bit rate, wiring and termination, then connect again.",
-      second_allocator: "Keep one of the two: switch the other off, or ours under Node IDs.",
-      allocator_off: "Turn it on under Node IDs.",
-      allocation_refused: "See under Node IDs who has which; Forget frees one.",
-    } as Record<string, string>,
     severity: { ok: "OK", notice: "Notice", warning: "Warning", failure: "Failure" },
   },
 
@@ -191,6 +218,8 @@ export const words = {
       off: "Nobody is given a node ID. New servos stay without one.",
       insist: "A node that asks is given a node ID, even while another allocator answers.",
       standing_down: "Standing down: another allocator answers, so hornbill gives none.",
+      own_id_shared:
+        "Standing down: another program uses hornbill's node ID. hornbill gives none until a minute after its last frame.",
     },
     rival: (id: string) => `Another allocator answers: node ${id}.`,
     rivalDo: "Turn one of them off. Two that answer can give one servo two IDs.",
@@ -256,7 +285,7 @@ export const words = {
     adapters: "Adapters",
     other: "Another address",
     otherLine:
-      "As INTERFACE:CHANNEL, for instance socketcan:can0, slcan:/dev/ttyACM0, pcan:PCAN_USBBUS1 or file:recording.log",
+      "As INTERFACE:CHANNEL, for instance socketcan:can0, slcan:/dev/ttyACM0, candle:, socketcand:192.168.1.20:29536/can0, pcan:PCAN_USBBUS1 or file:recording.log",
     address: "Address",
     example: "socketcan:can0",
     bitrate: "Bit rate",
@@ -269,6 +298,12 @@ export const words = {
     connecting: (name: string) => `Connecting ${name}`,
     copy: "Copy",
     copied: "Copied",
+    options: "Options",
+    gap: "Frame gap",
+    gapLine: "Pause between the frames of one transfer. Normally 0; some adapters need 3\u202fms.",
+    gapWrong: (value: string) => `${value} is not a pause. Enter 0 to 20 ms.`,
+    findingRate: "Finding the baud rate of the adapter. This takes up to 4\u202fs.",
+    lastBaud: (baud: string) => `last used at ${baud} baud`,
     state: {
       ready: "Ready",
       connected: "Connected now",

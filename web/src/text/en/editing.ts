@@ -38,18 +38,32 @@ export const words = {
       `${row} ${wanted} could switch the output off at once: the temperature is ${reading} now (±${margin}). A servo whose output is off holds nothing; a load can drop.`,
     unknown: (row: string, wanted: string) =>
       `${row} ${wanted} could switch the output off at once: what it is compared with is not known. A servo whose output is off holds nothing; a load can drop.`,
+    turns: (row: string, wanted: string, turns: string) =>
+      `${row} ${wanted} is ${turns} turns. Beyond ±180° the servo counts turns, and the count is lost at power-off.`,
     ticks: {
       supply: "I checked the supply: this voltage limit is meant",
       temperature: "I checked the temperature: this limit is meant",
-      torque_off_in_rom: "Torque off in ROM is meant: it holds nothing after a restart",
+      torque_off_in_rom: "Torque off in ROM is intended: the servo holds nothing after a start",
+      torque_on_in_rom: "Torque on in ROM is intended: the servo holds its horn after every start",
+      multi_turn: "Angles beyond ±180° are intended: the turn count is lost at power-off",
     },
     go: (n: number) => `Write ${values(n)} all the same`,
     torqueOff:
-      "It has no torque now, and a save keeps that: after every start it holds nothing until torque is turned on. Motion ends with torque off, so this is seldom meant.",
-    free: "The horn is free: it is held where it stands, and goes slowly to 0° at the start if soft start is on",
-    goTorque: "Save with torque on",
-    notSaved: "Nothing was saved.",
-    goSave: "Save without torque",
+      "ROM will hold torque off or brake. After every start the servo holds nothing until torque is turned on.",
+    torqueUnknown:
+      "What ROM holds as torque mode (0x20) is not known, so a save cannot keep it. Choose what ROM gets.",
+    choices: {
+      torque_on_in_rom: "Torque on: the servo holds its horn after every start",
+      torque_off_in_rom: "Torque off: the servo holds nothing after a start",
+    } as Record<string, string>,
+    next: "Continue",
+  },
+
+  lost: {
+    line: (n: number, at: string) =>
+      `${at}: ${values(n)} in RAM ${n === 1 ? "was" : "were"} lost when the servo restarted without a save.`,
+    stage: (n: number) => `Stage ${values(n)} again`,
+    staged: "Staged again",
   },
 
   undo: {
@@ -60,6 +74,5 @@ export const words = {
     lead: "These values stood in RAM before. They are written to RAM and read back; ROM is not touched.",
     head: { parameter: "Parameter", now: "Now", before: "Before" },
     go: (n: number) => `Write ${values(n)} back`,
-    nothing: "It holds all of this already.",
   },
 };

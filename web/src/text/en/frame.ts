@@ -36,6 +36,7 @@ export const bar = {
     lost: "Adapter lost",
   },
   over: "Recording over",
+  nothing: "Nothing received",
   bitrate: (mbit: string) => `${mbit}\u202fMbit/s`,
   retry: (word: string, s: number) => `${word}, next try in ${s}\u202fs`,
   load: (pct: string) => `Load ${pct}`,
@@ -72,13 +73,14 @@ export const asked = {
 
 export const stop = {
   word: "STOP",
-  keys: "Esc or Space",
+  /** Which keys stop: while motion is on here, while something moves, while nothing does, after one Esc. */
+  keys: { on: "Esc or Space", moving: "Esc", still: "Esc twice", again: "Esc again" },
+  reach: (n: number) => (n === 1 ? "1 servo. Acts at once" : `All ${n} servos. Acts at once`),
   stopped: "STOPPED",
   again: "Press to send again",
   noLink: "NO LINK",
   cut: "cut the supply",
   label: "Stop: torque off on every servo",
-  cause: { button: "Stop button", Esc: "Esc", Space: "Space" },
   unsent: (why: string) => `Stop did not reach hornbill. Cut the supply. ${why}`,
   headline: (at: string, by: string, done: number, all: number, mode: string) => {
     const where = all === 1 ? "its servo" : `${done} of ${all} servos`;
@@ -114,10 +116,20 @@ export const stop = {
   noAnswer: "Did not answer the stop",
 };
 
+export const missing = {
+  page: "No page at this address",
+  pageLine: "Check the address, or start from the list of servos.",
+  servo: "Unknown servo",
+  uid: "Unique ID",
+  servoLine:
+    "No servo with this unique ID has been seen by this server. Check the address, or choose a servo.",
+};
+
 export const lazy = {
-  failed:
-    "This part of the page could not be loaded. hornbill may have been updated since the page was opened.",
-  reload: "Load the page again",
+  link: "This part of the page is not loaded yet: hornbill cannot be reached. It appears when the connection is back.",
+  updated: "hornbill was updated after this page was opened. Reload the page to continue.",
+  refused: "This part of the page could not be loaded: the server did not deliver it. Trying again.",
+  reload: "Reload",
 };
 
 export const panel = {

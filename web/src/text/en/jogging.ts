@@ -32,8 +32,8 @@ export const words = {
   notReady: (name: string) => `${name} is not ready.`,
   noServoId: (name: string) => `${name} has no servo ID of its own. Give it one, 1 to 254.`,
   sameServoId: (name: string, other: string, id: number) => `${name} and ${other} share servo ID ${id}.`,
-  unitUnknown: (name: string) =>
-    `What a position means to ${name} is not known for sure yet. Move it alone, off 0°, first.`,
+  unitConflict: (name: string) =>
+    `Status of ${name} disagrees with register 0x08 about the position unit. Command it alone.`,
   firstNot: (why: string) => `No group: ${why}`,
   enable: (n: number) => `Enable motion for ${n} servos`,
   manner: "How they go together",

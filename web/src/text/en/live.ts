@@ -38,7 +38,7 @@ export const motion = {
   whileStopped: "Stopped: clear the stop first. It stands at the top left.",
   whileOffline: (name: string) => `${name} is offline. Check its supply.`,
   whileProtected: (name: string) => `${name} is protected: its output is off and comes back on by itself.`,
-  whileUnknown: (name: string) => `hornbill does not know the model of ${name}, and does not move it.`,
+  whileUnknown: (name: string) => `hornbill does not know the series of ${name}, and does not move it.`,
   whileBusy: (name: string) => `${name} is busy. Wait until it is ready.`,
   bandAll: (names: string) => `Motion is on for ${names}.`,
   dialText: (command: string, angle: string) => `Command ${command}, horn at ${angle}`,
@@ -55,7 +55,6 @@ export const motion = {
   dial: "Angle command, drag to move",
   steps: "Move by",
   value: "Angle",
-  enter: "and Enter",
   limits: (low: string, high: string) => `Limits ${low} to ${high}`,
   go: "Go",
   zero: "Go to 0°",
@@ -63,11 +62,20 @@ export const motion = {
   torqueOn: "Torque on",
   torqueIsOff: "Torque is off. The horn holds nothing.",
   notSent: "Not sent.",
+  pastLimit: {
+    angle_limit_cw: (value: string, limit: string, row: string) =>
+      `${value} is past the CW angle limit of ${limit} (${row}).`,
+    angle_limit_ccw: (value: string, limit: string, row: string) =>
+      `${value} is past the CCW angle limit of ${limit} (${row}).`,
+  },
+  changeLimit: "Change limit",
   outside: (from: string) =>
     `The horn is at ${from}, outside the limits. The first command moves it to the nearest limit or inside.`,
   locked: "Unlock drag",
   unlocked: "Lock drag",
   endedByStop: "Motion ended: stopped.",
+  stopHidden: "Stop is not fully visible in this window. Enlarge the window or zoom out, then enable motion.",
+  endedByHiddenStop: "Motion ended: Stop was no longer fully visible.",
   endedByLink: "Motion ended: the link to hornbill was lost. Torque goes off by itself.",
   endedByHiding: "Motion ended: the tab was hidden.",
   endedByOther: (holder: string) => `Motion ended: ${holder} has motion control now.`,

@@ -25,10 +25,7 @@ export const params = {
   readAgain: "Read again",
   refresh: "Read all from the bus",
   notRead: (why: string) => `Parameters not read: ${why}`,
-  unknownServo: "This servo is not known here.",
   toServos: "Go to Servos",
-  unknownModel: (hardware: string) =>
-    `hornbill does not know this model (hardware ${hardware}): nothing is read or written. Update hornbill.`,
   noneChanged: "Nothing is changed here.",
   noneFound: (what: string) => `No parameter matches “${what}”.`,
   torqueOff: "Torque off",
@@ -66,14 +63,21 @@ export const rows = {
   ram: "RAM",
   rom: "ROM",
   default: "default",
+  toDefault: (row: string, value: string) => `Set ${row} to its default, ${value}`,
   ruler: (ram: string, low: string, high: string) => `RAM holds ${ram}, in a range of ${low} to ${high}`,
 };
 
 export const check = {
   empty: "No value.",
   notANumber: (typed: string) => `“${typed}” is not a number.`,
-  above: (value: string, limit: string) => `${value} is above the ${limit} this model allows.`,
-  below: (value: string, limit: string) => `${value} is below the ${limit} this model allows.`,
+  ambiguous: (typed: string) => `The comma in “${typed}” can separate thousands or decimals.`,
+  otherUnit: (typed: string, unit: string) =>
+    unit === ""
+      ? `This value has no unit; “${typed}” is not expected.`
+      : `This value is in ${unit}, not in ${typed}.`,
+  enterOne: (value: string) => `Enter ${value}.`,
+  above: (value: string, limit: string) => `${value} is above this model's limit of ${limit}.`,
+  below: (value: string, limit: string) => `${value} is below this model's limit of ${limit}.`,
   between: (value: string, step: string) => `${value} is between two steps of ${step}.`,
   either: (low: string, high: string) => `Enter ${low} or ${high}.`,
   enter: (low: string, high: string) => `Enter ${low} to ${high}.`,
@@ -90,11 +94,12 @@ export const save = {
   discard: "Discard",
   diff: "Show diff",
   ctrlS: "Ctrl S",
+  ctrlEnter: "Ctrl Enter",
   apply: (n: number) => `Apply ${n} to RAM`,
   applySub: "No restart. Lost at power-off",
   save: "Apply and save to ROM…",
   saveOnly: "Save to ROM…",
-  working: { applying: "Writing to RAM", saving: "Saving to ROM" },
+  working: { checking: "Checking the save", applying: "Writing to RAM", saving: "Saving to ROM" },
   noLink: "Waiting for the link",
   offline: (name: string) => `${name} is offline`,
   sub: {
@@ -104,30 +109,24 @@ export const save = {
     brake: (name: string) => `${name} restarts on the brake`,
     unknown: (name: string) => `${name} restarts`,
   },
-  title: (n: number, name: string) => `Save ${count(n, "value", "values")} to ROM on ${name}?`,
+  title: (n: number, name: string) =>
+    n === 0 ? `Save ${name} to ROM?` : `Save ${count(n, "value", "values")} to ROM on ${name}?`,
   diffTitle: (n: number, name: string) => `${count(n, "change", "changes")} on ${name}`,
   facts: (model: string, serial: string, id: string) => `${model}, ${serial}, servo ${id}`,
-  moves: (from: string) => `The horn moves: ${from} to 0.0°`,
-  movesUnknown: "The horn moves to 0.0°",
-  movesWhy:
-    "The servo restarts. It holds no torque for about a second, so a load can drop. Then it turns slowly to 0.0°, at most 30\u202frpm and 30\u202f% torque.",
-  holds: "The horn stays where it is",
-  holdsWhy:
-    "The servo restarts. It holds no torque for about a second, so a load can drop. Soft start is off: then it holds where it stands.",
-  offHead: "The servo restarts with torque off",
-  offWhy:
-    "It holds nothing after the restart, nor after any power-on, until torque is turned on. A load can drop.",
-  brakeHead: "The servo restarts on the brake",
-  brakeWhy:
-    "It brakes weakly and does not hold an angle after the restart, nor after any power-on. A load can drop.",
   unknownHead: "The horn may move",
-  unknownWhy:
-    "The servo restarts. Torque mode or soft start was not read, so what the horn does then is not known.",
-  torqueOn: "Torque mode on is saved too: it holds torque after every power-on.",
-  turnsLost: (from: string) => `Turn count is lost at the restart: ${from} will read as one turn or less.`,
+  outputOn:
+    "Output is off now. It comes on right before the save, and the horn is held where it is until the restart.",
+  nothing: "ROM already holds all of this. The servo is saved and restarts anyway.",
+  unknownRows: (n: number) =>
+    `${count(n, "other value is", "other values are")} saved as ${n === 1 ? "it is" : "they are"}: what ROM holds of ${n === 1 ? "it" : "them"} is not known.`,
   idChange: "The servo or node ID changes with this. The servo is found again by its unique id.",
   head: { parameter: "Parameter", rom: "In ROM now", ram: "In RAM", after: "After" },
-  free: "The horn can turn freely and nobody is near it",
+  afterSave: (n: number) =>
+    n === 1 ? "The servo restarts after the save" : "Each servo restarts after its save",
+  free: (n: number) =>
+    n === 1
+      ? "The horn can turn freely and nobody is near it"
+      : `The horns of these ${n} servos can turn freely and nobody is near them`,
   confirm: (name: string) => `Save and restart ${name}`,
   notSaved: (why: string) => `Not saved: ${why}`,
 };

@@ -1,4 +1,5 @@
 /** Owns the English sentences of the Records page and of what somebody else changed; loaded with them. */
+import type { Facts } from "../../form/facts";
 
 const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;
 const rows = (n: number) => `${n} ${n === 1 ? "row" : "rows"}`;
@@ -40,7 +41,6 @@ export const words = {
     all: "All servos",
     title: (name: string) => `Snapshots of ${name}`,
     take: "Take a snapshot",
-    takeReason: "by hand",
     empty: "No snapshot yet",
     emptyLine:
       "One is taken by itself before every change of more than a value, so that any change can be undone. Take one by hand before you try something.",
@@ -77,16 +77,21 @@ export const words = {
 
   /** Why a snapshot was taken. */
   reasons: {
-    byHand: "Taken by hand",
-    beforeSaving: "Before a save to ROM",
-    beforeReset: "Before a factory reset",
-    beforeDrift: "Before changes from outside were undone",
-    beforeChange: (label: string, more: number) =>
-      more === 0 ? `Before a change of ${label}` : `Before a change of ${label} and ${more} more`,
-    commissioning: "Before commissioning",
-    matrix: "Before a change of several servos",
-    profile: (name: string) => `Before the profile ${name}`,
-    restored: (number: string) => `Before snapshot ${number} was restored`,
+    by_hand: () => "Taken by hand",
+    saving: () => "Before a save to ROM",
+    factory_reset: () => "Before a factory reset",
+    drift_undone: () => "Before changes from outside were undone",
+    change: (p: Facts) =>
+      p.more === undefined || p.more === "0"
+        ? `Before a change of ${p.key}`
+        : `Before a change of ${p.key} and ${p.more} more`,
+    commissioning: () => "Before commissioning",
+    matrix: () => "Before a change of several servos",
+    profile: (p: Facts) => `Before the profile ${p.profile}`,
+    restore: (p: Facts) =>
+      p.snapshot === undefined
+        ? `Before a restore of ${p.side}`
+        : `Before snapshot ${p.snapshot} was restored`,
   },
 
   write: {
@@ -109,7 +114,9 @@ export const words = {
     confirm: {
       supply: "I checked the supply: the voltage limits suit it",
       temperature: "I checked the temperature limits",
-      torque_off_in_rom: "Torque off in ROM is meant: it holds nothing after a restart",
+      torque_off_in_rom: "Torque off in ROM is intended: the servo holds nothing after a start",
+      torque_on_in_rom: "Torque on in ROM is intended: the servo holds its horn after every start",
+      multi_turn: "Angles beyond ±180° are intended: the turn count is lost at power-off",
     },
   },
 
@@ -202,6 +209,7 @@ export const words = {
       profile: "Profile",
       commissioning: "Commissioning",
       step_test: "Step test",
+      restore_output: "Restore output",
     } as Record<string, string>,
     state: {
       queued: "waiting",
@@ -252,6 +260,7 @@ export const words = {
       forget: "Forget",
       allocator: "Node ID allocator",
       step_test: "Step test",
+      restore_output: "Restore output",
       applied: "applied",
       succeeded: "done",
       verified: "verified",

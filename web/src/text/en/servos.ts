@@ -22,20 +22,18 @@ export const servos = {
   saved: "saved",
   notKnown: "not known",
   ramOnly: (n: number) => `${n} in RAM only`,
+  ramLost: (n: number) => `${n} RAM ${n === 1 ? "value" : "values"} lost`,
   changedOutside: "Changed outside",
   changedRows: (n: number) => `Changed outside: ${n} ${n === 1 ? "row" : "rows"} of its ROM`,
   showChanged: "Show the difference…",
   firmware: (version: string) => `fw ${version}`,
   noData: "no data",
-  unit: {
-    assumed: "Angle read from the servo; broadcast unit not confirmed yet.",
-    conflict: "Angle read from the servo; what it broadcasts fits no unit.",
-  },
+  unitConflict: "Status and register 0x08 disagree about the position unit.",
   rename: (name: string) => `Rename ${name}`,
   nickname: "Nickname",
   open: (name: string) => `Parameters of ${name}`,
   unknownModel: "Unknown model",
-  unknownLine: "Not read, not moved",
+  unknownLine: "Read only",
   more: "More servos: wire them to the bus. They appear here by themselves.",
   nothingFound: "No servo matches.",
   showAll: "Show all",
@@ -59,6 +57,13 @@ export const servos = {
     plot: "Plot",
     edit: "Edit together",
     profile: "Apply profile…",
+    /** One servo after the other. */
+    wiggling: (name: string, n: number, of: number) =>
+      of === 1 ? `Wiggling ${name}` : `Wiggling ${name}, ${n} of ${of}`,
+    wiggled: (n: number) => (n === 1 ? "1 wiggled." : `${n} wiggled in turn.`),
+    skipRest: "Skip the rest",
+    notWiggled: (name: string, why: string) => `${name}: not wiggled. ${why}`,
+    notRestarted: (name: string, why: string) => `${name}: not restarted. ${why}`,
     torqueOffDone: (n: number) => `Torque is off on ${n} of them.`,
     torqueOffFailed: (name: string, why: string) => `${name}: torque off was not confirmed. ${why}`,
   },
@@ -66,6 +71,27 @@ export const servos = {
   waiting: "Waiting for a node ID",
   stages: ["heard", "2 of 3 parts", "third part"] as const,
   usually: "Normal: up to 1.8\u202fs per servo",
+};
+
+/** What can be done with a servo as a whole. */
+export const actions = {
+  label: (name: string) => `Actions for ${name}`,
+  wiggle: "Wiggle ±3°",
+  wiggleHint:
+    "The horn turns by 3° to either side, twice, and back, at most 30\u202frpm and 30\u202f% torque. About 3\u202fs.",
+  asking: "Requesting motion control",
+  moving: (at: string) => `Wiggling ±3.0° around ${at}`,
+  moved: (low: string, high: string) => `Wiggled from ${low} to ${high}, now back.`,
+  notWiggled: (why: string) => `Not wiggled. ${why}`,
+  more: "More",
+  restart: "Restart…",
+  restartLine: "Loads ROM again. Values in RAM only are lost",
+  reset: "Factory reset…",
+  resetLine: "All values to their defaults, in RAM and ROM",
+  checking: "Checking",
+  notRestarted: (why: string) => `Not restarted. ${why}`,
+  notReset: (why: string) => `Not reset. ${why}`,
+  dismiss: "Dismiss",
 };
 
 export const empty = {
@@ -102,6 +128,7 @@ export const state = {
   updatingLine: "Keep its supply on",
   identifying: "Identifying",
   identifyingLine: "Reading model, firmware and serial",
+  toSnapshots: "Restore a snapshot…",
   offline: (age: string) => `Offline for ${age}`,
   offlineUnknown: "Offline",
   lastSeen: (at: string) => `Last seen ${at}`,
@@ -115,14 +142,68 @@ export const state = {
     error: "it reports an error",
     critical: "it reports a critical state",
   },
-  torque: { on: "Holding, torque on", off: "Torque off", brake: "Brake, no drive" } as Record<string, string>,
   counts: {
     ok: (n: number) => `${n} OK`,
-    notice: (n: number) => `${n} notice`,
+    notice: (n: number) => `${n} ${n === 1 ? "notice" : "notices"}`,
     busy: (n: number) => `${n} busy`,
-    warning: (n: number) => `${n} warning`,
-    failure: (n: number) => `${n} failure`,
+    warning: (n: number) => `${n} ${n === 1 ? "warning" : "warnings"}`,
+    failure: (n: number) => `${n} ${n === 1 ? "failure" : "failures"}`,
     offline: (n: number) => `${n} offline`,
     identifying: (n: number) => `${n} identifying`,
   },
+};
+
+const who = (what: string, by: string) => (by === "" ? what : `${what} by ${by}`);
+
+export const activity = {
+  holding: "Holding",
+  moving: "Moving",
+  turning: "Turning",
+  soft_start: "Soft start",
+  hunting: "Hunting",
+  huntingBy: (swing: string) => `Hunting, ${swing} peak to peak`,
+  huntingAdvice: "It oscillates at rest. Lower the P gain or widen the dead band.",
+  saturated: "Saturated",
+  saturatedAt: (torque: string, limit: string) => `Saturated, torque ${torque} of ${limit}`,
+  saturatedAdvice: "It pushes at its torque limit without moving. Free the horn or reduce the load.",
+  released: "Let go: command timeout (0x26)",
+  held_after_timeout: "Held after timeout (0x26)",
+};
+
+export const output = {
+  state: { on: "Output on", off: "Output off", brake: "Brake on", unknown: "Output not known" },
+  reason: {
+    configured: () => "as configured",
+    stop: (by: string) => who("stopped", by),
+    lease: (by: string) =>
+      by === "you" ? "your motion control ended" : `motion control${by === "" ? "" : ` of ${by}`} ended`,
+    command: (by: string) => `switched by ${by === "" ? "another tool" : by}`,
+    timeout: () => "command timeout (0x26)",
+    protection: () => "protection",
+  },
+  restore: "Restore output…",
+  offOn: (n: number) => `Output is off on ${n === 1 ? "1 servo" : `${n} servos`}.`,
+  keptOn: (n: number) =>
+    `Output is on for ${n === 1 ? "1 servo" : `${n} servos`}. It goes off when you leave this page.`,
+  nothing: "No servo to restore: the torque mode in ROM is off.",
+  /** Neither motion control nor a token told who it was. */
+  client: "a client",
+  line: (state: string, why: string) => `${state}: ${why}`,
+  at: (why: string, time: string) => `${why}, ${time}`,
+};
+
+/** On models and firmware; the notes on firmware are the server's. */
+export const model = {
+  as: (name: string) => `as ${name}`,
+  unknownSeries: (number: string) => `Unknown series ${number}`,
+  readOnly: (number: string) =>
+    `hornbill does not know series ${number}: this servo can be read, kept as a snapshot and compared. ` +
+    "It is neither moved nor written to, but for torque off. " +
+    "Use a hornbill that knows this series, or Futaba's own program.",
+  otherHardware: (number: string, name: string) =>
+    `hornbill does not know hardware ${number}: it treats this servo as a ${name}, the newest it knows of the series.`,
+  otherFirmware: (version: string, as: string) =>
+    `hornbill does not know firmware ${version}: it treats it as ${as}, the newest before it.`,
+  showNote: "What to know of this firmware",
+  noteOn: (version: string, note: string) => `Firmware ${version}: ${note}`,
 };

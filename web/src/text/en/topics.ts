@@ -13,6 +13,9 @@ import { words as matrix } from "./matrix";
 import { words as plots } from "./plots";
 import { words as recorder } from "./recorder";
 import { words as records } from "./records";
+import { words as restarting } from "./restarting";
+import { words as restoring } from "./restoring";
+import { words as steps } from "./steps";
 import { words as takeOver } from "./take-over";
 import { words as tune } from "./tune";
 import { view } from "./view";
@@ -32,6 +35,9 @@ export const topics = {
   plots,
   recorder,
   records,
+  restarting,
+  restoring,
+  steps,
   takeOver,
   tune,
   view,

@@ -35,7 +35,13 @@ export const words = {
     cancel: "Cancel test",
     cancelHint: "The horn goes back to where it was.",
     steps: "Steps of the test",
-    staged: "A gain is changed and not applied: apply or discard it before the test.",
+    applyAndGo: (n: string) => `Apply and run step ${n}`,
+    writesGains: (n: number) =>
+      `${n === 1 ? "1 gain is" : `${n} gains are`} written to RAM first. The test saves nothing.`,
+    wrongGain: "A gain is not a valid value: correct or discard it first.",
+    notApplied: "Not run: the gains were not written as entered. See the gains.",
+    motionEnded: "Not run: motion ended while the gains were written.",
+    stepOf: (n: number, of: number) => `Step ${n} of ${of}`,
     writes: "The test writes no parameter and saves nothing.",
   },
 
@@ -137,6 +143,8 @@ export const words = {
 
   hints: {
     title: "What you see, what to try",
+    noneSeen: "The runs shown have none of these.",
+    others: (n: number) => `Other symptoms: ${n}`,
     lead: "One row at a time, by a tenth or two; then the same step again.",
     seen: (letter: string) => `seen in ${letter}`,
     what: {

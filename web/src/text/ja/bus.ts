@@ -26,9 +26,44 @@ export const words = {
     lost: "アダプター喪失",
   },
   trouble: {
+    nothing: "受信なし",
     retry: s => `${s}後に再試行`,
     retrying: "再試行中",
     over: "記録の再生終了",
+  },
+  line: {
+    baud: "ボーレート",
+    baudOf: baud => `${baud} baud`,
+    how: found => (found ? "自動検出" : "アドレスで指定"),
+    unconfirmed: "未確認: まだ何も受信していません",
+    usb: "USB（シリアル回線なし）",
+    serialNumber: "シリアル番号",
+    budget: "回線の容量",
+    framesPerSecond: n => `${n}フレーム/s`,
+    slower: "CANバスより低速。ポーリングはこの範囲内で行います",
+    faster: "CANバスの方が低速",
+    inUse: pct => `、使用率${pct}`,
+    gap: "フレーム間隔",
+    fact: (baud, frames) => `シリアル回線 ${baud} baud、最大${frames}フレーム/s`,
+    notesTitle: "アダプターに関する注記",
+    tryingRates: baud =>
+      `アダプターのボーレートが不明です。${baud} baudを試しており、次のボーレートも順に試します。アダプター固有のボーレートがある場合は、アドレスに@BAUDの形で追加してください。`,
+    leaveOut: baud =>
+      `アドレスで${baud} baudが指定されていますが、何も受信していません。@以降を省くと、hornbillがボーレートを自動検出します。`,
+    checkBus:
+      "サーボの電源を確認し、次にCAN_H、CAN_L、グランド、終端（両端に120\u202fΩ）を確認してください。",
+    notes: {
+      adapter_silent: () => "アダプターはコマンドに応答しませんが、そのまま使用します。",
+      bit_rate_fixed: () =>
+        "アダプターはCANビットレートの設定を受け付けません。アダプター固有のビットレートで使用します。1\u202fMbit/sである必要があります。",
+      baud_unknown: params =>
+        `何も受信していないため、ボーレートが不明です。まず${params.baud} baudを試します。`,
+      adapter_echoes: () => "アダプターは送信内容をそのまま返します。返されたフレームは破棄します。",
+      line_noise: params =>
+        `アダプターを開く間に、読み取れないデータを${params.bytes}バイト受信しました。ケーブルを確認してください。`,
+      latency_timer: params =>
+        `FTDIチップのレイテンシタイマーが${params.latency_ms}\u202fmsです。1\u202fmsに設定すると応答が速くなります。`,
+    },
   },
   plot: {
     label: "直近60 sのバス負荷",
@@ -72,16 +107,6 @@ export const words = {
     nodes: id => `モニターでノード${id}を見る`,
     ids: "ノードIDを開く",
     connect: "アダプターを選ぶ…",
-    here: {
-      no_bus: "アダプターを選んで接続してください。",
-      bit_rate: "1 Mbit/sでアダプターを接続し直してください。",
-      sample_point: "サンプルポイント87.5 %でアダプターを接続し直してください。",
-      adapter_lost: "アダプターとケーブルを確認し、接続し直してください。",
-      bus_off: "ビットレート、配線、終端を確認し、接続し直してください。",
-      second_allocator: "どちらか一方にしてください: 相手を止めるか、ノードIDでhornbill側を止めます。",
-      allocator_off: "ノードIDでオンにしてください。",
-      allocation_refused: "ノードIDで割り当てを確認してください。「忘れる」で1つ空きます。",
-    },
     severity: { ok: "正常", notice: "通知", warning: "警告", failure: "故障" },
   },
   monitor: {
@@ -186,6 +211,8 @@ export const words = {
       off: "ノードIDを割り当てません。新しいサーボはIDがないままです。",
       insist: "他の割り当て器が応答していても、要求したノードに割り当てます。",
       standing_down: "待機中: 他の割り当て器が応答しているため、hornbillは割り当てません。",
+      own_id_shared:
+        "待機中: 別のプログラムがhornbillのノードIDを使っています。最後のフレームから1分間、hornbillは割り当てません。",
     },
     rival: id => `他の割り当て器が応答しています: ノード${id}。`,
     rivalDo: "どちらか一方を止めてください。両方が応答すると1台に2つのIDを割り当てることがあります。",
@@ -243,7 +270,7 @@ export const words = {
     adapters: "アダプター",
     other: "その他のアドレス",
     otherLine:
-      "INTERFACE:CHANNELの形式。例: socketcan:can0、slcan:/dev/ttyACM0、pcan:PCAN_USBBUS1、file:recording.log",
+      "INTERFACE:CHANNELの形式。例: socketcan:can0、slcan:/dev/ttyACM0、candle:、socketcand:192.168.1.20:29536/can0、pcan:PCAN_USBBUS1、file:recording.log",
     address: "アドレス",
     example: "socketcan:can0",
     bitrate: "ビットレート",
@@ -256,6 +283,13 @@ export const words = {
     connecting: name => `${name}を接続中`,
     copy: "コピー",
     copied: "コピー済み",
+    options: "オプション",
+    gap: "フレーム間隔",
+    gapLine:
+      "1つの転送のフレームとフレームの間の休止時間。通常は0。アダプターによっては3\u202fmsが必要です。",
+    gapWrong: value => `${value}は設定できません。0～20 msを入力してください。`,
+    findingRate: "アダプターのボーレートを検出しています。最大4\u202fsかかります。",
+    lastBaud: baud => `前回 ${baud} baud`,
     state: {
       ready: "使用可",
       connected: "接続中",

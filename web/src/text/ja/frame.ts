@@ -32,6 +32,7 @@ export const frame = {
       lost: "アダプター喪失",
     },
     over: "再生終了",
+    nothing: "受信なし",
     bitrate: mbit => `${mbit}\u202fMbit/s`,
     retry: (word, s) => `${word}、${s}\u202fs後に再試行`,
     load: pct => `負荷 ${pct}`,
@@ -65,13 +66,13 @@ export const frame = {
   },
   stop: {
     word: "停止",
-    keys: "EscまたはSpace",
+    keys: { on: "EscまたはSpace", moving: "Esc", still: "Escを2回", again: "もう一度Esc" },
+    reach: n => `全${n}台を直ちに停止`,
     stopped: "停止中",
     again: "押すと再送信",
     noLink: "接続なし",
     cut: "電源を切ること",
     label: "停止: 全サーボのトルクをオフ",
-    cause: { button: "停止ボタン", Esc: "Esc", Space: "Space" },
     unsent: why => `停止がhornbillに届きませんでした。電源を切ってください。${why}`,
     headline: (at, by, done, all, mode) => {
       const what =
@@ -110,10 +111,19 @@ export const frame = {
     failed: why => `ページのこの部分で問題が起きました: ${why}。他の部分は動いています。`,
     again: "もう一度表示",
   },
+  missing: {
+    page: "このアドレスにページはありません",
+    pageLine: "アドレスを確認するか、サーボの一覧から始めてください。",
+    servo: "不明なサーボ",
+    uid: "ユニークID",
+    servoLine:
+      "このユニークIDのサーボは、このサーバーでは検出されていません。アドレスを確認するか、サーボを選んでください。",
+  },
   lazy: {
-    failed:
-      "ページのこの部分を読み込めませんでした。ページを開いた後にhornbillが更新された可能性があります。",
-    reload: "ページを再読み込み",
+    link: "ページのこの部分はまだ読み込まれていません。hornbillに接続できません。接続が戻ると表示されます。",
+    updated: "このページを開いた後にhornbillが更新されました。続けるにはページを再読み込みしてください。",
+    refused: "ページのこの部分を読み込めませんでした。サーバーから届きません。再試行しています。",
+    reload: "再読み込み",
   },
   events: {
     title: "イベント",

@@ -29,7 +29,7 @@ export const words = {
   notReady: name => `${name}は準備ができていません。`,
   noServoId: name => `${name}に固有のサーボIDがありません。1～254を付けてください。`,
   sameServoId: (name, other, id) => `${name}と${other}のサーボIDが同じです（${id}）。`,
-  unitUnknown: name => `${name}の位置の単位が未確認です。先に単独で0°以外へ動かしてください。`,
+  unitConflict: name => `${name}のStatusと0x08の位置の単位が一致しません。単独で動かしてください。`,
   firstNot: why => `グループにできません: ${why}`,
   enable: n => `${n}台の動作を有効にする`,
   manner: "動かし方",

@@ -38,7 +38,6 @@ export const words = {
     all: "すべてのサーボ",
     title: name => `${name}のスナップショット`,
     take: "スナップショットを取る",
-    takeReason: "手動",
     empty: "スナップショットはまだありません",
     emptyLine: "複数の値を変える前に自動で取るため、どの変更も元に戻せます。試す前に手動でも取れます。",
     automatic: "自動",
@@ -72,15 +71,17 @@ export const words = {
     back: "一覧に戻る",
   },
   reasons: {
-    byHand: "手動",
-    beforeSaving: "ROM保存の前",
-    beforeReset: "工場出荷設定に戻す前",
-    beforeDrift: "外部の変更を戻す前",
-    beforeChange: (label, more) => (more === 0 ? `${label}の変更前` : `${label}他${more}項目の変更前`),
-    commissioning: "初期設定の前",
-    matrix: "複数サーボの変更前",
-    profile: name => `プロファイル${name}の適用前`,
-    restored: number => `スナップショット${number}の復元前`,
+    by_hand: () => "手動",
+    saving: () => "ROM保存の前",
+    factory_reset: () => "工場出荷設定に戻す前",
+    drift_undone: () => "外部の変更を戻す前",
+    change: p =>
+      p.more === undefined || p.more === "0" ? `${p.key}の変更前` : `${p.key}他${p.more}項目の変更前`,
+    commissioning: () => "初期設定の前",
+    matrix: () => "複数サーボの変更前",
+    profile: p => `プロファイル${p.profile}の適用前`,
+    restore: p =>
+      p.snapshot === undefined ? `復元（${p.side}）の前` : `スナップショット${p.snapshot}の復元前`,
   },
   write: {
     title: name => `${name}を復元`,
@@ -102,7 +103,9 @@ export const words = {
     confirm: {
       supply: "電源を確認した: 電圧制限は適切",
       temperature: "温度制限を確認した",
-      torque_off_in_rom: "ROMのトルクオフは意図どおり: 再起動後は何も保持しない",
+      torque_off_in_rom: "ROMのトルクオフは意図どおり: 起動後は何も保持しない",
+      torque_on_in_rom: "ROMのトルクオンは意図どおり: 起動のたびにホーンを保持する",
+      multi_turn: "±180°を超える角度は意図どおり: 回転数は電源を切ると失われる",
     },
   },
   drift: {
@@ -192,6 +195,7 @@ export const words = {
       profile: "プロファイル",
       commissioning: "初期設定",
       step_test: "ステップ試験",
+      restore_output: "出力の復帰",
     },
     state: {
       queued: "待機中",
@@ -247,6 +251,7 @@ export const words = {
       forget: "忘れる",
       allocator: "ノードID割り当て",
       step_test: "ステップ試験",
+      restore_output: "出力の復帰",
       applied: "適用",
       succeeded: "完了",
       verified: "確認済み",

@@ -4,7 +4,8 @@ import { why } from "./why";
 
 const REPAIR = "使用を中止し、修理してください。";
 const AGAIN = `繰り返す場合は${REPAIR}`;
-const RETURNS = "出力はオフで、自動で復帰します。";
+const RETURNS = "超えると出力はオフになり、自動で復帰します。";
+const OLDER = "古いファームウェアが報告するビットで、仕様書に説明はありません。";
 
 export const table = {
   rows: {
@@ -101,6 +102,10 @@ export const table = {
     voltage_high: "過電圧",
     voltage_low: "低電圧",
     rom_lost: "保存値の喪失",
+    memory_warning: "メモリー",
+    cpu_clock_warning: "CPUクロック",
+    sensor_interface_failure: "角度センサーインターフェース",
+    cpu_rom_failure: "CPU ROM",
     motor_driver: "モータードライバー停止",
     motor_signal: "モーター信号の異常",
     sensor_failure: "角度センサーの故障",
@@ -108,7 +113,18 @@ export const table = {
     watchdog_restart: "再起動: ウォッチドッグ",
     ram_restart: "再起動: メモリー",
   },
+  firmware: {
+    "1.010":
+      "最初のファームウェアです。速度・トルク制御の切り替え（0x25）、モーター電流制限（0x2A）、角度ブースト（0x2F）がありません。",
+    "1.100": "角度ブースト（0x2F）がありません。1.200で加わりました。",
+    "1.200": "以降の版と同じパラメーターがすべてあります。",
+    "1.300":
+      "低速動作中に止まる不具合がFutabaの1.400で修正されています。バスにこのサーボだけを接続し、Futabaのソフトウェアで更新してください。",
+    "1.400": "以前のファームウェアで低速動作中に止まる不具合が修正されています。",
+    "1.500": "BLA34シリーズの最初のファームウェアです。",
+  },
   why,
+  commands: { angle: "角度", speed: "速度", torque: "トルク" },
   advice: {
     angle_limit_cw_reached:
       "ホーンが時計回りの制限に達しています。内側の角度を指令するか、制限（0x38）を広げてください。",
@@ -130,12 +146,16 @@ export const table = {
       "角度センサーの磁界が弱くなっています。動作は続きます。鉄や磁石を遠ざけ、続く場合は点検してください。",
     sensor_strong:
       "角度センサーの磁界が強くなっています。動作は続きます。他の磁石を遠ざけ、続く場合は点検してください。",
-    temperature_high: `基板が上限（0x3E、±5 °C）を超えています。${RETURNS}冷まし、負荷を下げてください。`,
-    temperature_low: `基板が下限（0x3F、±5 °C）を下回っています。${RETURNS}暖めるか、下限を下げてください。`,
-    voltage_high: `電源が上限（0x40、±0.5 V）を超えています。${RETURNS}電圧を下げるか、制動時の回生を吸収してください。`,
-    voltage_low: `電源が下限（0x41、±0.5 V）を下回っています。${RETURNS}充電または電源を強化するか、モーター電流制限（0x2A）を下げてください。`,
+    temperature_high: `基板が上限（0x3E、±5 °C）以上です。${RETURNS}冷まし、負荷を下げてください。`,
+    temperature_low: `基板が下限（0x3F、±5 °C）以下です。${RETURNS}暖めるか、下限を下げてください。`,
+    voltage_high: `電源が上限（0x40、±0.5 V）以上です。${RETURNS}電圧を下げるか、制動時の回生を吸収してください。`,
+    voltage_low: `電源が下限（0x41、±0.5 V）以下です。${RETURNS}充電するか電源を強化してください。または、モーターの負荷と電流を下げてください。`,
     rom_lost:
       "前回の起動で保存値を読み込めず、初期値で動いています。設定を書き直して保存するまで動かさないでください。",
+    memory_warning: `${OLDER}再起動し、続く場合は点検してください。`,
+    cpu_clock_warning: `${OLDER}再起動し、続く場合は点検してください。`,
+    sensor_interface_failure: `${OLDER}使用を中止し、点検してください。`,
+    cpu_rom_failure: `${OLDER}使用を中止し、点検してください。`,
     motor_driver: `過負荷などでモータードライバーが停止しました。負荷を外して再起動してください。${AGAIN}`,
     motor_signal: `モーターの回転信号が異常です。${REPAIR}`,
     sensor_failure: `角度センサーを読めず、動作できません。${REPAIR}`,

@@ -1,0 +1,202 @@
+"""The event stream: the messages of the WebSocket as server-sent events."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Annotated, Any, Final
+
+import orjson
+from fastapi import Header, Query, Request
+from fastapi.sse import format_sse_event
+from starlette.responses import StreamingResponse
+
+from hornbill.api.dependencies import TheHost
+from hornbill.api.live.event_log import ALWAYS, TELEMETRY, Cursor, EventBuffer, EventLog, LogEntry, log_of
+from hornbill.api.routing import Routes
+from hornbill.api.security.access import WHO, Access, Identity
+from hornbill.api.security.roles import Role
+
+routes = Routes("live")
+
+TOPICS: Final = ("servos", "events", "jobs", "bus", "telemetry")
+HEARTBEAT_S: Final = 10.0
+"""A comment is sent after this long without an event, so that both ends notice a lost connection."""
+RETRY_MS: Final = 2000
+"""How long a browser waits before it reconnects."""
+
+_TOPIC = f"({'|'.join(TOPICS)})"
+Topics = Annotated[
+    str,
+    Query(
+        pattern=f"^{_TOPIC}(,{_TOPIC})*$",
+        max_length=100,
+        description="of servos, events, jobs, bus and telemetry, with commas between them; lease and stop always come",
+    ),
+]
+Uids = Annotated[
+    str | None,
+    Query(
+        pattern="^[0-9a-f]{32}(,[0-9a-f]{32})*$",
+        max_length=33 * 127,
+        description="unique ids, with commas between them: servos, parameters and telemetry of these only",
+    ),
+]
+Last = Annotated[
+    str | None,
+    Header(alias="Last-Event-ID", max_length=200, description="the id of the last event that was read, to go on there"),
+]
+
+
+@routes.get(
+    "/events/stream",
+    Role.VIEW,
+    "invalid_value",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "server-sent events; the data of each is a ServerMessage, or a DroppedMessage",
+            "content": {"text/event-stream": {"schema": {"type": "string"}}},
+        }
+    },
+)
+async def stream_events(
+    request: Request, host: TheHost, topics: Topics = "servos,events,jobs,bus", uids: Uids = None, last: Last = None
+) -> StreamingResponse:
+    """The current state, then each change as it happens. Sends no request on the bus.
+
+    A client that reconnects within a minute with the id of its last event resumes there. A client that is late gets of
+    each servo, reading and job the newest change only, and every event. When messages are lost, `dropped` gives their
+    number, and the current state follows.
+    """
+    cursor = Cursor(set(topics.split(",")), None if uids is None else set(uids.split(",")))
+    who: Identity | None = request.scope.get(WHO)
+    return StreamingResponse(
+        _lines(EventStream(log_of(request.app.state, host), cursor, last), request.app.state.access, who),
+        media_type="text/event-stream",
+        headers={"X-Accel-Buffering": "no"},  # nginx would collect it
+    )
+
+
+def end_streams(state: Any) -> None:
+    """End every stream of an application, so that its server can shut down."""
+    log: EventLog | None = getattr(state, "event_log", None)
+    if log is not None:
+        log.close()
+
+
+class EventStream:
+    """One client's place in the log, as server-sent events whose ids tell where to resume."""
+
+    def __init__(self, log: EventLog, cursor: Cursor, last: str | None) -> None:
+        """`last`: the id of the last event the client read, null for a new client."""
+        self._log = log
+        self._cursor = cursor
+        self._resumes = last is not None
+        self._known = places(last or "")
+        self._seq = 0
+
+    def join(self) -> bytes:
+        """Begin, or resume. Returns the first lines."""
+        log, cursor = self._log, self._cursor
+        log.join(cursor)
+        cursor.places = {
+            buffer.name: place
+            for buffer in self._buffers()
+            if (place := self._known.get(buffer.name)) is not None and place <= buffer.next
+        }
+        cursor.waiting.set()
+        return format_sse_event(retry=RETRY_MS) + format_sse_event(event="hello", data_str=log.hello(0))
+
+    def take(self) -> bytes:
+        """The events that wait. Lost ones are counted, and followed by the current state."""
+        cursor = self._cursor
+        cursor.waiting.clear()
+        out: list[bytes] = []
+        for buffer in self._buffers():
+            place = cursor.places.get(buffer.name)
+            lost, entries = buffer.since(buffer.next if place is None else place)
+            telemetry = buffer is not self._log.changes()
+            restate = not telemetry and (place is None or lost > 0)
+            if lost or (place is None and self._resumes):
+                out.append(self._event(_dropped(None if place is None else lost, telemetry=telemetry)))
+            for number, entry in entries:
+                cursor.places[buffer.name] = number + 1
+                if cursor.wants(entry):
+                    # An id before the state is complete would let an interrupted client resume without the rest of it.
+                    out.append(self._event(entry, identified=not restate))
+            cursor.places[buffer.name] = buffer.next
+            if restate:
+                topics = {ALWAYS, *cursor.topics}
+                state = [one for one in self._log.state(topics, recent=place is None) if cursor.wants(one)]
+                out += [self._event(one) for one in state[:-1]]
+                out += [self._event(one, identified=True) for one in state[-1:]]
+        return b"".join(out)
+
+    def leave(self) -> None:
+        """End."""
+        self._log.leave(self._cursor)
+
+    async def more(self) -> None:
+        """Wait until there may be something to take."""
+        await self._cursor.waiting.wait()
+
+    @property
+    def over(self) -> bool:
+        """Whether the client or the server ended it."""
+        return self._cursor.over
+
+    def end(self) -> None:
+        """End it for the client."""
+        self._cursor.end()
+
+    def _buffers(self) -> list[EventBuffer]:
+        changes = self._log.changes()
+        return [changes, self._log.samples()] if TELEMETRY in self._cursor.topics else [changes]
+
+    def _event(self, entry: LogEntry, *, identified: bool = False) -> bytes:
+        self._seq += 1
+        data = f'{{"type":"{entry.type}","seq":{self._seq},{entry.members}}}'
+        known = self._cursor.places
+        place = "~".join(f"{one.name}.{known[one.name]}" for one in self._buffers() if one.name in known)
+        return format_sse_event(event=entry.type, data_str=data, id=place if identified else None)
+
+
+def places(last: str) -> dict[str, int]:
+    """The places by names of buffers in an event's id; parts of another form are ignored."""
+    found: dict[str, int] = {}
+    for part in last[:200].split("~"):
+        name, _, number = part.partition(".")
+        if number.isascii() and number.isdecimal():
+            found[name] = int(number)
+    return found
+
+
+def _dropped(count: int | None, *, telemetry: bool) -> LogEntry:
+    members = {"count": count, "telemetry": telemetry}
+    return LogEntry(ALWAYS, "dropped", None, orjson.dumps(members).decode()[1:-1])
+
+
+async def _lines(stream: EventStream, access: Access, who: Identity | None) -> AsyncIterator[bytes]:
+    clock = asyncio.get_running_loop().time
+    ended = None if who is None else access.watch(who)
+    if ended is not None:
+        ended.add_done_callback(lambda _: stream.end())
+    try:
+        yield stream.join()
+        quiet_until = clock() + HEARTBEAT_S
+        while not stream.over:
+            lines = stream.take()
+            if not lines and clock() >= quiet_until:
+                lines = format_sse_event(comment="here")
+            if lines:
+                yield lines
+                quiet_until = clock() + HEARTBEAT_S
+                continue
+            try:
+                async with asyncio.timeout_at(quiet_until):
+                    await stream.more()
+            except TimeoutError:
+                pass
+    finally:
+        stream.leave()
+        if who is not None and ended is not None:
+            access.unwatch(who, ended)

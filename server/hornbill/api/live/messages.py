@@ -1,0 +1,275 @@
+"""Owns the WebSocket's messages in both directions, as discriminated unions."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from hornbill.api.bus_models import Bus, DecodedTransfer, RawFrame
+from hornbill.api.models import Job, LeaseView, MotionHold, MotionProfile, Servo, Stop
+from hornbill.domain.fields import MotionConfirms, Param, Params, Short, UidText, Utc
+from hornbill.domain.servo import Reading
+
+Topic = Literal["servos", "telemetry", "events", "jobs", "bus", "frames"]
+
+
+class Message(BaseModel):
+    """Base of every message."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class FrameFilter(Message):
+    """Which frames and transfers topic `frames` carries; what is not told is not filtered.
+
+    `view` raw: frames as they were; decoded: whole transfers, and frames nothing could be made of.
+    """
+
+    view: Literal["raw", "decoded"] = Field(default="decoded", description="Raw frames or decoded transfers.")
+    node_id: int | None = Field(
+        default=None, ge=0, le=127, description="Source or destination node ID. 0 for anonymous. Null for all."
+    )
+    type: str | None = Field(
+        default=None, max_length=80, description="Part of the DSDL name, case-insensitive. Null for all."
+    )
+    kind: Literal["message", "request", "response"] | None = Field(
+        default=None, description="Kind of transfer. Null for all."
+    )
+    text: str | None = Field(
+        default=None, max_length=100, description="Part of the summary, identifier or data. Null for all."
+    )
+    problems_only: bool = Field(default=False, description="Only frames that match no transfer.")
+
+
+class Subscribe(Message):
+    """Start receiving topics, of all servos or of some. `frames` replaces the filter of topic `frames`."""
+
+    type: Literal["subscribe"]
+    topics: list[Topic] = Field(description="Topics to subscribe to.")
+    uids: list[str] | None = Field(
+        default=None,
+        description="Servos to limit all topics to, unique IDs. Null removes the limit; omit to keep it.",
+    )
+    frames: FrameFilter | None = Field(default=None, description="Filter of topic `frames`.")
+
+
+class Unsubscribe(Message):
+    """Stop receiving topics."""
+
+    type: Literal["unsubscribe"]
+    topics: list[Topic] = Field(description="Topics to unsubscribe from.")
+
+
+class Heartbeat(Message):
+    """Renews a lease. A lease once renewed over a socket ends when that socket closes."""
+
+    type: Literal["heartbeat"]
+    lease: str = Field(description="ID of the lease.")
+
+
+class SocketCommand(Message):
+    """One motion command of a `command` message."""
+
+    uid: UidText
+    type: Literal["angle", "speed", "torque"] = Field(
+        description="Type of the value: angle (°), speed (rpm) or torque (%)."
+    )
+    value: float = Field(allow_inf_nan=False, description="Angle (°), speed (rpm) or torque (%).")
+    confirm: MotionConfirms
+    profile: MotionProfile | None = Field(
+        default=None, description="Speed and acceleration of the move. Null: without limits."
+    )
+    hold: MotionHold | None = Field(
+        default=None, description="Time limit of a speed or torque command. Null: the servo's own timeout applies."
+    )
+
+    @property
+    def brakes(self) -> bool:
+        """Whether it is a way to stop: 0 rpm and 0 % brake (4.2, 4.3)."""
+        return self.type != "angle" and self.value == 0
+
+
+class CommandMessage(Message):
+    """Motion commands; the newest command of a servo wins when they come faster than the bus."""
+
+    type: Literal["command"]
+    lease: str = Field(description="ID of the lease.")
+    commands: list[SocketCommand] = Field(min_length=1, max_length=60, description="Commands, one per servo.")
+
+
+class StopMessage(Message):
+    """Stop everything now; needs no lease."""
+
+    type: Literal["stop"]
+    mode: Literal["off", "brake"] = Field(default="off", description="Torque off or brake.")
+    by: Short = Field(default="page", description="Client that stops, shown to other users.")
+    reason: Short = Field(
+        default="", description="Reason, shown to users and written to the audit. At most 200 characters are stored."
+    )
+
+
+class StreamMessage(Message):
+    """New values of a stream by uid, all or nothing; they leave with the next burst."""
+
+    type: Literal["stream"]
+    lease: str = Field(description="ID of the lease.")
+    id: str = Field(description="ID of the stream.")
+    values: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(
+        min_length=1, max_length=60, description="Setpoints by unique ID: angle (°), speed (rpm) or torque (%)."
+    )
+    profile: MotionProfile | None = Field(
+        default=None, description="Speed and acceleration of the move. Null: without limits."
+    )
+
+
+ClientMessage = Annotated[
+    Subscribe | Unsubscribe | Heartbeat | CommandMessage | StreamMessage | StopMessage, Field(discriminator="type")
+]
+
+
+class ServerMessageBase(Message):
+    """Every server message carries its place in the stream of this socket."""
+
+    seq: int = Field(description="Sequence number on this connection. A gap means lost messages.")
+
+
+class Hello(ServerMessageBase):
+    """First message: who serves, which tables, and how `t` of telemetry relates to UTC."""
+
+    type: Literal["hello"]
+    version: str = Field(description="Version of hornbill.")
+    schema_revision: str = Field(description="Revision of the parameter tables.")
+    utc_offset: float = Field(description="Offset from telemetry time to seconds since 1970 UTC, s.")
+    now: float = Field(description="Telemetry time when this message was sent, s.")
+    demo: bool = Field(description="Simulated servos on an embedded bus.")
+    stale_after_s: dict[str, float] = Field(
+        description="Age in seconds at which a value is stale: `angle` of a servo, and rows by group (command, status, "
+        "faults). Rows of other groups do not age while the servo is heard."
+    )
+
+
+class ServosMessage(ServerMessageBase):
+    """Changed servos, whole."""
+
+    type: Literal["servos"]
+    servos: list[Servo] = Field(description="Changed servos.")
+
+
+class Column(Message):
+    """Samples of one channel: times on the server's monotonic clock, values (null is a gap)."""
+
+    t: list[float] = Field(description="Times on the server's clock, s.")
+    v: list[float | None] = Field(description="Values. Null is a gap.")
+
+
+class TelemetryMessage(ServerMessageBase):
+    """New samples of one servo."""
+
+    type: Literal["telemetry"]
+    uid: UidText
+    channels: dict[str, Column] = Field(description="Samples by parameter key.")
+    dropped: int = Field(default=0, description="Samples lost because the client was too slow.")
+
+
+class ParameterMessage(ServerMessageBase):
+    """A reading changed."""
+
+    type: Literal["parameter"]
+    uid: UidText
+    reading: Reading
+
+
+class EventMessage(ServerMessageBase):
+    """Something happened, in one plain sentence."""
+
+    type: Literal["event"]
+    at: Utc
+    level: Literal["info", "notice", "warning", "failure"] = Field(description="Severity.")
+    uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
+    code: str = Field(description="Code for programs. Stable.")
+    text: str = Field(description="One sentence for users.")
+    params: dict[str, Any] = Field(
+        default_factory=dict[str, Any], description="Values in the text, by name. Empty for events without values."
+    )
+
+
+class JobMessage(ServerMessageBase):
+    """A job moved on."""
+
+    type: Literal["job"]
+    job: Job
+
+
+class BusMessage(ServerMessageBase):
+    """The bus, about once a second."""
+
+    type: Literal["bus"]
+    bus: Bus
+
+
+class FramesMessage(ServerMessageBase):
+    """What was on the bus since the last one. Counts are since the subscription.
+
+    `received` frames, or transfers in the decoded view, of which `shown` passed the filter and were sent, and
+    `dropped` passed it but were too many for this socket.
+    """
+
+    type: Literal["frames"]
+    received: int = Field(description="Frames or transfers received since the subscription.")
+    shown: int = Field(description="Frames or transfers sent to this socket since the subscription.")
+    dropped: int = Field(description="Frames or transfers that matched but exceeded this socket's rate.")
+    frames: list[RawFrame] = Field(description="Frames of the raw view, and frames that match no transfer.")
+    transfers: list[DecodedTransfer] = Field(description="Decoded transfers. Empty in the raw view.")
+
+
+class LeaseMessage(ServerMessageBase):
+    """Who holds motion control now; null when nobody does."""
+
+    type: Literal["lease"]
+    lease: LeaseView | None = Field(description="Current lease. Null if nobody has motion control.")
+
+
+class StopStateMessage(ServerMessageBase):
+    """The stop latch changed, or another servo confirmed."""
+
+    type: Literal["stop"]
+    stop: Stop
+
+
+class DroppedMessage(ServerMessageBase):
+    """Of an event stream only: so many messages, of all topics and servos, are gone for good; null where not known.
+
+    `telemetry`: samples are; else what follows is how everything stands now.
+    """
+
+    type: Literal["dropped"]
+    count: int | None = Field(description="Number of lost messages. Null if unknown.")
+    telemetry: bool = Field(description="Samples were lost. If false, the current state follows.")
+
+
+class ErrorMessage(ServerMessageBase):
+    """A client message could not be done; the same code and sentence REST would give."""
+
+    type: Literal["error"]
+    code: str = Field(description="Code for programs. Stable.")
+    detail: str = Field(description="One sentence with the details.")
+    summary: str = Field(description="`detail` without requests for programs.")
+    params: Params = Field(default_factory=dict[str, Param])
+    uid: str | None = Field(
+        default=None, description="Unique ID of the servo, 32 hex digits. Null if it concerns none."
+    )
+
+
+ServerMessage = Annotated[
+    Hello
+    | ServosMessage
+    | TelemetryMessage
+    | ParameterMessage
+    | EventMessage
+    | JobMessage
+    | BusMessage
+    | FramesMessage
+    | LeaseMessage
+    | StopStateMessage
+    | ErrorMessage,
+    Field(discriminator="type"),
+]

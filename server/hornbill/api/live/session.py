@@ -1,0 +1,127 @@
+"""Owns Session: what one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+
+import asyncio
+import contextlib
+
+from pydantic import TypeAdapter, ValidationError
+
+from hornbill.api.live import messages
+from hornbill.api.live.socket_queue import SocketQueue
+from hornbill.api.security.access import Identity, forbidden
+from hornbill.api.security.roles import Role
+from hornbill.errors import HornbillError, InvalidValue, Unknown
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.host import Host
+from hornbill.servo.motion.trapezoid import TrapezoidProfile
+from hornbill.servo.runtime.actor import signed
+from hornbill.units import Uid
+
+_CLIENT: TypeAdapter[messages.ClientMessage] = TypeAdapter(messages.ClientMessage)
+
+
+class SocketSession:
+    """What one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+
+    def __init__(self, host: Host, outbox: SocketQueue, who: Identity | None = None) -> None:
+        """`who` came with the socket; None where nobody had to say who they are."""
+        self._host = host
+        self._outbox = outbox
+        self._who = who
+        self._leases: set[str] = set()
+        self._newest: dict[Uid, tuple[str, messages.SocketCommand]] = {}
+        self._sending: dict[Uid, asyncio.Task[None]] = {}
+        self._braking: set[Uid] = set()
+
+    async def handle(self, text: str) -> None:
+        """Do one client message; what cannot be done is answered, never raised."""
+        try:
+            message = _CLIENT.validate_json(text)
+        except ValidationError as error:
+            self._outbox.refuse(InvalidValue(f"Not a message of this socket: {error.errors()[0]['msg']}."))
+            return
+        try:
+            self._allow(message)
+            match message:
+                case messages.Subscribe():
+                    uids = message.uids if "uids" in message.model_fields_set else self._outbox.uids
+                    self._outbox.subscribe(message.topics, uids, message.frames)
+                case messages.Unsubscribe():
+                    self._outbox.unsubscribe(message.topics)
+                case messages.Heartbeat():
+                    self._host.leases.renew(message.lease, self._host.base.now())
+                    self._leases.add(message.lease)
+                    self._host.lease_changed()
+                case messages.CommandMessage():
+                    for command in message.commands:
+                        self._command(message.lease, command)
+                case messages.StreamMessage():
+                    way = message.profile
+                    profile = None if way is None else TrapezoidProfile(way.speed_deg_s, way.accel_deg_s2)
+                    self._host.streams.put(message.id, message.lease, message.values, profile)
+                case messages.StopMessage():
+                    self._host.stop.now(message.mode, signed(message.by), message.reason)
+        except HornbillError as error:
+            self._outbox.refuse(error)
+
+    def _allow(self, message: messages.ClientMessage) -> None:
+        """Looking and stopping is for every token; what keeps servos moving is not. Raises ForbiddenRole."""
+        looks = isinstance(message, messages.Subscribe | messages.Unsubscribe | messages.StopMessage)
+        if not looks and self._who is not None and self._who.role < Role.OPERATE:
+            raise forbidden(self._who, Role.OPERATE)
+
+    def close(self) -> None:
+        """The socket is gone: so is whoever kept these leases alive, and torque goes off on what they commanded."""
+        for uid, task in self._sending.items():
+            waiting = self._newest.get(uid)
+            if waiting is not None and not waiting[1].brakes:
+                del self._newest[uid]
+                waiting = None
+            if waiting is None and uid not in self._braking:  # a button let go still brakes when its page closes
+                task.cancel()
+        for lease_id in self._leases:
+            with contextlib.suppress(Unknown):  # it has ended
+                self._host.takeovers.release(lease_id, "The page of {holder} closed.")
+        self._host.takeovers.tick()
+        self._outbox.close()
+
+    def _command(self, lease_id: str, command: messages.SocketCommand) -> None:
+        uid = Uid(command.uid)
+        self._host.fleet.get(uid)
+        self._newest[uid] = (lease_id, command)
+        task = self._sending.get(uid)
+        if task is not None and not task.done():
+            if not command.brakes or uid in self._braking:
+                return
+            task.cancel()  # a button let go does not wait for what it was held for, nor is it lost with it
+        self._sending[uid] = asyncio.create_task(self._send(uid))
+
+    async def _send(self, uid: Uid) -> None:
+        """One command at a time; while one is on the bus, only the newest of those that follow is kept."""
+        while uid in self._newest:
+            lease_id, command = self._newest.pop(uid)
+            if command.brakes:
+                self._braking.add(uid)
+            else:
+                self._braking.discard(uid)
+            try:
+                await self._one(self._host.fleet.get(uid), lease_id, command)
+            except HornbillError as error:
+                self._newest.pop(uid, None)
+                self._outbox.refuse(error, uid)
+
+    async def _one(self, servo: Servo, lease_id: str, command: messages.SocketCommand) -> None:
+        if command.hold is not None:
+            await self._host.holds.run(
+                servo, lease_id, command.type, command.value, command.hold.for_s,
+                renew=command.hold.renew, confirm=command.confirm,
+            )  # fmt: skip
+            return
+        if command.profile is None:
+            await self._host.motion.command(
+                servo, lease_id, command.type, command.value, clamp=False, confirm=command.confirm
+            )
+            return
+        if command.type != "angle":
+            raise InvalidValue(f"A profile is for angles; a {command.type} command has no way to go. Leave it out.")
+        profile = TrapezoidProfile(command.profile.speed_deg_s, command.profile.accel_deg_s2)
+        await self._host.jogs.move(servo, lease_id, command.value, profile, clamp=False, confirm=command.confirm)

@@ -1,0 +1,58 @@
+"""Owns the OpenAPI document: FastAPI's own, with the WebSocket's messages added."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from pydantic import TypeAdapter
+from starlette.routing import BaseRoute
+
+from hornbill.api.live import messages
+from hornbill.api.openapi import examples, sharing
+from hornbill.api.problems import RESPONSES
+from hornbill.api.routes.configuration import rows
+from hornbill.api.security.access import COOKIE
+from hornbill.schema.catalog import Catalog
+
+_REF = "#/components/schemas/{model}"
+
+_SCHEMES = {
+    "token": {"type": "http", "scheme": "bearer", "description": "'hornbill token add NAME --role ROLE' makes one."},
+    "session": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "What POST /session sets."},
+}
+
+
+def _with_rows(routes: Sequence[BaseRoute], catalog: Catalog) -> list[BaseRoute]:
+    """The routes, with those of each row after those that take any key."""
+    after = 1 + max(index for index, one in enumerate(routes) if getattr(one, "path", "").endswith("/parameters/{key}"))
+    return [*routes[:after], *(row.route for row in rows.declared(catalog).rows), *routes[after:]]
+
+
+def document(app: FastAPI, catalog: Catalog) -> dict[str, Any]:
+    """The document, made once and kept on the application."""
+    if app.openapi_schema is None:
+        made = get_openapi(
+            title=app.title,
+            version=app.version,
+            summary=app.summary,
+            routes=_with_rows(app.routes, catalog),
+            servers=app.servers or None,
+        )
+        schemas: dict[str, Any] = made["components"]["schemas"]
+        schemas |= rows.readings(catalog)
+        unions: tuple[tuple[str, Any, Literal["validation", "serialization"]], ...] = (
+            ("ClientMessage", messages.ClientMessage, "validation"),
+            ("ServerMessage", messages.ServerMessage, "serialization"),
+            ("DroppedMessage", Annotated[messages.DroppedMessage, "of the event stream"], "serialization"),
+        )
+        for name, union, mode in unions:
+            shape = TypeAdapter[Any](union).json_schema(ref_template=_REF, mode=mode)
+            for part, definition in shape.pop("$defs", {}).items():
+                schemas.setdefault(part, definition)
+            schemas[name] = shape
+        made["components"] |= {"securitySchemes": _SCHEMES, "responses": RESPONSES}
+        examples.show(made)
+        sharing.share(made)
+        app.openapi_schema = made
+    return app.openapi_schema

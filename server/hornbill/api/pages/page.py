@@ -1,0 +1,102 @@
+"""The page's files: as built, with a strict content security policy, below whatever path a proxy puts them."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from html import escape
+from pathlib import Path
+from typing import Final
+
+from fastapi import Request
+from starlette.exceptions import HTTPException
+from starlette.responses import FileResponse, PlainTextResponse, Response
+
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import ANYBODY
+
+CSP = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self'",
+        "img-src 'self' data:",
+        "connect-src 'self'",
+        "font-src 'self'",
+        "frame-src 'self'",
+        "frame-ancestors 'self'",
+        "base-uri 'none'",
+        "form-action 'none'",
+    )
+)
+"""The page loads nothing from anywhere else and runs no inline script."""
+
+HEADERS = {"Content-Security-Policy": CSP, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"}
+_RELATIVE: Final = ('="./', '="{root}/')
+"""How the page, as built, names its files; and how it is served, for it is shown under addresses of any depth."""
+_ROOT: Final = ('name="hornbill-root" content=""', 'name="hornbill-root" content="{root}"')
+_SCRIPTS: Final = re.compile(r'\s*(?:<script type="module"[^>]*></script>|<link rel="modulepreload"[^>]*>)')
+NOT_BUILT = "The page is not built. Run 'make build' (needs Node 20 or later), then start hornbill again.\n"
+
+
+def routes(find: Callable[[], Path | None]) -> Routes:
+    """Serve the page under every path that is neither an API nor a file: its links are paths of the page."""
+
+    made = Routes("page", prefix="")
+
+    @made.get("/{path:path}", ANYBODY, include_in_schema=False)
+    async def page(path: str, request: Request) -> Response:
+        if path.startswith("api/"):
+            raise HTTPException(404, "There is no such path")
+        folder = find()
+        if folder is None:
+            return PlainTextResponse(NOT_BUILT, 503, headers=HEADERS)
+        file = _file(folder, path)
+        if file is not None:
+            lasting = path.startswith("assets/")  # their names carry a hash of their content
+            cache = "public, max-age=31536000, immutable" if lasting else "no-cache"
+            return FileResponse(file, headers={**HEADERS, "Cache-Control": cache})
+        if "." in path.rsplit("/", 1)[-1]:
+            raise HTTPException(404, "There is no such file")
+        index = folder / "index.html"
+        html = _index(index, index.stat().st_mtime_ns, str(request.scope.get("root_path", "")))
+        return Response(html, media_type="text/html; charset=utf-8", headers={**HEADERS, "Cache-Control": "no-cache"})
+
+    return made
+
+
+def notice(folder: Path, root: str, language: str, title: str, lines: Sequence[str], ways: Mapping[str, str]) -> str:
+    """A page of its own in the look of the built one, without its scripts: a title, lines of HTML, and ways to go on.
+
+    `ways`: what each link says, and its path below `root`.
+    """
+    index = folder / "index.html"
+    html = _index(index, index.stat().st_mtime_ns, root)
+    html = _SCRIPTS.sub("", html).replace('<html lang="en"', f'<html lang="{language}"')
+    links = "".join(
+        f'<a class="button{" primary" if number == 0 else ""}" href="{root}{path}">{escape(text)}</a> '
+        for number, (text, path) in enumerate(ways.items())
+    )
+    mark = f'<p class="notice-mark"><img src="{root}/mark.svg" width="32" height="32" alt=""><span>hornbill</span></p>'
+    body = (
+        f'{mark}<h1>{escape(title)}</h1>{"".join(f"<p>{line}</p>" for line in lines)}<p class="below-line">{links}</p>'
+    )
+    body = f'<body><main class="page"><section class="empty"><div>{body}</div></section></main></body>'
+    return re.sub("<body>.*</body>", lambda _: body, html, flags=re.DOTALL)
+
+
+def _file(folder: Path, path: str) -> Path | None:
+    """The file of that path below `folder`, if there is one; no name a disk cannot have is an error of ours."""
+    try:
+        file = (folder / path).resolve()
+        return file if path and file.is_relative_to(folder.resolve()) and file.is_file() else None
+    except (OSError, ValueError):
+        return None
+
+
+@lru_cache(maxsize=4)
+def _index(file: Path, _changed_ns: int, root: str) -> str:
+    """The page with the addresses of its files, and of the API, below `root`."""
+    html = file.read_text(encoding="utf-8")
+    for built, served in (_RELATIVE, _ROOT):
+        html = html.replace(built, served.format(root=root))
+    return html

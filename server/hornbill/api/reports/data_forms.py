@@ -1,0 +1,85 @@
+"""Reports as data: CSV with one row per servo, and JSON."""
+
+import json
+from collections.abc import Iterator
+
+from hornbill.csv_text import csv_text
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.parameter import Parameter
+from hornbill.servo.runs.report import Report, ReportTarget, took, when
+from hornbill.servo.runtime.steps import Step
+
+FACTS = (
+    "serial", "model", "firmware", "hardware_version", "production_date", "uid", "label", "servo_id", "node_id",
+    "profile", "profile_revision", "by",
+)  # fmt: skip
+"""Columns of the CSV before those of the values, by the names of the record."""
+
+
+def as_csv(report: Report, catalog: Catalog) -> str:
+    """One row per servo; the columns are the same for every report of the same tables."""
+    return csv_text(_table(report, catalog))
+
+
+def _table(report: Report, catalog: Catalog) -> Iterator[list[object]]:
+    rows = [row for row in catalog.parameters.values() if row.rom and row.key != "servo_id"]
+    names = [*("job", "kind", "when"), *FACTS, *("verdict", "problem", "duration_s", "held_in", "steps")]
+    yield [*names, *(_column(row) for row in rows)]
+    for target in report.targets:
+        record = target.record
+        head = report.job_id, report.kind, when(record.ended_at or report.ended_at or report.created_at)
+        facts = [getattr(record, name) for name in FACTS]
+        steps = "; ".join(f"{step.text}: {step.state}" for step in target.steps)
+        tail = record.verdict, record.problem, _seconds(record.duration_s), record.held_in, steps
+        yield [*head, *facts, *tail, *(record.values.get(row.key) for row in rows)]
+
+
+def as_json(report: Report) -> str:
+    """The whole report, with the unit of every value; instants as ISO 8601."""
+    document = {
+        "title": report.title,
+        "job": report.job_id,
+        "kind": report.kind,
+        "state": report.state,
+        "created_at": when(report.created_at),
+        "ended_at": when(report.ended_at) or None,
+        "problem": report.problem,
+        "servos": [_target(target) for target in report.targets],
+        "steps": [_step(step) for step in report.steps],
+    }
+    return json.dumps(document, indent=2) + "\n"
+
+
+def _column(row: Parameter) -> str:
+    """The column of a value. Servo ID and node ID are among the facts: the node ID the servo is on, whereas that of
+    0x46 is the fixed one, or 0.
+    """
+    key = "fixed_node_id" if row.key == "node_id" else row.key
+    units = " or ".join(filter(None, (row.unit, row.unit_when.unit if row.unit_when else "")))
+    return f"{key} [{units}]" if units else key
+
+
+def _seconds(duration: float | None) -> float | None:
+    return None if duration is None else round(duration, 3)
+
+
+def _target(target: ReportTarget) -> dict[str, object]:
+    record = target.record
+    return {
+        **{name: getattr(record, name) for name in FACTS},
+        "verdict": record.verdict,
+        "problem": record.problem,
+        "started_at": when(record.started_at) or None,
+        "ended_at": when(record.ended_at) or None,
+        "duration_s": _seconds(record.duration_s),
+        "held_in": record.held_in or None,
+        "values": {key: {"value": value, "unit": record.units.get(key, "")} for key, value in record.values.items()},
+        "steps": [_step(step) for step in target.steps],
+    }
+
+
+def _step(step: Step) -> dict[str, object]:
+    return {
+        "name": step.name, "text": step.text, "state": step.state, "evidence": step.evidence,
+        "started_at": when(step.started_at) or None, "duration_s": _seconds(took(step)),
+    }  # fmt: skip

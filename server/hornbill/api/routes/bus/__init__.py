@@ -1,0 +1,1 @@
+"""Routes of the bus, its nodes and its logs."""

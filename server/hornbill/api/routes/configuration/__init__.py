@@ -1,0 +1,1 @@
+"""Routes that read, change, save and compare parameters."""

@@ -1,0 +1,151 @@
+"""Owns the parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
+
+from collections.abc import Collection
+from typing import Annotated, Any
+
+from fastapi import Depends, Path, Query
+from pydantic import WithJsonSchema, create_model
+
+from hornbill.api import models
+from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo
+from hornbill.api.problems import problem
+from hornbill.api.routes.configuration import rows
+from hornbill.api.routes.configuration.rows import COMMAND_PROBLEMS, READ_PROBLEMS, WRITE_PROBLEMS
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.domain.change import SavePreview
+from hornbill.domain.servo import Reading
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.effect import COMMANDS
+from hornbill.schema.parameter import Parameter
+from hornbill.servo.configuration.changes import Edit, WriteOptions
+from hornbill.servo.device.identification import read_rows
+from hornbill.servo.device.reading import reading, readings
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.host import Host
+
+PATCH_PROBLEMS = (*WRITE_PROBLEMS, "stale_revision", "lease_required", "stopped")
+
+
+def routes(catalog: Catalog) -> Routes:
+    """Every parameter route: one GET and one PUT serve all rows; `rows` has what the document says of each."""
+    made = Routes("parameters")
+    _whole_set(made, catalog)
+    _any_row(made, catalog)
+    return made
+
+
+def _whole_set(made: Routes, catalog: Catalog) -> None:
+    values_schema: rows.JsonSchema = {
+        "type": "object",
+        "description": "Values by key, in the units of the parameter manual.",
+        "minProperties": 1,
+        "additionalProperties": False,
+        "properties": {
+            row.key: rows.value_schema(catalog, row)
+            for row in catalog.readable.values()
+            if row.writable and row.group != "command"
+        },
+    }
+    values_type = Annotated[dict[str, Any], WithJsonSchema(values_schema)]
+    body_type = create_model("ParametersPatch", __base__=models.ParametersPatch, values=(values_type, ...))
+
+    @made.get("/servos/{uid}/parameters", Role.VIEW, *READ_PROBLEMS, "invalid_value")
+    async def list_parameters(
+        host: TheHost,
+        servo: TheServo,
+        refresh: Annotated[bool, Query(description="Read every row from the bus first.")] = False,
+    ) -> models.Parameters:
+        """Every row this model and firmware has, as last read; `refresh` reads the bus first."""
+        if refresh:
+            host.connected()
+            await read_rows(host.requests, servo)
+        return _all(host, servo)
+
+    @made.patch("/servos/{uid}/parameters", Role.CONFIGURE, *PATCH_PROBLEMS)
+    async def change_parameters(
+        host: TheHost,
+        servo: TheServo,
+        body: body_type,  # pyright: ignore[reportInvalidTypeForm, reportUnknownParameterType]
+        lease: LeaseHeader = None,
+        revision: IfMatch = None,
+    ) -> models.ParametersPatched:
+        """Several rows, all or nothing: validated, written, read back; on any failure undone."""
+        assert isinstance(body, models.ParametersPatch)
+        host.connected()
+        options = WriteOptions(
+            lease, body.dry_run, body.save, revision_of(revision), body.confirm
+        )  # fmt: skip
+        return patched(servo, await host.changes.edit(servo, body.values, options))
+
+
+def patched(servo: Servo, edit: Edit) -> models.ParametersPatched:
+    """The response to a change, with the save that was started, or the plan of a dry run."""
+    outcome = edit.outcome
+    return models.ParametersPatched(
+        **dict(edit.plan or SavePreview()),
+        outcome=outcome.outcome,  # pyright: ignore[reportArgumentType]
+        changes=outcome.changes,
+        revision=servo.revision,
+        job=None if edit.job is None else edit.job.id,
+        failure=None if outcome.failure is None else outcome.failure.detail,
+        problem=None if outcome.failure is None else problem(outcome.failure),
+    )
+
+
+def _any_row(made: Routes, catalog: Catalog) -> None:
+    """What every row answers. Keys that are no row, rows that cannot be written: problems, not a bare 404 or 405."""
+    keys = {"enum": list(catalog.readable)}
+
+    async def the_row(
+        host: TheHost, servo: TheServo, key: Annotated[str, Path(description="Parameter key.", json_schema_extra=keys)]
+    ) -> Parameter:
+        return host.changes.row(servo, key)
+
+    # A dependency, because the key is checked before the body.
+    @made.get("/servos/{uid}/parameters/{key}", Role.VIEW, *READ_PROBLEMS, "unknown_parameter", "forbidden_parameter")
+    async def get_parameter(
+        host: TheHost,
+        servo: TheServo,
+        row: Annotated[Parameter, Depends(the_row)],
+    ) -> Reading:
+        """Read one row by its key, for programs that loop; each row has a route of its own, too."""
+        host.connected()
+        await host.requests.read(servo, row)
+        return reading(servo, row.key, host.base)
+
+    @made.put("/servos/{uid}/parameters/{key}", Role.CONFIGURE, *WRITE_PROBLEMS, *COMMAND_PROBLEMS)
+    async def set_parameter(
+        host: TheHost,
+        servo: TheServo,
+        row: Annotated[Parameter, Depends(the_row)],
+        body: models.RowValue,
+        lease: LeaseHeader = None,
+    ) -> Reading:
+        """Write one row by its key and read it back, for programs that loop; each row has a route of its own, too."""
+        await _write(host, servo, row, body.value, lease, body.confirm)
+        return reading(servo, row.key, host.base)
+
+
+async def _write(
+    host: Host, servo: Servo, row: Parameter, value: object, lease: str | None, confirm: Collection[str]
+) -> None:
+    host.connected()
+    if row.key in COMMANDS and row.writable:
+        number = host.changes.number(row, value)
+        await host.motion.command(servo, lease, COMMANDS[row.key], number, clamp=False, confirm=confirm)
+        return
+    outcome = await host.changes.apply(servo, {row.key: value}, WriteOptions(lease, confirm=confirm))
+    if outcome.failure is not None:
+        raise outcome.failure
+
+
+def revision_of(header: str | None) -> str | None:
+    """The revision of an If-Match header, quoted as RFC 9110 has it or bare; None for "*", which any one matches."""
+    text = "*" if header is None else header.strip()
+    return None if text == "*" else text.removeprefix("W/").strip('"')
+
+
+def _all(host: Host, servo: Servo) -> models.Parameters:
+    shown = readings(servo, host.base)
+    return models.Parameters(revision=servo.revision, parameters=shown)

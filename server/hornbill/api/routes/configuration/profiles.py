@@ -1,0 +1,206 @@
+"""Owns the routes of profiles: kept, changed, exported, imported, and applied to servos by one job."""
+
+import re
+from dataclasses import asdict
+from typing import Annotated
+from urllib.parse import quote
+
+from fastapi import Header, Path, Query, Request
+from starlette.responses import Response
+
+from hornbill.api import config_models as shapes
+from hornbill.api.dependencies import LeaseHeader, TheHost
+from hornbill.api.routes.server.jobs import Wait, starts
+from hornbill.api.routes.server.jobs import answer as job_answer
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.errors import InvalidValue
+from hornbill.servo.host import Host
+from hornbill.servo.profiles import profile_file
+from hornbill.servo.profiles.profile_file import Form
+from hornbill.servo.profiles.profiles import Draft, ProfileValues
+from hornbill.servo.runs.apply import ApplyOptions
+from hornbill.units import Uid
+
+routes = Routes("profiles")
+
+LARGEST_FILE = 256 * 1024
+"""Bytes of a file that is imported; a profile of all rows has about 3 kB."""
+
+MEDIA_TYPES: dict[Form, str] = {"toml": "application/toml", "json": "application/json"}
+VALUE_PROBLEMS = (
+    "unknown_parameter",
+    "not_in_this_model",
+    "read_only",
+    "forbidden_parameter",
+    "out_of_range",
+    "invalid_value",
+)
+FILE_BODY = {
+    "requestBody": {"required": True, "content": {one: {"schema": {"type": "string"}} for one in MEDIA_TYPES.values()}}
+}
+FILE_ANSWERS = {"content": {one: {"schema": {"type": "string"}} for one in MEDIA_TYPES.values()}}
+
+ProfileName = Annotated[shapes.Name, Path(description="Name of the profile, 1 to 80 characters without slash.")]
+
+
+@routes.get("/profiles", Role.VIEW)
+async def list_profiles(host: TheHost) -> list[shapes.Profile]:
+    """Every profile, by name."""
+    return [_shown(one) for one in host.profiles.all()]
+
+
+@routes.get("/profiles/{name}", Role.VIEW, "unknown_profile", "invalid_value")
+async def get_profile(host: TheHost, name: ProfileName) -> shapes.Profile:
+    """One profile."""
+    return _shown(host.profiles.get(name))
+
+
+@routes.put(
+    "/profiles/{name}",
+    Role.CONFIGURE,
+    *VALUE_PROBLEMS,
+    "unknown_servo",
+    "unknown_snapshot",
+    "busy",
+    "no_answer",
+    "bus_disconnected",
+    "store_failed",
+    responses={201: {"model": shapes.Profile, "description": "a new profile"}},
+)
+async def put_profile(
+    host: TheHost, name: ProfileName, body: shapes.ProfilePut, response: Response, lease: LeaseHeader = None
+) -> shapes.Profile:
+    """Keep a profile: the values given, or those a servo or a snapshot holds. One of the same name is replaced."""
+    draft = await _draft(host, body)
+    response.status_code = 200 if host.profiles.has(name) else 201
+    kept = await host.profiles.put(name, draft, identity=body.identity, by=_who(host, lease))
+    return _shown(kept)
+
+
+@routes.delete("/profiles/{name}", Role.CONFIGURE, "unknown_profile", "invalid_value", status_code=204)
+async def delete_profile(host: TheHost, name: ProfileName, lease: LeaseHeader = None) -> None:
+    """Forget a profile. Servos it was applied to stay as they are."""
+    await host.profiles.drop(name, by=_who(host, lease))
+
+
+@routes.get(
+    "/profiles/{name}/file",
+    Role.VIEW,
+    "unknown_profile",
+    "invalid_value",
+    response_class=Response,
+    responses={200: FILE_ANSWERS},
+)
+async def export_profile(
+    host: TheHost,
+    name: ProfileName,
+    form: Annotated[Form, Query(alias="format", description="File format.")] = "toml",
+) -> Response:
+    """The profile as a file for people: TOML with label and unit on every line, or JSON."""
+    one = host.profiles.get(name)
+    text = profile_file.to_toml(one, host.catalog) if form == "toml" else profile_file.to_json(one)
+    plain = re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip("._") or "profile"
+    named = f"attachment; filename=\"{plain}.{form}\"; filename*=UTF-8''{quote(name, safe='')}.{form}"
+    return Response(text, media_type=MEDIA_TYPES[form], headers={"Content-Disposition": named})
+
+
+@routes.put(
+    "/profiles/{name}/file",
+    Role.CONFIGURE,
+    "invalid_value",
+    openapi_extra=FILE_BODY,
+    responses={201: {"model": shapes.Imported, "description": "a new profile"}},
+)
+async def import_profile(
+    host: TheHost,
+    name: ProfileName,
+    request: Request,
+    response: Response,
+    identity: Annotated[bool, Query(description="Include identity rows (0x44 to 0x46).")] = False,
+    content_type: Annotated[str, Header(include_in_schema=False)] = "",
+    lease: LeaseHeader = None,
+) -> shapes.Imported:
+    """Keep a profile from a file, when every line of it is ok; else the problem has a verdict on each in `lines`."""
+    form = _form(content_type)
+    found = profile_file.read(await _text(request), form, host.profiles, host.catalog, identity=identity)
+    lines = list(found.lines)
+    if found.draft is None:
+        wrong = [one for one in lines if one.verdict != "ok"]
+        raise InvalidValue(
+            f"{len(wrong)} of {len(lines)} lines cannot be taken, so nothing was kept. "
+            f"Line {wrong[0].line}{f', {wrong[0].key[:60]}' if wrong[0].key else ''}: {wrong[0].text}",
+            lines=[asdict(one) for one in lines],
+        )
+    response.status_code = 200 if host.profiles.has(name) else 201
+    kept = await host.profiles.put(name, found.draft, identity=identity, by=_who(host, lease))
+    return shapes.Imported(profile=_shown(kept), lines=lines)
+
+
+@routes.post(
+    "/profiles/{name}/apply",
+    Role.CONFIGURE,
+    "unknown_profile",
+    "unknown_servo",
+    "lease_held",
+    "conflict",
+    "busy",
+    "bus_disconnected",
+    "invalid_value",
+    **starts(),
+)
+async def apply_profile(
+    host: TheHost, name: ProfileName, body: shapes.ProfileApply, lease: LeaseHeader = None, wait: Wait = False
+) -> Response:
+    """Bring servos to a profile, unit by unit, each all or nothing; rows a servo lacks are left out and told."""
+    host.connected()
+    wish = ApplyOptions(body.dry_run, body.save, body.on_anomaly, tuple(body.confirm))
+    return await job_answer(host, host.profile_jobs.start(name, [Uid(one) for one in body.uids], lease, wish), wait)
+
+
+async def _draft(host: Host, body: shapes.ProfilePut) -> Draft:
+    sources = [one is not None for one in (body.values, body.from_uid, body.from_snapshot)]
+    if sum(sources) != 1:
+        raise InvalidValue("A profile comes from one source. Give one of values, from_uid and from_snapshot.")
+    if body.values is not None:
+        return Draft(body.values, body.description, body.model, body.firmware, body.units)
+    if body.from_snapshot is not None:
+        snapshot = await host.store.run(host.store.snapshots.get, body.from_snapshot)
+        return host.profiles.from_snapshot(
+            snapshot, body.keys, identity=body.identity, description=body.description
+        )  # fmt: skip
+    host.connected()
+    servo = host.fleet.get(Uid(body.from_uid or ""))
+    return await host.profiles.from_servo(
+        host.requests, servo, body.keys, identity=body.identity, description=body.description
+    )  # fmt: skip
+
+
+def _form(content_type: str) -> Form:
+    media = content_type.partition(";")[0].strip().lower()
+    for form, known in MEDIA_TYPES.items():
+        if media == known:
+            return form
+    raise InvalidValue("A file is TOML or JSON.", request="Send Content-Type: application/toml or application/json.")
+
+
+async def _text(request: Request) -> str:
+    """The body as text. Raises InvalidValue when it is too large, before all of it is in memory, or no UTF-8."""
+    body = bytearray()
+    async for part in request.stream():
+        body += part
+        if len(body) > LARGEST_FILE:
+            raise InvalidValue(f"The file has more than {LARGEST_FILE // 1024} kB. A profile has a few.")
+    try:
+        return body.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = body.count(b"\n", 0, error.start) + 1
+        raise InvalidValue(f"Line {line} is not UTF-8. Save the file in that encoding.") from None
+
+
+def _shown(one: ProfileValues) -> shapes.Profile:
+    return shapes.Profile.model_validate(one)
+
+
+def _who(host: Host, lease: str | None) -> str:
+    return host.leases.who(lease, host.base.now())

@@ -1,0 +1,161 @@
+"""Owns the routes of history: snapshots, comparisons, and bringing a servo to what a side holds."""
+
+from typing import Annotated, cast
+
+from fastapi import Path, Query
+
+from hornbill.api import config_models
+from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo, UidPath, known_uid
+from hornbill.api.routes.configuration.parameters import PATCH_PROBLEMS, patched, revision_of
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.domain.change import Comparison, Reason, ReasonCode
+from hornbill.domain.fields import Param
+from hornbill.errors import Unknown
+from hornbill.schema.firmware import to_text
+from hornbill.schema.scale import Value
+from hornbill.servo.configuration.changes import WriteOptions
+from hornbill.servo.device import permission
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.host import Host
+from hornbill.servo.profiles.comparing import FORMS, Side, compare, snapshot_side
+from hornbill.store.snapshots import StoredSnapshot
+
+routes = Routes("history")
+
+SnapshotId = Annotated[int, Path(description="ID of a snapshot of this servo.")]
+SideName = Annotated[str, Query(max_length=200, description=f"One of {FORMS}.")]
+
+RESTORE_PROBLEMS = (*PATCH_PROBLEMS, "unknown_snapshot", "unknown_profile")
+
+
+@routes.get("/servos/{uid}/snapshots", Role.VIEW, "unknown_servo", "invalid_value")
+async def list_snapshots(host: TheHost, uid: UidPath) -> list[config_models.Snapshot]:
+    """Every snapshot of a servo, on the bus or only remembered, newest first."""
+    return [_shown(host, one) for one in await host.store.run(host.store.snapshots.of, known_uid(host, uid))]
+
+
+@routes.post(
+    "/servos/{uid}/snapshots",
+    Role.CONFIGURE,
+    "unknown_servo",
+    "busy",
+    "not_in_this_model",
+    "no_answer",
+    "bus_disconnected",
+    "invalid_value",
+    "refused_by_servo",
+    "store_failed",
+    status_code=201,
+)
+async def take_snapshot(
+    host: TheHost, servo: TheServo, body: config_models.NewSnapshot | None = None, lease: LeaseHeader = None
+) -> config_models.Snapshot:
+    """Keep what the servo holds now, until somebody drops it. What is not known is read from the bus first."""
+    host.connected()
+    permission.check_readable(servo)
+    text = (body or config_models.NewSnapshot()).reason
+    reason = Reason(text, "by_hand" if text == config_models.BY_HAND else None)
+    async with servo.changing:
+        by = host.leases.who(lease, host.base.now())
+        made = await host.history.take(host.requests, servo, reason=reason, by=by, automatic=False)
+    return _shown(host, made)
+
+
+@routes.get("/servos/{uid}/snapshots/{snapshot_id}", Role.VIEW, "unknown_servo", "unknown_snapshot", "invalid_value")
+async def get_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId) -> config_models.Snapshot:
+    """One snapshot."""
+    return _shown(host, await _of(host, uid, snapshot_id))
+
+
+@routes.delete(
+    "/servos/{uid}/snapshots/{snapshot_id}",
+    Role.ADMIN,
+    "unknown_servo",
+    "unknown_snapshot",
+    "invalid_value",
+    status_code=204,
+)
+async def drop_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId, lease: LeaseHeader = None) -> None:
+    """Forget a snapshot; the audit keeps that there was one."""
+    await host.history.drop(await _of(host, uid, snapshot_id), by=host.leases.who(lease, host.base.now()))
+
+
+@routes.post("/servos/{uid}/snapshots/{snapshot_id}/restore", Role.CONFIGURE, *RESTORE_PROBLEMS)
+async def restore_snapshot(
+    host: TheHost,
+    servo: TheServo,
+    snapshot_id: SnapshotId,
+    body: config_models.Restore | None = None,
+    lease: LeaseHeader = None,
+    revision: IfMatch = None,
+) -> config_models.Restored:
+    """Write what a snapshot holds, all or nothing: whole, or the rows named."""
+    wanted = body or config_models.Restore(confirm=[])
+    side = snapshot_side(host.catalog, await _of(host, servo.uid, snapshot_id), wanted.source)
+    return await _restore(host, servo, side, wanted, lease, revision)
+
+
+@routes.post("/servos/{uid}/copy", Role.CONFIGURE, *RESTORE_PROBLEMS)
+async def copy_configuration(
+    host: TheHost,
+    servo: TheServo,
+    body: config_models.Copy,
+    lease: LeaseHeader = None,
+    revision: IfMatch = None,
+) -> config_models.Restored:
+    """Write what another servo, a snapshot of it, a profile or the defaults hold, all or nothing."""
+    return await _restore(host, servo, await host.sides.get(body.from_), body, lease, revision)
+
+
+@routes.get(
+    "/compare",
+    Role.VIEW,
+    "invalid_value",
+    "unknown_servo",
+    "unknown_snapshot",
+    "unknown_profile",
+    "no_answer",
+    operation_id="compare",
+)
+async def compare_sides(
+    host: TheHost,
+    left: SideName,
+    right: SideName,
+    identity: Annotated[bool, Query(description="Include the identity rows 0x44 to 0x46.")] = False,
+) -> Comparison:
+    """Where two sides differ, row by row. What is not known on a side (null) equals nothing."""
+    return compare(host.catalog, await host.sides.get(left), await host.sides.get(right), identity=identity)
+
+
+async def _restore(
+    host: Host, servo: Servo, side: Side, wanted: config_models.RowsToWrite, lease: str | None, revision: str | None
+) -> config_models.Restored:
+    host.connected()
+    options = WriteOptions(lease, wanted.dry_run, wanted.save, revision_of(revision), wanted.confirm)
+    edit, left_out = await host.restoring.restore(servo, side, options, keys=wanted.keys, identity=wanted.identity)
+    return config_models.Restored(**dict(patched(servo, edit)), left_out=left_out)
+
+
+async def _of(host: Host, uid: str, snapshot_id: int) -> StoredSnapshot:
+    known_uid(host, uid)
+    found = await host.sides.snapshot(snapshot_id)
+    if found.uid != uid:
+        raise Unknown(
+            "unknown_snapshot", f"Snapshot {snapshot_id} is of another servo: {found.uid}.", snapshot=snapshot_id
+        )
+    return found
+
+
+def _shown(host: Host, one: StoredSnapshot) -> config_models.Snapshot:
+    return config_models.Snapshot(
+        id=one.id, uid=one.uid, at=one.at, reason=one.reason,
+        reason_code=cast("ReasonCode | None", one.reason_code),
+        reason_params=cast("dict[str, Param]", one.reason_params), by=one.by, automatic=one.automatic, model=one.model,
+        firmware=None if one.firmware is None else to_text(one.firmware),
+        values=_known(snapshot_side(host.catalog, one, "ram")), rom=_known(snapshot_side(host.catalog, one, "rom")),
+    )  # fmt: skip
+
+
+def _known(side: Side) -> dict[str, Value]:
+    return {key: value for key, value in side.values.items() if value is not None}

@@ -1,0 +1,1 @@
+"""Routes of motion, leases and stop."""

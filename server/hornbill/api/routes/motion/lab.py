@@ -1,0 +1,106 @@
+"""Owns the routes of measured motion: step tests, and the runs that are kept of them."""
+
+from collections.abc import Iterator
+from typing import Annotated
+
+from fastapi import Path, Query
+from starlette.responses import Response
+
+from hornbill.api import motion_models as models
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.downloads import CSV, attachment
+from hornbill.api.routes.server.jobs import Wait, answer, starts
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.csv_text import csv_text
+from hornbill.domain.fields import UidField
+from hornbill.errors import InvalidValue
+from hornbill.lab.step import StepPlan, StepTests
+from hornbill.servo.host import Host
+from hornbill.store.runs import Run
+from hornbill.units import Uid
+
+routes = Routes("lab")
+
+RunPath = Annotated[int, Path(description="ID of the run.", ge=1, le=2**31 - 1)]
+STEP_PROBLEMS = (
+    "unknown_servo", "invalid_value", "out_of_range", "torque_off", "not_in_this_model", "busy", "stopped",
+    "lease_required", "lease_held", "configuration_lost", "no_answer", "bus_disconnected",
+)  # fmt: skip
+
+
+@routes.post("/servos/{uid}/step-test", Role.OPERATE, *STEP_PROBLEMS, **starts())
+async def step_test(
+    host: TheHost,
+    servo: TheServo,
+    body: models.StepTest | None = None,
+    lease: LeaseHeader = None,
+    wait: Wait = False,
+) -> Response:
+    """A small step there and back where the horn stands, measured. Needs a lease and torque on; writes no parameter."""
+    wanted = body or models.StepTest()
+    host.connected()
+    wish = StepPlan(wanted.step_deg, wanted.runs, wanted.dwell_s, wanted.band_deg, wanted.note)
+    tests = StepTests(host.requests, host.motion, host.base, host.jobs, host.store)
+    return await answer(host, tests.begin(servo, lease, wish), wait)
+
+
+@routes.get("/runs", Role.VIEW)
+async def list_runs(
+    host: TheHost,
+    uid: Annotated[UidField | None, Query(description="Servo of the runs.")] = None,
+    limit: Annotated[int, Query(ge=1, le=200, description="Maximum number of runs, newest first.")] = 50,
+) -> list[models.StepRun]:
+    """Runs of a servo, or of all, newest first, without their samples."""
+    found = await host.store.run(host.store.runs.of, None if uid is None else Uid(uid), limit=limit)
+    return [_shown(host, run, traces=False) for run in found]
+
+
+@routes.get("/runs/overlay", Role.VIEW, "unknown_run", "invalid_value")
+async def overlay_runs(
+    host: TheHost, ids: Annotated[str, Query(description="IDs of up to eight runs, separated by commas.")]
+) -> models.RunOverlay:
+    """Runs to lay over one another, and the parameters in which they differ."""
+    numbers = [part.strip() for part in ids.split(",")]
+    if not 1 <= len(numbers) <= 8 or not all(part.isascii() and part.isdigit() and len(part) < 10 for part in numbers):
+        raise InvalidValue(f'"{ids[:60]}" names no runs. Give the numbers of one to eight, with commas between them.')
+    runs = [_shown(host, await host.store.run(host.store.runs.get, int(part)), traces=True) for part in numbers]
+    keys = {key: None for run in runs for key in run.parameters}
+    differ = {key: [run.parameters.get(key) for run in runs] for key in keys}
+    return models.RunOverlay(runs=runs, differences={k: v for k, v in differ.items() if any(one != v[0] for one in v)})
+
+
+@routes.get("/runs/{run_id}", Role.VIEW, "unknown_run")
+async def get_run(host: TheHost, run_id: RunPath) -> models.StepRun:
+    """One run with its samples."""
+    return _shown(host, await host.store.run(host.store.runs.get, run_id), traces=True)
+
+
+@routes.get("/runs/{run_id}/csv", Role.VIEW, "unknown_run")
+async def get_run_csv(host: TheHost, run_id: RunPath) -> Response:
+    """The samples of a run: step, direction, time after the command in s, angle and target in degrees."""
+    run = _shown(host, await host.store.run(host.store.runs.get, run_id), traces=True)
+    return Response(csv_text(_table(run)), media_type=CSV, headers=attachment(f"step-run-{run_id}.csv"))
+
+
+@routes.delete("/runs/{run_id}", Role.ADMIN, "unknown_run", status_code=204)
+async def drop_run(host: TheHost, run_id: RunPath) -> None:
+    """Forget a run."""
+    await host.store.run(host.store.runs.drop, run_id)
+
+
+def _table(run: models.StepRun) -> Iterator[tuple[object, ...]]:
+    yield "step", "direction", "t_s", "angle_deg", "target_deg"
+    for number, step in enumerate(run.steps, 1):
+        for t, angle in zip(step.t, step.angle_deg, strict=True):
+            yield number, step.direction, t, angle, step.to_deg
+
+
+def _shown(host: Host, run: Run, *, traces: bool) -> models.StepRun:
+    shown = models.StepRun.model_validate(
+        {"id": run.id, "uid": run.uid, "at": run.at, "note": run.note, **run.document}
+    )
+    if not traces:
+        for step in shown.steps:
+            step.t, step.angle_deg = [], []
+    return shown

@@ -1,0 +1,84 @@
+"""Owns the routes of motion control: take it, renew it, give it back, ask for it, refuse that."""
+
+from hornbill.api import models, motion_models, present
+from hornbill.api.dependencies import LeaseHeader, LeaseId, RequestId, TheHost
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.servo.motion.takeover import PASS_S
+from hornbill.servo.runtime.actor import signed
+
+routes = Routes("motion")
+
+
+@routes.post("/leases", Role.OPERATE, "lease_held", "invalid_value", "busy", status_code=201)
+async def take_lease(host: TheHost, body: models.LeaseRequest) -> models.Lease:
+    """Become the one writer. Renew well before `ttl_s` is over: when it lapses, torque goes off on what you command.
+
+    `force` takes it from whoever has it: their commands end and torque goes off first, and `reason` is kept.
+    """
+    if body.force:
+        lease = await host.takeovers.force(signed(body.holder), body.ttl_s, body.reason)
+    else:
+        lease = host.takeovers.take(signed(body.holder), body.ttl_s)
+    return present.lease(host, lease)
+
+
+@routes.get("/leases", Role.VIEW)
+async def list_leases(host: TheHost) -> list[models.LeaseView]:
+    """Who has motion control now: nobody or one."""
+    lease = host.leases.current(host.base.now())
+    return [] if lease is None else [present.lease_view(host, lease)]
+
+
+@routes.put("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
+async def renew_lease(host: TheHost, lease_id: LeaseId) -> models.Lease:
+    """A sign of life: another `ttl_s` from now. The answer also says who asks for motion control."""
+    lease = host.leases.renew(lease_id, host.base.now())
+    host.lease_changed()
+    return present.lease(host, lease)
+
+
+@routes.delete("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
+async def release_lease(host: TheHost, lease_id: LeaseId) -> models.LeaseView:
+    """Give motion control back. Torque goes off on what was commanded under it; whoever asked for it gets it then."""
+    lease = host.takeovers.release(lease_id, "{holder} gave motion control back.")
+    shown = present.lease_view(host, lease)
+    await host.torque_off.acknowledged(PASS_S)
+    await host.takeovers.settle()
+    return shown
+
+
+@routes.post("/leases/requests", Role.OPERATE, "busy", "invalid_value", status_code=202)
+async def ask_for_lease(host: TheHost, body: motion_models.TakeOver) -> motion_models.TakeOverState:
+    """Ask the holder for motion control. Everybody sees who asks, and a countdown.
+
+    When the holder gives it back, or has not refused in `patience_s`, it is yours, after torque is off on what they
+    commanded. Look at least every few seconds, or you are believed gone. Keep the `id`: it is your way to the lease.
+    """
+    asked = await host.takeovers.ask(signed(body.holder), body.ttl_s, body.reason, body.patience_s)
+    return present.take_over(host, asked)
+
+
+@routes.get("/leases/requests/{request_id}", Role.VIEW, "unknown_lease")
+async def get_lease_request(host: TheHost, request_id: RequestId) -> motion_models.TakeOverState:
+    """How it went, for whoever asked. Once granted, renew the lease within 5 s."""
+    return present.take_over(host, host.takeovers.look(request_id))
+
+
+@routes.delete("/leases/requests/{request_id}", Role.OPERATE, "unknown_lease")
+async def withdraw_lease_request(host: TheHost, request_id: RequestId) -> motion_models.TakeOverState:
+    """Ask no more. A lease that was granted already stays granted."""
+    return present.take_over(host, host.takeovers.withdraw(request_id))
+
+
+@routes.post(
+    "/leases/requests/{request_id}/refuse",
+    Role.OPERATE,
+    "unknown_lease",
+    "lease_required",
+    "lease_held",
+    status_code=204,
+)
+async def refuse_lease_request(host: TheHost, request_id: RequestId, lease: LeaseHeader = None) -> None:
+    """Keep motion control: the holder alone may. The id is the one that is shown with the lease."""
+    host.takeovers.refuse(request_id, lease)

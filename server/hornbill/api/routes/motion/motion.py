@@ -1,0 +1,131 @@
+"""Owns the routes that move servos: command, burst and torque, and what there is to say before a command."""
+
+import asyncio
+from typing import Annotated, Literal
+
+from fastapi import Query
+
+from hornbill.api import models, motion_models
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.domain.motion import Caution
+from hornbill.domain.servo import Reading
+from hornbill.errors import InvalidValue
+from hornbill.servo.device import permission
+from hornbill.servo.device.reading import reading
+from hornbill.servo.motion.bursts import Setpoint
+from hornbill.servo.motion.settle import wait_settled
+from hornbill.servo.motion.trapezoid import TrapezoidProfile
+
+routes = Routes("motion")
+
+MOTION_PROBLEMS = (
+    "unknown_servo", "invalid_value", "out_of_range", "mode_off", "torque_off", "not_in_this_model", "busy",
+    "stopped", "lease_required", "lease_held", "refused_by_servo", "no_answer", "bus_disconnected",
+    "configuration_lost", "needs_confirmation",
+)  # fmt: skip
+
+
+@routes.post("/servos/{uid}/command", Role.OPERATE, *MOTION_PROBLEMS)
+async def command_servo(
+    host: TheHost, servo: TheServo, body: models.Command, lease: LeaseHeader = None
+) -> models.Commanded:
+    """Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives."""
+    if body.wait == "settled" and body.type != "angle":
+        raise InvalidValue(f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".')
+    if body.profile is not None and body.type != "angle":
+        raise InvalidValue(f"A profile is for angles; a {body.type} command has no way to go. Leave it out.")
+    host.connected()
+    sent_at = host.base.utc_now()
+    if body.hold is not None:
+        target = await host.holds.run(
+            servo, lease, body.type, body.value, body.hold.for_s, renew=body.hold.renew, confirm=body.confirm
+        )
+    elif body.profile is None:
+        target = await host.motion.command(servo, lease, body.type, body.value, clamp=body.clamp, confirm=body.confirm)
+    else:
+        profile = TrapezoidProfile(body.profile.speed_deg_s, body.profile.accel_deg_s2)
+        target, moving = await host.jogs.move(servo, lease, body.value, profile, clamp=body.clamp, confirm=body.confirm)
+        if body.wait == "settled":
+            await asyncio.wait([moving], timeout=body.timeout_s)
+    settled = None
+    if body.wait == "settled":
+        settled = await wait_settled(
+            host.requests, servo, host.base, target.raw,
+            band_deg=body.band_deg, dwell_s=body.dwell_s, timeout_s=body.timeout_s,
+            still_allowed=lambda: host.motion.still_holds(servo, lease, target),
+        )  # fmt: skip
+    return models.Commanded(
+        sent_at=sent_at,
+        settled=settled.settled if settled else None,
+        settle_time_s=settled.time_s if settled else None,
+        angle_deg=settled.angle_deg if settled else servo.angle_deg,
+        clamped=target.clamped,
+        value=target.raw / target.parameter.per_unit,
+        samples=settled.samples if settled else None,
+        max_deviation_deg=settled.max_deviation_deg if settled else None,
+        in_band_s=settled.in_band_s if settled else None,
+        unmet=settled.unmet if settled else None,
+        warnings=list(target.warnings),
+    )
+
+
+@routes.get(
+    "/servos/{uid}/cautions",
+    Role.VIEW,
+    "unknown_servo",
+    "invalid_value",
+    "out_of_range",
+    "not_in_this_model",
+    "no_answer",
+    "refused_by_servo",
+    "bus_disconnected",
+)
+async def get_cautions(
+    host: TheHost,
+    servo: TheServo,
+    kind: Annotated[
+        Literal["angle", "speed", "torque"], Query(alias="type", description="Angle (°), speed (rpm) or torque (%).")
+    ],
+    value: Annotated[float, Query(description="Value of the command, in °, rpm or %.", allow_inf_nan=False)],
+) -> list[Caution]:
+    """What there would be to say before a command, and which words it would need. Reads, and moves nothing."""
+    host.connected()
+    permission.check_kind(servo, kind)
+    await host.motion.freshen(servo, kind)
+    target = permission.target(servo, kind, value, clamp=False)
+    return host.motion.cautions(servo, kind, target.raw)
+
+
+@routes.post("/commands", Role.OPERATE, *MOTION_PROBLEMS, "conflict", "position_unit_unconfirmed")
+async def command_servos(
+    host: TheHost, body: motion_models.Burst, lease: LeaseHeader = None
+) -> motion_models.BurstSent:
+    """Command many servos at one instant, up to 15 in a message: all of them, or none and why.
+
+    Nobody answers such a message, and it is never repeated; a servo that missed it is told by its keep-alive.
+    """
+    host.connected()
+    setpoints = [Setpoint(host.fleet.get(one.uid), one.type, one.value) for one in body.commands]
+    prepared = await host.bursts.prepare(lease, setpoints, clamp=body.clamp, confirm=body.confirm)
+    sent_at = host.base.utc_now()
+    sent = host.bursts.send(lease, prepared)
+    return motion_models.BurstSent(
+        sent_at=sent_at,
+        messages=sent.messages,
+        start_skew_s=round(sent.skew_s, 6),
+        commands=[
+            motion_models.BurstPart(uid=part.servo.uid, value=part.value, clamped=part.target.clamped)
+            for part in prepared.parts
+        ],
+        warnings=prepared.warnings,
+    )
+
+
+@routes.post("/servos/{uid}/torque", Role.OPERATE, *MOTION_PROBLEMS)
+async def set_torque(host: TheHost, servo: TheServo, body: models.TorqueMode, lease: LeaseHeader = None) -> Reading:
+    """Energise the motor where it stands (needs a lease), or take its output away (never does)."""
+    host.connected()
+    await host.changes.torque(servo, body.mode, lease)
+    return reading(servo, "torque_mode", host.base)

@@ -1,0 +1,1 @@
+"""Routes of the server itself: access, audit, jobs, schema, metrics, recorder, simulator."""

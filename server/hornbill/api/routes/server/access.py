@@ -1,0 +1,132 @@
+"""Owns the routes of access: log in and out, who am I, a ticket for a socket, and tokens for an admin."""
+
+import logging
+from typing import Annotated
+
+from fastapi import Depends, Path, Request, Response
+
+from hornbill.api import access_models as shapes
+from hornbill.api.dependencies import TheHost
+from hornbill.api.routing import Routes
+from hornbill.api.security.access import COOKIE, WHO, Access, Identity, cookie
+from hornbill.api.security.roles import ANYBODY, Role
+from hornbill.api.security.sessions import LASTING_S, TICKET_S
+from hornbill.errors import Conflict, Unauthorized
+from hornbill.servo.host import Host
+from hornbill.store.audit import NewAuditEntry
+from hornbill.store.tokens import Token
+
+log = logging.getLogger(__name__)
+routes = Routes("access")
+
+
+async def _access(request: Request) -> Access:
+    access = request.app.state.access
+    assert isinstance(access, Access)
+    return access
+
+
+TheAccess = Annotated[Access, Depends(_access)]
+
+
+async def _who(request: Request) -> Identity | None:
+    who = request.scope.get(WHO)
+    assert who is None or isinstance(who, Identity)
+    return who
+
+
+Who = Annotated[Identity | None, Depends(_who)]
+
+
+@routes.post("/session", ANYBODY, "unauthorized", "too_many_attempts", "invalid_value")
+async def log_in(
+    request: Request, response: Response, access: TheAccess, host: TheHost, body: shapes.Login
+) -> shapes.SessionState:
+    """Log in with a token: the browser gets a cookie that no script can read and no other site can use."""
+    address = request.client.host if request.client else ""
+    try:
+        who, secret = access.login(body.token.strip(), address)
+    except Unauthorized:
+        log.warning("a login from %s failed", address)
+        raise
+    before = cookie(request)
+    if before is not None:
+        access.logout(before)
+    response.set_cookie(
+        COOKIE, secret, max_age=round(LASTING_S), path=_path(request), httponly=True, samesite="strict",
+        secure=request.url.scheme == "https",
+    )  # fmt: skip
+    host.audit.note(NewAuditEntry(by=who.name, action="login", outcome="succeeded", detail=f"from {address}"))
+    return shapes.SessionState(required=access.required, name=who.name, role=who.role.word, expires_in_s=LASTING_S)
+
+
+@routes.get("/session", ANYBODY)
+async def get_session(request: Request, access: TheAccess, who: Who) -> shapes.SessionState:
+    """Who asks. Without a token it says whether one is needed."""
+    if who is None:
+        role = None if access.required else Role.ADMIN.word
+        return shapes.SessionState(required=access.required, name=None, role=role, expires_in_s=None)
+    return shapes.SessionState(
+        required=access.required, name=who.name, role=who.role.word, expires_in_s=access.left_s(request)
+    )
+
+
+@routes.delete("/session", ANYBODY, status_code=204)
+async def log_out(request: Request, response: Response, access: TheAccess) -> None:
+    """Log out: the cookie opens nothing any more, and the sockets that came with it end."""
+    secret = cookie(request)
+    if secret is not None:
+        access.logout(secret)
+    response.delete_cookie(COOKIE, path=_path(request), httponly=True, samesite="strict")
+
+
+@routes.post("/tickets", Role.VIEW, status_code=201)
+async def make_ticket(access: TheAccess, who: Who) -> shapes.Ticket:
+    """A ticket for one WebSocket: `/api/v1/ws?ticket=…`, within 30 s. It may stand in a log: it works once."""
+    return shapes.Ticket(ticket=access.ticket(who), expires_in_s=TICKET_S)
+
+
+@routes.get("/tokens", Role.ADMIN)
+async def list_tokens(access: TheAccess, host: TheHost) -> list[shapes.TokenView]:
+    """Who may come in. The tokens themselves are kept nowhere and cannot be told."""
+    return [_shown(one, access) for one in await host.store.run(host.store.tokens.all)]
+
+
+@routes.post("/tokens", Role.ADMIN, "conflict", "invalid_value", status_code=201)
+async def add_token(access: TheAccess, host: TheHost, body: shapes.TokenDraft) -> shapes.TokenMade:
+    """Make a token. `token` is told this once. From the first one on, everybody needs one: it is an admin's."""
+    if not access.required and body.role != "admin":
+        raise Conflict(
+            f"The first token must be for admin, not {body.role}: from then on everybody needs one, and nobody could "
+            "make another.", role=body.role,
+        )  # fmt: skip
+    made, secret = await host.store.run(host.store.tokens.add, body.name, body.role)
+    _note(host, made, "added")
+    await access.refresh()
+    return shapes.TokenMade(**_shown(made, access).model_dump(), token=secret)
+
+
+@routes.delete("/tokens/{name}", Role.ADMIN, "unknown_token", status_code=204)
+async def revoke_token(
+    access: TheAccess, host: TheHost, name: Annotated[str, Path(description="Name of the token.")]
+) -> None:
+    """Revoke a token: it opens nothing any more, and every socket and login that came with it ends."""
+    known = {one.name: one for one in await host.store.run(host.store.tokens.all)}
+    await host.store.run(host.store.tokens.drop, name)
+    _note(host, known[name], "revoked")
+    await access.refresh()
+
+
+def _note(host: Host, token: Token, outcome: str) -> None:
+    by = host.leases.who(None, host.base.now())
+    host.audit.note(NewAuditEntry(by=by, action="token", outcome=outcome, key=token.name, requested=token.role))
+
+
+def _shown(one: Token, access: Access) -> shapes.TokenView:
+    used = access.last_used_at(one.name) or one.last_used_at
+    return shapes.TokenView(name=one.name, role=one.role, created_at=one.created_at, last_used_at=used)
+
+
+def _path(request: Request) -> str:
+    """Where the cookie goes: to us alone, where a proxy has others beside us."""
+    return str(request.scope.get("root_path", "")) or "/"

@@ -1,0 +1,114 @@
+"""Owns the routes of the audit: who did what, newest first, as JSON and as a file for a spreadsheet."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Annotated
+
+from fastapi import Depends, Query
+from starlette.responses import StreamingResponse
+
+from hornbill.api.config_models import AuditRow
+from hornbill.api.dependencies import TheHost
+from hornbill.api.downloads import CSV, attachment
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.csv_text import csv_text
+from hornbill.domain.fields import UidField
+from hornbill.servo.host import Host
+from hornbill.servo.profiles.comparing import HIGHEST_ID
+from hornbill.store.audit import AuditEntry
+from hornbill.units import Uid
+
+routes = Routes("audit")
+
+PAGE = 1000
+COLUMNS = ("id", "time", "by", "action", "outcome", "uid", "key", "before", "requested", "after", "detail", "job")
+
+WORD = r"^[a-z][a-z0-9_]*$"
+
+
+@dataclass(frozen=True, slots=True)
+class _Filter:
+    uid: Uid | None
+    key: str | None
+    action: str | None
+    since: float | None
+    before_id: int | None
+
+    async def rows(self, host: Host, limit: int, before_id: int | None) -> list[AuditEntry]:
+        return await host.store.run(
+            host.store.audit.rows, uid=self.uid, key=self.key, action=self.action, since=self.since,
+            before_id=before_id, limit=limit,
+        )  # fmt: skip
+
+
+async def _filter(
+    uid: Annotated[UidField | None, Query(description="Servo of the rows.")] = None,
+    key: Annotated[str | None, Query(max_length=100, pattern=WORD, description="Parameter key.")] = None,
+    action: Annotated[str | None, Query(max_length=100, pattern=WORD, description="Action of the rows.")] = None,
+    since: Annotated[
+        float | None, Query(ge=0, le=1e12, allow_inf_nan=False, description="Earliest time, seconds since 1970 UTC.")
+    ] = None,
+    before_id: Annotated[
+        int | None, Query(ge=1, le=HIGHEST_ID, description="Rows before this ID, for the next page.")
+    ] = None,
+) -> _Filter:
+    return _Filter(None if uid is None else Uid(uid), key, action, since, before_id)
+
+
+TheFilter = Annotated[_Filter, Depends(_filter)]
+
+
+@routes.get("/audit", Role.VIEW, "invalid_value")
+async def list_audit(
+    host: TheHost,
+    wanted: TheFilter,
+    limit: Annotated[int, Query(ge=1, le=PAGE, description="Maximum number of rows, newest first.")] = 200,
+) -> list[AuditRow]:
+    """Who did what to which servo, with what came of it, newest first. Rows are added, never changed."""
+    return [_row(one) for one in await wanted.rows(host, limit, wanted.before_id)]
+
+
+@routes.get(
+    "/audit.csv",
+    Role.VIEW,
+    "invalid_value",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"text/csv": {}}, "description": "every row, newest first"}},
+)
+async def download_audit(host: TheHost, wanted: TheFilter) -> StreamingResponse:
+    """The same as a file, with every row there is of what is asked for. Times are ISO 8601 in UTC."""
+    return StreamingResponse(_lines(host, wanted), media_type=CSV, headers=attachment("hornbill-audit.csv"))
+
+
+async def _lines(host: Host, wanted: _Filter) -> AsyncIterator[str]:
+    """A page of rows at a time, so that the loop does other things in between."""
+    yield csv_text([COLUMNS])
+    before_id = wanted.before_id
+    while rows := await wanted.rows(host, PAGE, before_id):
+        yield csv_text(map(_cells, rows))
+        before_id = rows[-1].id
+        await asyncio.sleep(0)
+
+
+def _cells(row: AuditEntry) -> tuple[object, ...]:
+    one = row.entry
+    at = datetime.fromtimestamp(row.at, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    values = [_value(value) for value in (one.before, one.requested, one.after)]
+    return row.id, at, one.by, one.action, one.outcome, one.uid, one.key, *values, one.detail, one.job
+
+
+def _value(value: object) -> object:
+    """Lists and objects as JSON."""
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, list | dict) else value
+
+
+def _row(one: AuditEntry) -> AuditRow:
+    entry = one.entry
+    return AuditRow(
+        id=one.id, at=one.at, by=entry.by, action=entry.action, outcome=entry.outcome, uid=entry.uid, key=entry.key,
+        before=entry.before, requested=entry.requested, after=entry.after, detail=entry.detail, job=entry.job,
+    )  # fmt: skip

@@ -1,0 +1,259 @@
+"""Owns GET /metrics: what a rig is watched by, in the text format of Prometheus. The table of metrics is `TABLE`."""
+
+import asyncio
+import platform
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Final, Literal, NamedTuple
+
+from fastapi import Request, Response
+from prometheus_client import ProcessCollector, generate_latest
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
+
+from hornbill import __version__
+from hornbill.api.dependencies import TheHost
+from hornbill.api.live.event_log import EventLog
+from hornbill.api.meter import Measures
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.schema.fault import LEVELS, OVERVIEW, REGISTERS
+from hornbill.servo.device.reading import is_stale
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.host import Host
+from hornbill.servo.runtime.histogram import Histogram
+from hornbill.wire.port import NO_PORT, PortState
+
+routes = Routes("server", prefix="")
+
+MEDIA_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
+ANGLE_FRESH_S: Final = 0.5
+"""An angle older than five broadcasts (table 2-2) is not shown; its age still is."""
+
+Kind = Literal["gauge", "counter", "histogram"]
+_WHO: Final = ("uid", "label")
+
+
+class Shown(NamedTuple):
+    """One metric; a counter's samples are called `name`_total."""
+
+    name: str
+    kind: Kind
+    help: str
+    labels: tuple[str, ...] = ()
+
+
+_ROWS: Final[tuple[tuple[str, Kind, str, tuple[str, ...]], ...]] = (
+    ("build_info", "gauge", "Always 1; the version is in the labels.", ("version", "python")),
+    ("uptime_seconds", "gauge", "Since the server started.", ()),
+    ("http_request_seconds", "histogram",
+     "From the request to the end of its answer. 499: the client went away.", ("method", "route", "status")),
+    ("http_requests_under_way", "gauge", "Requests without an answer yet.", ()),
+    ("sockets_open", "gauge", "Open WebSockets.", ("route",)),
+    ("telemetry_dropped_samples", "counter", "Samples that sockets were too slow for.", ()),
+    ("events", "counter", "Entries of the event log.", ("level", "code")),
+    ("jobs", "counter", "Jobs that have ended: succeeded, failed or cancelled.", ("kind", "outcome")),
+    ("jobs_under_way", "gauge", "Jobs that are queued or run.", ("kind",)),
+    ("bus_state", "gauge", "1 for the state the bus is in, 0 for the others.", ("state",)),
+    ("bus_load_ratio", "gauge", "Share of the bus in use over the last second, 0 to 1.", ()),
+    ("bus_frames", "counter", "Frames since the adapter was connected: rx or tx.", ("direction",)),
+    ("bus_dropped_frames", "counter", "Frames that came faster than they were taken.", ()),
+    ("bus_ignored_frames", "counter", "Standard, remote and CAN FD frames.", ()),
+    ("bus_errors", "counter", "Error frames, and frames of ours that could not leave.", ()),
+    ("bus_error_frames", "counter", "Errors seen on the wire; few adapters tell.", ()),
+    ("bus_unacknowledged", "counter", "Transmissions nobody acknowledged; few adapters tell.", ()),
+    ("bus_offs", "counter", "How often the adapter's controller left the bus because of errors.", ()),
+    ("bus_reopened", "counter", "How often the adapter was opened again by itself.", ()),
+    ("bus_bad_frames", "counter", "Frames that were no part of a whole transfer.", ("reason",)),
+    ("bus_request_seconds", "histogram",
+     "From asking a servo to its answer, its turn and repetitions within.", ("kind",)),
+    ("bus_requests", "counter",
+     "Requests that have ended: answered, no_answer, or failed (cancelled, or never sent).", ("kind", "outcome")),
+    ("bus_refusals", "counter", "Answers without the value asked for.", ("kind",)),
+    ("bus_request_repeats", "counter", "Tries after the first.", ()),
+    ("bus_late_answers", "counter", "Answers nobody waited for any more.", ()),
+    ("servos", "gauge", "Servos in each state.", ("state",)),
+    ("servo_info", "gauge", "Always 1; who it is is in the labels.", (*_WHO, "model", "firmware", "serial")),
+    ("servo_online", "gauge", "1 while the servo is heard.", _WHO),
+    ("servo_health", "gauge", "NodeStatus: 0 well, 1 warning, 2 error, 3 critical.", _WHO),
+    ("servo_uptime_seconds", "gauge", "Since the servo started, as it says.", _WHO),
+    ("servo_angle_degrees", "gauge", "Where the horn is (0x08); absent once it is older than 0.5 s.", _WHO),
+    ("servo_angle_age_seconds", "gauge", "How long ago the angle was last known.", _WHO),
+    ("servo_temperature_celsius", "gauge", "Temperature (0x0B); absent once it is older than 5 s.", _WHO),
+    ("servo_voltage_volts", "gauge", "Supply voltage (0x0C); absent once it is older than 5 s.", _WHO),
+    ("servo_faults", "gauge", "Fault bits that are set, by level.", (*_WHO, "level")),
+    ("servo_fault", "gauge", "1 for every fault bit that is set.", (*_WHO, "level", "fault")),
+    ("servo_unacknowledged_faults", "gauge", "Warnings and failures nobody has acknowledged.", _WHO),
+    ("servo_unsaved_parameters", "gauge", "Parameters a restart would lose.", _WHO),
+    ("stop_latched", "gauge", "1 while a stop keeps everything still.", ()),
+    ("stop_unconfirmed_servos", "gauge", "Servos that have not answered the stop that is latched.", ()),
+    ("stops", "counter", "Stops somebody pressed.", ()),
+    ("stop_answer_seconds", "histogram", "From a stop to the answer of each servo.", ()),
+    ("lease_held", "gauge", "1 while somebody has motion control.", ()),
+    ("leases", "counter", "Leases taken, released, taken_away, or lapsed.", ("event",)),
+    ("streams_running", "gauge", "Streams that run.", ()),
+    ("stream_bursts", "counter", "Bursts of setpoints that left.", ()),
+    ("stream_missed_slots", "counter", "Slots of a stream in which nothing was sent in time.", ()),
+)  # fmt: skip
+
+TABLE: Final = tuple(Shown(f"hornbill_{name}", kind, text, labels) for name, kind, text, labels in _ROWS)
+"""Every metric there is, but for those of the process, which the library names."""
+
+PROCESS: Final = "process_"
+"""How those begin: memory, CPU and open files of the server, on Linux."""
+
+_BY_NAME: Final = {one.name: one for one in TABLE}
+_BAD_FRAMES: Final = (
+    "bad_identifier", "bad_tail", "bad_toggle", "bad_crc", "unexpected", "interrupted",
+    "timed_out", "too_long", "evicted",
+)  # fmt: skip
+_READINGS: Final = {"servo_temperature_celsius": "current_temperature", "servo_voltage_volts": "current_voltage"}
+
+_Samples = Iterable[tuple[Sequence[str], float]]
+
+
+@routes.get("/metrics", Role.VIEW, include_in_schema=False)
+async def get_metrics(host: TheHost, request: Request) -> Response:
+    """All metrics. The loop has its turn between any two, so that a stop does not wait for a scrape."""
+    text = bytearray()
+    for family in collect(host, request.app.state.measures, getattr(request.app.state, "event_log", None)):
+        text += generate_latest(_One(family))
+        await asyncio.sleep(0)
+    return Response(bytes(text), media_type=MEDIA_TYPE)
+
+
+class _One:
+    """One family as the library's writer wants it."""
+
+    def __init__(self, family: Metric) -> None:
+        self._family = family
+
+    def collect(self) -> Iterator[Metric]:
+        yield self._family
+
+
+def collect(host: Host, measures: Measures, log: EventLog | None) -> Iterator[Metric]:
+    """Every metric as it is now, one after the other. `log`: of live clients; null without any."""
+    yield _family("build_info", [((__version__, platform.python_version()), 1)])
+    yield _family("uptime_seconds", [((), host.base.now() - host.started_at)])
+    yield _spreads(
+        "http_request_seconds",
+        [((method, route, str(status)), one) for (method, route, status), one in measures.requests.items()],
+    )
+    yield _family("http_requests_under_way", [((), measures.under_way)])
+    yield _family("sockets_open", [((route,), count) for route, count in measures.sockets.items()])
+    yield _family("telemetry_dropped_samples", [((), 0 if log is None else log.dropped)])
+    yield _family("events", host.counts.events.items())
+    yield _family("jobs", host.counts.jobs.items())
+    running = [job.kind for job in host.jobs.all() if not job.ended]
+    yield _family("jobs_under_way", [((kind,), running.count(kind)) for kind in dict.fromkeys(running)])
+    yield from _bus(host)
+    yield from _servos(host)
+    yield from _motion(host)
+    yield from ProcessCollector(registry=None).collect()
+
+
+def _bus(host: Host) -> Iterator[Metric]:
+    connection = host.connection
+    port = NO_PORT if connection is None else connection.port
+    yield _family("bus_state", [((state.value,), port.state is state) for state in PortState])
+    if connection is not None:
+        seen = connection.port.statistics
+        yield _family("bus_load_ratio", [((), connection.load_pct / 100)])
+        yield _family("bus_frames", [(("rx",), seen.rx_frames), (("tx",), seen.tx_frames)])
+        for name, count in (
+            ("bus_dropped_frames", seen.rx_dropped), ("bus_ignored_frames", seen.ignored), ("bus_errors", seen.errors),
+            ("bus_error_frames", seen.error_frames), ("bus_unacknowledged", seen.unacknowledged),
+            ("bus_offs", seen.bus_offs), ("bus_reopened", seen.reopened),
+        ):  # fmt: skip
+            yield _family(name, [((), count)])
+        bad, asked = connection.participant.reassembly_counters, connection.participant.request_counters
+        yield _family("bus_bad_frames", [((reason,), getattr(bad, reason)) for reason in _BAD_FRAMES])
+        yield _family("bus_request_repeats", [((), asked.repeats)])
+        yield _family("bus_late_answers", [((), asked.late)])
+    requests = host.requests
+    yield _spreads("bus_request_seconds", [((kind,), one) for kind, one in requests.took.items()])
+    yield _family("bus_requests", requests.asked.items())
+    yield _family("bus_refusals", [((kind,), count) for kind, count in requests.refused.items()])
+
+
+def _servos(host: Host) -> Iterator[Metric]:
+    now, servos = host.base.now(), host.fleet.all()
+    states = [one.state for one in servos]
+    online = [one for one in servos if one.online]
+    yield _family("servos", [((state.value,), states.count(state)) for state in State])
+    yield _family("servo_info", [((*_who(one), *_what(one)), 1) for one in servos])
+    yield _family("servo_online", [(_who(one), one.online) for one in servos])
+    heard = [(one, one.status) for one in online if one.status is not None]
+    yield _family("servo_health", [(_who(one), status.health) for one, status in heard])
+    yield _family("servo_uptime_seconds", [(_who(one), status.uptime_sec) for one, status in heard])
+    angles = [(one, one.angle_deg, now - one.angle_at) for one in servos if one.angle_at is not None]
+    yield _family(
+        "servo_angle_degrees",
+        [(_who(one), deg) for one, deg, age in angles if deg is not None and one.online and age <= ANGLE_FRESH_S],
+    )
+    yield _family("servo_angle_age_seconds", [(_who(one), age) for one, _, age in angles])
+    for name, key in _READINGS.items():
+        yield _family(name, [(_who(one), value) for one in online for value in _fresh(one, key, now)])
+    active = [(one, fault) for one in online for fault in host.faults.of(one.uid) if fault.active]
+    counts = {(one.uid, level): 0 for one in online if _knows_faults(one, now) for level in LEVELS}
+    for one, fault in active:
+        counts[one.uid, fault.level] = counts.get((one.uid, fault.level), 0) + 1
+    yield _family(
+        "servo_faults",
+        [((*_who(one), level), counts[one.uid, level]) for one in online for level in LEVELS
+         if (one.uid, level) in counts],
+    )  # fmt: skip
+    yield _family("servo_fault", [((*_who(one), fault.level, fault.key), 1) for one, fault in active])
+    yield _family("servo_unacknowledged_faults", [(_who(one), host.faults.unacknowledged(one.uid)) for one in servos])
+    yield _family("servo_unsaved_parameters", [(_who(one), len(one.unsaved())) for one in online])
+
+
+def _motion(host: Host) -> Iterator[Metric]:
+    latch = host.stop.latch
+    yield _family("stop_latched", [((), latch is not None)])
+    yield _family("stop_unconfirmed_servos", [((), 0 if latch is None else len(latch.unconfirmed()))])
+    yield _family("stops", [((), host.stop.presses)])
+    yield _spreads("stop_answer_seconds", [((), host.stop.answered)])
+    yield _family("lease_held", [((), host.leases.current(host.base.now()) is not None)])
+    yield _family("leases", [((event,), count) for event, count in host.leases.counts.items()])
+    yield _family("streams_running", [((), sum(one.ended is None for one in host.streams.all()))])
+    yield _family("stream_bursts", [((), host.streams.totals.sent)])
+    yield _family("stream_missed_slots", [((), host.streams.totals.misses)])
+
+
+def _who(one: Servo) -> tuple[str, str]:
+    return one.uid, one.label
+
+
+def _what(one: Servo) -> tuple[str, str, str]:
+    return "" if one.model is None else one.model.name, one.firmware_text or "", one.serial or ""
+
+
+def _fresh(one: Servo, key: str, now: float) -> Iterator[float]:
+    """A reading in its unit, if it was read lately."""
+    register = one.registers.get(key)
+    if register is not None and register.raw is not None and not is_stale(one, register, now):
+        yield register.raw / register.parameter.per_unit
+
+
+def _knows_faults(one: Servo, now: float) -> bool:
+    """The three words are read only while the overview (0x18) says that there is something in them."""
+    keys = (OVERVIEW, *REGISTERS) if one.raw(OVERVIEW) else (OVERVIEW,)
+    words = [one.registers.get(key) for key in keys]
+    return all(word is not None and not is_stale(one, word, now) for word in words)
+
+
+def _family(name: str, samples: _Samples) -> Metric:
+    shown = _BY_NAME[f"hornbill_{name}"]
+    kind = CounterMetricFamily if shown.kind == "counter" else GaugeMetricFamily
+    made = kind(shown.name, shown.help, labels=shown.labels)
+    for labels, value in samples:
+        made.add_metric(labels, float(value))
+    return made
+
+
+def _spreads(name: str, samples: Iterable[tuple[Sequence[str], Histogram]]) -> Metric:
+    shown = _BY_NAME[f"hornbill_{name}"]
+    made = HistogramMetricFamily(shown.name, shown.help, labels=shown.labels)
+    for labels, spread in samples:
+        made.add_metric(labels, spread.rising(), spread.total_s)
+    return made

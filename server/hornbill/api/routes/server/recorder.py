@@ -1,0 +1,174 @@
+"""Owns the routes of the recorder: the last ten minutes, and the bundles written of them."""
+
+import asyncio
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import Path as InPath
+from fastapi import Query, Request, Response
+from starlette.responses import FileResponse
+
+from hornbill.api import recorder_models as models
+from hornbill.api.dependencies import TheBundles, TheHost
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.bus.recordings.bundle import (
+    EVENTS,
+    TELEMETRY,
+    WRITES,
+    BundleReader,
+    read_events,
+    read_telemetry,
+    read_writes,
+)
+from hornbill.bus.recordings.folder import StoredFile
+from hornbill.errors import InvalidValue, LogFailed
+
+routes = Routes("recorder")
+
+_ZIP = "application/zip"
+
+BundleName = Annotated[str, InPath(description="File name, as in `GET /recorder/bundles`.")]
+
+
+@routes.get("/recorder", Role.VIEW)
+async def get_recorder(host: TheHost) -> models.RecorderState:
+    """How far the recorder reaches back, and the bundle it is about to write."""
+    box = host.recorder
+    pending = box.pending
+    return models.RecorderState(
+        recording=box.recording,
+        reach_s=round(box.reach_s, 1),
+        frames=box.ring.frames,
+        bytes=box.ring.size,
+        before_s=box.before_s,
+        pending=None
+        if pending is None
+        else models.PendingBundle(
+            reason=pending.reason,
+            text=pending.text,
+            marks=[models.BundleMark.model_validate(mark) for mark in pending.marks],
+            ready_in_s=round(max(0.0, pending.until - host.base.now()), 1),
+        ),
+    )
+
+
+@routes.post(
+    "/recorder/bundles",
+    Role.OPERATE,
+    "busy",
+    "invalid_value",
+    "log_failed",
+    status_code=202,
+    response_model=models.RecorderState | models.Bundle,
+    responses={201: {"model": models.Bundle, "description": "wait"}},
+)
+async def write_bundle(
+    host: TheHost,
+    bundles: TheBundles,
+    response: Response,
+    body: models.BundleRequest | None = None,
+    wait: Annotated[bool, Query(description="Wait until the file is written.")] = False,
+) -> models.RecorderState | models.Bundle:
+    """Write a bundle of what happened lately, and of the ten seconds from now on.
+
+    One that is pending already takes this in as a mark. Without `wait` the answer (202) is the recorder's state, and
+    the bundle is in the list once it is written; with it (201) the bundle.
+    """
+    asked = body or models.BundleRequest()
+    done = host.recorder.by_hand(asked.reason, asked.before_s)
+    if not wait:
+        return await get_recorder(host)
+    name = await asyncio.shield(done)
+    response.status_code = 201
+    return await asyncio.to_thread(lambda: _shown(StoredFile.of(bundles.path(name))))
+
+
+@routes.get("/recorder/bundles", Role.VIEW)
+async def list_bundles(bundles: TheBundles) -> list[models.Bundle]:
+    """The bundles in the data folder, the newest first. One is played with `PUT /bus`, address `bundle:NAME`."""
+    return await asyncio.to_thread(lambda: [_shown(one) for one in bundles.all()])
+
+
+@routes.get(
+    "/recorder/bundles/{name}",
+    Role.VIEW,
+    "unknown_bundle",
+    response_class=FileResponse,
+    responses={200: {"content": {_ZIP: {}}}},
+)
+async def download_bundle(bundles: TheBundles, name: BundleName) -> FileResponse:
+    """The file: a .zip that any machine opens, with frames in the form of `candump -l`."""
+    path = bundles.path(name)
+    return FileResponse(path, media_type=_ZIP, filename=path.name)
+
+
+@routes.get("/recorder/bundles/{name}/content", Role.VIEW, "unknown_bundle", "log_failed")
+async def get_bundle(bundles: TheBundles, name: BundleName) -> models.BundleContent:
+    """What a page shows of it: what it is of, telemetry in columns, events and writes."""
+    return await asyncio.to_thread(_read, bundles.path(name))
+
+
+@routes.put(
+    "/recorder/bundles/{name}",
+    Role.CONFIGURE,
+    "invalid_value",
+    "out_of_range",
+    "log_failed",
+    status_code=201,
+    openapi_extra={
+        "requestBody": {"required": True, "content": {_ZIP: {"schema": {"type": "string", "format": "binary"}}}}
+    },
+)
+async def add_bundle(bundles: TheBundles, name: BundleName, request: Request) -> models.Bundle:
+    """Bring a bundle of somebody else, at most 100 MB; a file that is none is refused, and nothing is kept of it."""
+    await bundles.adopt(name, request.stream(), _accept)
+    return await asyncio.to_thread(lambda: _shown(StoredFile.of(bundles.path(name))))
+
+
+@routes.delete("/recorder/bundles/{name}", Role.ADMIN, "unknown_bundle", "log_failed", status_code=204)
+async def delete_bundle(bundles: TheBundles, name: BundleName) -> None:
+    """Remove a bundle from the data folder."""
+    await asyncio.to_thread(bundles.delete, name)
+
+
+def _accept(path: Path) -> None:
+    """In a thread. Raises InvalidValue."""
+    try:
+        with BundleReader(path) as bundle:
+            bundle.about()
+            bundle.check()
+    except LogFailed as error:
+        raise InvalidValue(error.detail.replace(".part", "")) from error
+
+
+def _shown(kept: StoredFile) -> models.Bundle:
+    try:
+        return _read_summary(kept)
+    except LogFailed as error:
+        return models.Bundle(
+            name=kept.name, at=kept.modified_at, reason=None, text="", bytes=kept.size, seconds=None, marks=[],
+            problem=error.detail,
+        )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _read_summary(kept: StoredFile) -> models.Bundle:
+    """Read from the disk once while the file stays as it is. Raises LogFailed."""
+    with BundleReader(kept.path) as bundle:
+        about = bundle.about()
+    return models.Bundle(
+        name=kept.name, at=about.marks[0].at, reason=about.reason, text=about.text, bytes=kept.size,
+        seconds=round(about.ended_at - about.started_at, 1),
+        marks=[models.BundleMark.model_validate(mark) for mark in about.marks],
+    )  # fmt: skip
+
+
+def _read(path: Path) -> models.BundleContent:
+    with BundleReader(path) as bundle:
+        telemetry, complete = read_telemetry(bundle.member(TELEMETRY))
+        return models.BundleContent(
+            about=bundle.about(), telemetry=telemetry, complete=complete,
+            events=read_events(bundle.member(EVENTS)), writes=read_writes(bundle.member(WRITES)),
+        )  # fmt: skip

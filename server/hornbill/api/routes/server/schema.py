@@ -1,0 +1,94 @@
+"""Owns GET /schema: the whole catalogue, for forms and programs."""
+
+from fastapi import Request
+from fastapi.responses import JSONResponse
+from pydantic import Field
+
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.domain.fields import Model
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.effect import EffectRule
+from hornbill.schema.fault import FaultBit
+from hornbill.schema.parameter import Group, Parameter
+
+
+class RowRange(Model):
+    """What one model allows in one row, raw."""
+
+    default: int | None = Field(description="Default, raw.")
+    minimum: int | None = Field(description="Minimum, raw.")
+    maximum: int | None = Field(description="Maximum, raw.")
+
+
+class SchemaModel(Model):
+    """One servo model and its own numbers; `rows` has every row it offers at its newest firmware."""
+
+    name: str = Field(description="Model name.")
+    series: str = Field(description="BLA15, BLA21 or BLA34.")
+    pwm: bool = Field(description="The model has a PWM input.")
+    model_number: int = Field(description="Model number as read from the servo.")
+    hardware_version: int = Field(description="Hardware version from GetNodeInfo.")
+    voltage_class: str = Field(description="Supply voltage class.")
+    firmware: list[str] = Field(description="Firmware versions of this model.")
+    rows: dict[str, RowRange] = Field(description="Ranges of the rows of its newest firmware, by key.")
+
+
+class SchemaDocument(Model):
+    """Every table: rows, models, firmware steps, fault bits, effect rules."""
+
+    revision: str = Field(description="Revision of the tables.")
+    specification: str = Field(description="Document the tables are made from.")
+    firmware: list[str] = Field(description="Known firmware versions.")
+    firmware_notes: dict[str, str] = Field(description="What users of a firmware should know, by version.")
+    groups: list[Group] = Field(description="Groups of the parameter list.")
+    parameters: list[Parameter] = Field(description="All rows.")
+    models: list[SchemaModel] = Field(description="Models, each with its own ranges.")
+    overview: list[FaultBit] = Field(description="Bits of the summary register.")
+    faults: list[FaultBit] = Field(description="Bits of the three fault registers.")
+    effects: list[EffectRule] = Field(description="Conditions under which rows have no effect.")
+
+
+def document(catalog: Catalog) -> SchemaDocument:
+    """The catalogue as JSON; rows nobody may touch (0x49) and actions are left out."""
+    return SchemaDocument(
+        revision=catalog.revision,
+        specification=catalog.specification,
+        firmware=list(catalog.firmware_steps),
+        firmware_notes={step.version: step.note for step in catalog.firmware},
+        groups=list(catalog.groups),
+        parameters=list(catalog.readable.values()),
+        models=[
+            SchemaModel(
+                name=model.name,
+                series=model.series,
+                pwm=model.pwm,
+                model_number=model.model_number,
+                hardware_version=model.hardware_version,
+                voltage_class=model.voltage_class,
+                firmware=list(model.firmware),
+                rows={key: RowRange.model_validate(row) for key, row in model.rows().items()},
+            )
+            for model in catalog.models.values()
+        ],
+        overview=list(catalog.overview),
+        faults=list(catalog.faults),
+        effects=list(catalog.effects),
+    )
+
+
+def routes(catalog: Catalog) -> Routes:
+    """The one route; the document is made once, for it never changes while the server runs."""
+    made = Routes("schema")
+    whole = document(catalog)
+
+    @made.get("/schema", Role.VIEW)
+    async def get_schema() -> SchemaDocument:
+        """The whole parameter catalogue."""
+        return whole
+
+    @made.get("/openapi.json", Role.VIEW, include_in_schema=False)
+    async def get_openapi(request: Request) -> JSONResponse:
+        return JSONResponse(request.app.openapi())
+
+    return made

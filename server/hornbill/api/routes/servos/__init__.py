@@ -1,0 +1,1 @@
+"""Routes of what servos are and report."""

@@ -1,0 +1,79 @@
+"""Owns the routes of faults: what a servo's bits tell, now and in the past, and that somebody has seen it."""
+
+from typing import Annotated
+
+from fastapi import Path, Query
+
+from hornbill.api.dependencies import LeaseHeader, TheHost, known_uid
+from hornbill.api.motion_models import FaultsRead, ServoFaults
+from hornbill.api.problems import problem
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.domain.servo import Fault
+from hornbill.errors import Unknown
+from hornbill.servo.host import Host
+from hornbill.servo.runtime.actor import signed
+from hornbill.units import Uid
+
+routes = Routes("faults")
+
+ServoUid = Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.")]
+Key = Annotated[str, Path(description="Key of the bit.")]
+By = Annotated[str | None, Query(max_length=64, description="User who acknowledges. Default: the holder of the lease.")]
+ACKNOWLEDGE_PROBLEMS = ("unknown_servo", "invalid_value", "store_failed")
+
+
+@routes.get("/faults", Role.VIEW, "invalid_value")
+async def read_faults(
+    host: TheHost,
+    uids: Annotated[str | None, Query(description="Unique IDs, separated by commas. Default: all servos.")] = None,
+) -> FaultsRead:
+    """The fault bits of several servos, of each as `GET /servos/{uid}/faults` lists them, or why there are none."""
+    listed = [one.uid for one in host.fleet.all()] if uids is None else [one.strip() for one in uids.split(",")]
+    return FaultsRead(servos={uid: _one(host, uid) for uid in listed if uid})
+
+
+@routes.get("/servos/{uid}/faults", Role.VIEW, "unknown_servo")
+async def list_faults(host: TheHost, uid: ServoUid) -> list[Fault]:
+    """Every bit that is set or ever was, of a servo on the bus or remembered: failures before warnings before
+    notifications, active before past. A bit goes by itself, or when the servo starts again: nothing clears it here.
+    """
+    return _faults(host, known_uid(host, uid))
+
+
+@routes.post("/servos/{uid}/faults/acknowledge", Role.OPERATE, *ACKNOWLEDGE_PROBLEMS)
+async def acknowledge_faults(host: TheHost, uid: ServoUid, by: By = None, lease: LeaseHeader = None) -> list[Fault]:
+    """Somebody has seen all of them. The servo is not told."""
+    known = known_uid(host, uid)
+    await host.faults.acknowledge(known, _who(host, by, lease))
+    return _faults(host, known)
+
+
+@routes.post(
+    "/servos/{uid}/faults/{key}/acknowledge",
+    Role.OPERATE,
+    "unknown_servo",
+    "unknown_fault",
+    "invalid_value",
+    "store_failed",
+)
+async def acknowledge_fault(host: TheHost, uid: ServoUid, key: Key, by: By = None, lease: LeaseHeader = None) -> Fault:
+    """Somebody has seen this one; who was first stays until the bit comes up again. The servo is not told."""
+    known = known_uid(host, uid)
+    await host.faults.acknowledge(known, _who(host, by, lease), key)
+    return next(one for one in _faults(host, known) if one.key == key)
+
+
+def _one(host: Host, uid: str) -> ServoFaults:
+    try:
+        return ServoFaults(faults=_faults(host, known_uid(host, uid)))
+    except Unknown as error:
+        return ServoFaults(faults=[], problem=problem(error))
+
+
+def _faults(host: Host, uid: Uid) -> list[Fault]:
+    return list(host.faults.of(uid))
+
+
+def _who(host: Host, by: str | None, lease: str | None) -> str:
+    return signed(by) if by else host.leases.who(lease, host.base.now())

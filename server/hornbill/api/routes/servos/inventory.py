@@ -1,0 +1,163 @@
+"""Owns the routes of the inventory: every servo ever met, on the bus or not, its last configuration, and forgetting."""
+
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from typing import Annotated
+
+from fastapi import Query
+from starlette.responses import Response
+
+from hornbill.api.config_models import KnownServo
+from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, never_seen
+from hornbill.api.downloads import CSV, attachment
+from hornbill.api.models import ServoPatch
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.csv_text import csv_text
+from hornbill.errors import Busy
+from hornbill.schema import scale
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.firmware import to_text
+from hornbill.schema.scale import Value
+from hornbill.servo.device.drift import drifted
+from hornbill.servo.host import Host
+from hornbill.store.audit import NewAuditEntry
+from hornbill.store.servos import StoredServo
+from hornbill.units import Uid
+
+routes = Routes("inventory")
+
+Model = Annotated[str | None, Query(description="Model, such as `BLA21-06U-A0`.")]
+Label = Annotated[str | None, Query(description="Nickname.")]
+Serial = Annotated[str | None, Query(max_length=40, description="Part of the serial number.")]
+
+FACTS = (
+    "uid", "label", "model", "serial", "firmware", "hardware_version", "production_date", "node_id", "servo_id",
+    "first_seen", "last_seen", "online", "snapshots", "drift",
+)  # fmt: skip
+
+
+@routes.get("/inventory", Role.VIEW, "invalid_value")
+async def list_inventory(host: TheHost, model: Model = None, label: Label = None, q: Serial = None) -> list[KnownServo]:
+    """Every servo ever met, the one seen last first."""
+    return await _found(host, model, label, q)
+
+
+@routes.get(
+    "/inventory.csv",
+    Role.VIEW,
+    "invalid_value",
+    response_class=Response,
+    responses={200: {"content": {"text/csv": {}}}},
+)
+async def download_inventory(host: TheHost, model: Model = None, label: Label = None, q: Serial = None) -> Response:
+    """The same as a table: one servo a line, ROM in a column a row, named with its unit."""
+    found = await _found(host, model, label, q)
+    return Response(csv_text(_table(host.catalog, found)), media_type=CSV, headers=attachment("inventory.csv"))
+
+
+@routes.get("/inventory/{uid}", Role.VIEW, "unknown_servo", "invalid_value")
+async def get_known_servo(host: TheHost, uid: UidPath) -> KnownServo:
+    """One servo, whether it is on the bus or not."""
+    return _shown(host, _kept(host, uid), await host.store.run(host.store.snapshots.counts))
+
+
+@routes.patch("/inventory/{uid}", Role.CONFIGURE, "unknown_servo", "invalid_value")
+async def label_known_servo(host: TheHost, uid: UidPath, body: ServoPatch, lease: LeaseHeader = None) -> KnownServo:
+    """Give a servo a nickname, also one that is switched off."""
+    kept = _kept(host, uid)
+    servo = host.fleet.find(kept.uid)
+    assert servo is not None, "whatever the store knows the fleet has"
+    await host.set_label(servo, body.label, by=host.leases.who(lease, host.base.now()))
+    return _shown(host, _kept(host, uid), await host.store.run(host.store.snapshots.counts))
+
+
+@routes.delete("/inventory/{uid}", Role.ADMIN, "unknown_servo", "busy", "invalid_value", status_code=204)
+async def forget_servo(
+    host: TheHost,
+    uid: UidPath,
+    lease: LeaseHeader = None,
+    history: Annotated[
+        bool, Query(description="Also delete its snapshots and fault history. Otherwise they return with the servo.")
+    ] = False,
+) -> None:
+    """Forget a servo that is not on the bus: its facts, nickname and last configuration. The audit keeps what was."""
+    kept = _kept(host, uid)
+    if host.jobs.running(kept.uid) is not None:
+        raise Busy(f"A job of {kept.label or uid[:8]} is under way. Cancel it, or wait until it has ended.")
+    host.fleet.forget(kept.uid)
+    await host.store.run(host.store.servos.forget, kept.uid)
+    host.drift.forget(kept.uid)
+    host.lost_values.forget(Uid(kept.uid))
+    dropped = await host.store.run(host.store.snapshots.drop_all, kept.uid) if history else 0
+    if history:
+        await host.faults.forget(kept.uid)
+    by, detail = host.leases.who(lease, host.base.now()), f"{kept.facts.model}, {dropped} snapshots dropped"
+    host.audit.note(NewAuditEntry(by, "forget", "succeeded", kept.uid, before=kept.label, detail=detail))
+
+
+def _kept(host: Host, uid: str) -> StoredServo:
+    kept = host.store.servos.get(Uid(uid))
+    if kept is None:
+        raise never_seen(uid)
+    return kept
+
+
+def _table(catalog: Catalog, servos: Sequence[KnownServo]) -> Iterator[list[object]]:
+    rows = [row for row in catalog.readable.values() if row.rom]
+    yield [*FACTS, *(f"{row.key} [{row.unit}]" if row.unit else row.key for row in rows)]
+    for one in servos:
+        facts = one.model_dump()
+        facts |= {"drift": " ".join(one.drift), "first_seen": _instant(one.first_seen)}
+        facts |= {"last_seen": _instant(one.last_seen)}
+        yield [*(facts[name] for name in FACTS), *(one.rom.get(row.key) for row in rows)]
+
+
+async def _found(host: Host, model: str | None, label: str | None, q: str | None) -> list[KnownServo]:
+    counts = await host.store.run(host.store.snapshots.counts)
+    shown = [_shown(host, kept, counts) for kept in host.store.servos.all()]
+    found = [
+        one
+        for one in shown
+        if (model is None or one.model == model)
+        and (label is None or one.label == label)
+        and (q is None or q in (one.serial or ""))
+    ]
+    return sorted(found, key=lambda one: one.last_seen or 0.0, reverse=True)
+
+
+def _shown(host: Host, kept: StoredServo, snapshots: dict[Uid, int]) -> KnownServo:
+    facts, servo = kept.facts, host.fleet.find(kept.uid)
+    online = servo is not None and servo.online
+    seen = kept.last_seen
+    if servo is not None and servo.status_at is not None:
+        seen = max(seen or 0.0, host.base.utc(servo.status_at))
+    numbers = facts.model_number, facts.serial
+    return KnownServo(
+        uid=kept.uid,
+        label=kept.label,
+        model=facts.model,
+        serial=None if None in numbers else f"{numbers[0]}-{numbers[1]:06d}",
+        firmware=None if facts.firmware is None else to_text(facts.firmware),
+        hardware_version=facts.hardware_version,
+        production_date=facts.production_date,
+        node_id=servo.node_id if servo is not None and online else facts.node_id,
+        servo_id=facts.servo_id,
+        first_seen=kept.first_seen,
+        last_seen=seen,
+        online=online,
+        rom=_rom(host, kept),
+        snapshots=snapshots.get(kept.uid, 0),
+        drift=sorted(drifted(kept) if servo is None or servo.model_number is None else servo.drift),
+    )
+
+
+def _rom(host: Host, kept: StoredServo) -> dict[str, Value]:
+    """Engineering values by the servo's model; of an unknown series by what every model has in common."""
+    model = host.catalog.models.get(kept.facts.model or "")
+    rows = host.catalog.readable if model is None else model.rows(kept.facts.firmware)
+    return {key: scale.to_value(row, kept.rom[key], kept.rom) for key, row in rows.items() if key in kept.rom}
+
+
+def _instant(at: float | None) -> str:
+    return "" if at is None else datetime.fromtimestamp(at, UTC).isoformat(timespec="seconds")

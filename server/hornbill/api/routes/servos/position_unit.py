@@ -1,0 +1,29 @@
+"""Owns the routes of the position unit: what a position on the bus means on one servo, and saying so by hand."""
+
+from hornbill.api import models, present
+from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
+from hornbill.api.motion_models import PositionUnitPut
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.errors import Busy
+
+routes = Routes("motion")
+
+
+@routes.get("/servos/{uid}/position-unit", Role.VIEW, "unknown_servo")
+async def get_position_unit(host: TheHost, servo: TheServo) -> models.PositionUnitState:
+    """What position 1.0 of Status and ArrayCommand means on this servo, and how that is known."""
+    return present.position_unit(host, servo)
+
+
+@routes.put("/servos/{uid}/position-unit", Role.CONFIGURE, "unknown_servo", "busy", "lease_held", "invalid_value")
+async def set_position_unit(
+    host: TheHost, servo: TheServo, body: PositionUnitPut, lease: LeaseHeader = None
+) -> models.PositionUnitState:
+    """Take its positions for this unit; null measures it, anew if it was before. Nothing is written to the servo."""
+    now = host.base.now()
+    host.leases.allow_write(lease, now)
+    if host.motion.driven(servo.uid):
+        raise Busy(f"{servo.title} is under command, and the same angle would be another position. Let it go first.")
+    host.position_units.force(servo, body.unit, by=host.leases.who(lease, now))
+    return present.position_unit(host, servo)

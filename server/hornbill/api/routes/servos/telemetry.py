@@ -1,0 +1,119 @@
+"""Owns the routes of telemetry: what is polled of a servo and for whom, and its samples as a file."""
+
+import re
+from typing import Annotated, Final
+
+from fastapi import Query
+from starlette.responses import StreamingResponse
+
+from hornbill.api import models, telemetry_files
+from hornbill.api.dependencies import TheHost, TheServo
+from hornbill.api.downloads import CSV, attachment
+from hornbill.api.routing import Routes
+from hornbill.api.security.roles import Role
+from hornbill.domain.servo import TelemetryGrant
+from hornbill.errors import InvalidValue
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.host import Host
+from hornbill.servo.monitoring.sample_ring import SampleColumns
+
+routes = Routes("telemetry")
+
+WISH_PROBLEMS = ("unknown_servo", "unknown_parameter", "not_in_this_model", "invalid_value")
+FILE_PROBLEMS = ("unknown_servo", "unknown_parameter", "invalid_value")
+
+PARQUET: Final = "application/vnd.apache.parquet"
+
+Seconds = Annotated[float, Query(gt=0, le=7200, description="Time span up to now, s.")]
+Channels = Annotated[
+    str | None, Query(max_length=2000, description="Keys, separated by commas. Default: all channels.")
+]
+
+
+@routes.put("/servos/{uid}/telemetry", Role.OPERATE, *WISH_PROBLEMS)
+async def set_telemetry(host: TheHost, servo: TheServo, body: models.TelemetryWish) -> TelemetryGrant:
+    """What to poll of this servo, and how often; the answer says what the bus budget allows. [] ends it.
+
+    Every `owner` has one wish a servo; together they get every row at the highest rate wished. With `ttl_s` the
+    wish ends by itself unless it is said again. Of a servo of an unknown model nothing can be polled: the grant is
+    empty then, and its `note` says why.
+    """
+    return host.polling.wish(servo, body.channels, body.rate_hz, owner=body.owner, ttl_s=body.ttl_s)
+
+
+@routes.get("/servos/{uid}/telemetry", Role.VIEW, "unknown_servo")
+async def get_telemetry(host: TheHost, servo: TheServo) -> models.Telemetry:
+    """Who wishes what, what is granted, and what really comes: rate over the last five seconds and age a channel."""
+    granted, background = host.polling.rates(servo), host.polling.background(servo)
+    since = host.base.now() - host.telemetry.kept_s
+    shown: dict[str, models.TelemetryChannel] = {}
+    for key in dict.fromkeys((*granted, *background, *host.telemetry.channels(servo.uid))):
+        hz, age_s = host.telemetry.measured(servo.uid, key)
+        shown[key] = models.TelemetryChannel(
+            granted_hz=_rounded(granted.get(key)),
+            background_hz=_rounded(background.get(key)),
+            measured_hz=round(hz, 2),
+            age_s=None if age_s is None else round(age_s, 3),
+            marks=[models.TelemetryMark(t=t, kind=kind) for t, kind in host.telemetry.marks(servo.uid, key, since)],
+        )
+    wishes = host.polling.grants(servo)
+    return models.Telemetry(wishes=wishes, channels=shown, budget=host.polling.budget)
+
+
+@routes.get(
+    "/servos/{uid}/telemetry.csv",
+    Role.VIEW,
+    *FILE_PROBLEMS,
+    operation_id="export_telemetry_csv",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"text/csv": {}}}},
+)
+async def export_csv(
+    host: TheHost, servo: TheServo, seconds: Seconds = 600.0, channels: Channels = None
+) -> StreamingResponse:
+    """The last samples, a line a sample time and a column a channel. A cell is empty where a channel has no sample
+    at that time, was silent, or was inactive; nothing is interpolated.
+    """
+    content = telemetry_files.csv(_window(host, servo, seconds, channels), host.base)
+    return StreamingResponse(content, media_type=CSV, headers=_named(servo, "csv"))
+
+
+@routes.get(
+    "/servos/{uid}/telemetry.parquet",
+    Role.VIEW,
+    *FILE_PROBLEMS,
+    "not_available",
+    operation_id="export_telemetry_parquet",
+    response_class=StreamingResponse,
+    responses={200: {"content": {PARQUET: {}}}},
+)
+async def export_parquet(
+    host: TheHost, servo: TheServo, seconds: Seconds = 600.0, channels: Channels = None
+) -> StreamingResponse:
+    """The same as rows of `channel`, `t` and `value` (null is a gap, or inactive), channel by channel; `utc_offset`
+    in the file's metadata.
+    """
+    telemetry_files.need_parquet()
+    content = telemetry_files.parquet(_window(host, servo, seconds, channels), host.base.utc_offset)
+    return StreamingResponse(content, media_type=PARQUET, headers=_named(servo, "parquet"))
+
+
+def _window(host: Host, servo: Servo, seconds: float, channels: str | None) -> dict[str, SampleColumns]:
+    """The samples as they are now: what comes while the file is fetched is not in it."""
+    since = host.base.now() - seconds
+    known = list(host.telemetry.channels(servo.uid))
+    keys = known if channels is None else [key.strip() for key in channels.split(",") if key.strip()]
+    for key in keys:
+        row = servo.catalog.parameter(key)
+        if row.kind != "number" and key not in known:
+            raise InvalidValue(f"{key} is no number, so it is no channel.", key=key)
+    return {key: host.telemetry.columns(servo.uid, key, since) for key in dict.fromkeys(keys)}
+
+
+def _named(servo: Servo, ending: str) -> dict[str, str]:
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", servo.title).strip("-") or servo.uid[:8]
+    return attachment(f"telemetry-{name}.{ending}")
+
+
+def _rounded(hz: float | None) -> float | None:
+    return None if hz is None else round(hz, 2)

@@ -1,0 +1,69 @@
+"""Owns what a request may bring: JSON, unless the route takes a file, and no more than it can need."""
+
+from typing import Final
+
+from starlette.types import Message, Receive, Scope
+
+from hornbill.errors import TooLarge, WrongMediaType
+
+LARGEST: Final = 1 << 20
+"""Bytes of the largest body in JSON; a profile for 100 servos has about 100 kB."""
+LARGEST_FILE: Final = 128 << 20
+"""Bytes of the largest file; the route that takes it knows a lower limit of its own."""
+
+_FILES: Final = (("/api/v1/profiles/", "/file"), ("/api/v1/recorder/bundles/", ""))
+"""Where a PUT takes a file: how the path begins and ends."""
+_FORMS: Final = ("application/x-www-form-urlencoded", "multipart/form-data", "text/plain")
+"""What a form of any site can send without being asked for permission; never what a program of ours sends."""
+
+
+async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
+    """How the route receives the body, of which all is here if it is JSON. Raises WrongMediaType and TooLarge."""
+    headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
+    length, chunked = headers.get(b"content-length", "0"), b"transfer-encoding" in headers
+    size = int(length) if length.isdecimal() and len(length) < 19 else LARGEST_FILE + 1
+    if not size and not chunked:
+        return receive
+    media = headers.get(b"content-type", "").partition(";")[0].strip().lower()
+    if takes_file(scope["method"], path):
+        if media in _FORMS:
+            raise WrongMediaType(f"A file is not of the type {media}.", request="Name its own type in Content-Type.")
+        _within(size, LARGEST_FILE)
+        return receive
+    if path.startswith("/api/") and not (media == "application/json" or media.endswith("+json")):
+        raise WrongMediaType(
+            f"The body is {media[:60] or 'of no type'}.", request="Send it with 'Content-Type: application/json'."
+        )
+    _within(size, LARGEST)
+    return (await whole(receive))[1]
+
+
+def takes_file(method: str, path: str) -> bool:
+    """Whether the route takes a file as it is."""
+    return method == "PUT" and any(path.startswith(begin) and path.endswith(end) for begin, end in _FILES)
+
+
+def _within(size: int, limit: int) -> None:
+    if size > limit:
+        raise TooLarge(f"The body has more than {limit // 1024} kB, which is the limit here.", limit_bytes=limit)
+
+
+async def whole(receive: Receive) -> tuple[bytes | None, Receive]:
+    """The body, read to its end or to the limit, and how the route receives it; None: the other end has gone.
+
+    Raises TooLarge.
+    """
+    body, message = bytearray(), await receive()
+    while message["type"] == "http.request":
+        body += message.get("body", b"")
+        _within(len(body), LARGEST)
+        if not message.get("more_body", False):
+            message = {"type": "http.request", "body": bytes(body), "more_body": False}
+            break
+        message = await receive()
+    waiting = [message]
+
+    async def replay() -> Message:
+        return waiting.pop() if waiting else await receive()
+
+    return bytes(body) if message["type"] == "http.request" else None, replay

@@ -1,0 +1,1 @@
+"""Settings, composition and serving: what the command line starts."""

@@ -1,0 +1,172 @@
+"""The composition root: builds store, bus, servo layer, API and view, and takes them down in reverse."""
+
+import asyncio
+import tempfile
+from collections.abc import AsyncGenerator, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
+from pathlib import Path
+
+from fastapi import FastAPI
+from starlette.requests import HTTPConnection
+
+from hornbill import __version__, resources
+from hornbill.api.http import create_api
+from hornbill.api.security.access import Access
+from hornbill.api.security.origin import local_policy
+from hornbill.app.bus_ports import EMBEDDED, BusPorts, StoredBauds, with_frame_gap
+from hornbill.app.network_policy import NetworkPolicy, decide, may_open
+from hornbill.app.settings import Settings
+from hornbill.app.view_feed import ViewFeed
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.bus.listing import Adapters
+from hornbill.bus.recordings.bundle import BundleWriter
+from hornbill.bus.recordings.bus_log import BusLog
+from hornbill.bus.recordings.folder import BUNDLES, LOGS, RecordingFolder
+from hornbill.node.allocator import AllocationMode
+from hornbill.schema.catalog import Catalog
+from hornbill.servo.host import Host
+from hornbill.servo.runtime.hub import Happened
+from hornbill.sim.bench.bench import Bench, demo_fleet
+from hornbill.store.store import Store
+from hornbill.view.proxy import routes
+from hornbill.view.viewer import Viewer
+from hornbill.wire.port import split_frame_gap
+
+LOGS_FOLDER = "logs"
+"""Where in the data folder logs of the bus are."""
+BUNDLES_FOLDER = "bundles"
+"""Where what the black box wrote is."""
+
+
+def build(
+    settings: Settings,
+    *,
+    demo: bool,
+    log: Callable[[str], None] = lambda _text: None,
+    fast: bool = False,
+    exposure: NetworkPolicy | None = None,
+) -> FastAPI:
+    """The application, with a lifespan that opens and closes everything.
+
+    With `demo`, simulated servos and a data folder that ends with the process; they live on the embedded bus unless
+    `settings.bus` names another, which must hold no real ones. `fast` leaves out the embedded bus's bit times.
+    `exposure` is how far it may be reached, as `decide` says unless given; raises as that.
+    """
+    exposed = exposure or decide(settings, demo=demo)
+    given = None if settings.token is None else settings.token.get_secret_value()
+    access = Access(given=given, required=exposed.required)
+    catalog = Catalog.load()
+    poses = ViewFeed()
+    viewer = Viewer(poses)
+    policy = local_policy(exposed.hosts, addresses=exposed.addresses)
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncGenerator[None]:
+        async with AsyncExitStack() as stack:
+            folder = settings.data_dir
+            if demo:
+                folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hornbill-demo-")))
+            store = stack.enter_context(Store(folder if demo else settings.database or folder))
+            store.begin()
+            access.open(store)
+            stack.push_async_callback(access.close)
+            refreshing = asyncio.create_task(access.keep_fresh())
+            stack.callback(refreshing.cancel)
+            # Simulated servos sit on the embedded bus, unless told to join the one of an adapter.
+            embedded = MemoryBus(fast=fast) if settings.bus is None else None
+            bauds = StoredBauds(store.settings)
+            ports = BusPorts(embedded, folder / LOGS_FOLDER, folder / BUNDLES_FOLDER, bauds)
+            ports.allow = partial(may_open, exposed, None if settings.bus is None else split_frame_gap(settings.bus)[0])
+            host = Host(
+                catalog, store, ports.open, node_id=settings.node_id,
+                unique_id=store.settings.own_unique_id(), version=_version(),
+                allocator=None if settings.allocator is None else AllocationMode(settings.allocator),
+                position_unit=settings.position_unit,
+                poll_budget=settings.poll_budget_pct / 100, telemetry_minutes=settings.telemetry_minutes,
+            )  # fmt: skip
+            app.state.bus_log = bus_log = bus_log_of(host, folder / LOGS_FOLDER)
+            stack.push_async_callback(bus_log.stop)  # after the host: what it sends last is in the log
+            stack.push_async_callback(host.close)
+            app.state.host = host
+            app.state.bundles = bundles = RecordingFolder(folder / BUNDLES_FOLDER, BUNDLES)
+            bundles.tidy()
+            host.recorder.begin(partial(BundleWriter.begin, bundles), before_s=settings.bundle_before_s)
+            app.state.adapters = adapters = Adapters(ports.own, memory=bauds)
+            stack.callback(adapters.close)
+            poses.follow(host, viewer)
+            app.state.bench = None
+            bench = None
+            at_once = demo or settings.sim_api
+            if at_once or embedded is not None:
+                bench = Bench(await ports.places(settings.bus, stack), catalog, settings.seed)
+                shown = demo or not settings.sim_api
+                for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
+                    bench.add(recipe)
+                stack.push_async_callback(bench.close)
+            if at_once:
+                app.state.bench = bench
+            if bench is not None and embedded is not None:
+                # The demo is one of the choices: nothing of it runs until it is chosen, nor beside another bus.
+                ports.before_embedded = partial(_switch_on, app, bench)
+                host.before_join = partial(_one_bus, bench)
+            address = EMBEDDED if at_once and embedded is not None else settings.bus
+            if address is not None:
+                await ports.join(host, with_frame_gap(address, settings.frame_gap_ms), settings.bitrate, log)
+            if at_once and bench is not None:
+                await bench.start()
+            drawing = asyncio.create_task(poses.run())
+            stack.callback(drawing.cancel)
+            stack.callback(viewer.close)
+            yield
+
+    return create_api(
+        catalog,
+        lifespan=lifespan,
+        policy=policy,
+        access=access,
+        behind_proxy=settings.behind_proxy,
+        root_path=settings.root_path,
+        page_folder=resources.page,
+        docs_folder=resources.docs,
+        mounted=routes(viewer, allowed=_view_policy(policy)) if settings.view else (),
+        demo=demo,
+    )
+
+
+async def _switch_on(app: FastAPI, bench: Bench) -> None:
+    app.state.bench = bench
+    await bench.start()
+
+
+async def _one_bus(bench: Bench, address: str) -> None:
+    """Simulated servos beside the servos of another bus would be moved by nobody, and be taken for real ones."""
+    if address != EMBEDDED:
+        await bench.rest()
+
+
+def bus_log_of(host: Host, logs: Path) -> BusLog:
+    """What logs whichever bus is connected, into the folder `logs`."""
+    return BusLog(
+        RecordingFolder(logs, LOGS),
+        listen=host.tap.listen,
+        address=lambda: "" if host.connection is None else host.connection.port.address,
+        utc=host.base.utc,
+        tell=lambda level, code, text: host.hub.tell(Happened(level, code, text)),
+    )
+
+
+def _view_policy(policy: Callable[[HTTPConnection], str | None]) -> Callable[[HTTPConnection], bool]:
+    """The same rule for the view's routes, and a socket must bring an Origin: only browsers look at horns."""
+
+    def allowed(connection: HTTPConnection) -> bool:
+        needs = connection.scope["type"] == "websocket"
+        return policy(connection) is None and (not needs or "origin" in connection.headers)
+
+    return allowed
+
+
+def _version() -> tuple[int, int]:
+    """Major and minor for GetNodeInfo."""
+    parts = __version__.split(".")
+    return (int(parts[0]), int(parts[1])) if len(parts) > 1 and parts[0].isdigit() and parts[1].isdigit() else (0, 0)

@@ -1,0 +1,58 @@
+"""Owns Poses: from the servos of the host to what the 3D view draws, in snapshots another thread may take."""
+
+import asyncio
+
+from hornbill.schema.scale import to_value
+from hornbill.servo.device.reading import ANGLE_STALE_S
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.host import Host
+from hornbill.view.pose import Pose
+from hornbill.view.viewer import Viewer
+
+POSE_S = 0.04
+
+
+class ViewFeed:
+    """What the 3D view draws: a snapshot made on the event loop, for the view's own thread to take."""
+
+    def __init__(self) -> None:
+        self._snapshot: tuple[Pose, ...] = ()
+        self._host: Host | None = None
+        self._viewer: Viewer | None = None
+
+    def follow(self, host: Host, viewer: Viewer) -> None:
+        """Take the servos from here from now on."""
+        self._host, self._viewer = host, viewer
+
+    def poses(self) -> tuple[Pose, ...]:
+        """The last snapshot; any thread may ask."""
+        return self._snapshot
+
+    async def run(self) -> None:
+        """Make a snapshot 25 times a second while somebody looks, else twice."""
+        while True:
+            host, viewer = self._host, self._viewer
+            if host is not None:
+                now = host.base.now()
+                self._snapshot = tuple(_pose(servo, now) for servo in host.fleet.all())
+            await asyncio.sleep(POSE_S if viewer is not None and viewer.watched else 0.5)
+
+
+def _pose(servo: Servo, now: float) -> Pose:
+    def degrees(key: str) -> float | None:
+        register = servo.registers.get(key)
+        if register is None or register.raw is None:
+            return None
+        value = to_value(register.parameter, register.raw)
+        return float(value) if isinstance(value, int | float) else None
+
+    return Pose(
+        uid=servo.uid,
+        name=servo.title,
+        series=servo.model.series if servo.model else "",
+        angle_deg=servo.angle_deg,
+        command_deg=degrees("command_angle"),
+        limit_cw_deg=degrees("angle_limit_cw"),
+        limit_ccw_deg=degrees("angle_limit_ccw"),
+        stale=not servo.online or servo.angle_at is None or now - servo.angle_at > ANGLE_STALE_S,
+    )

@@ -1,0 +1,139 @@
+"""diagnose: what an adapter's driver said when it was opened, in words that name the cause and the remedy."""
+
+import errno
+import os
+import socket
+from pathlib import Path
+from typing import NamedTuple
+
+import can
+
+
+class Diagnosis(NamedTuple):
+    """Why an adapter does not open, and what to do: both sentences, the second a command where one helps."""
+
+    cause: str
+    remedy: str
+
+
+_SOCKETCAN_INSTEAD = "on Linux load the kernel's own with sudo modprobe {} and use socketcan:can0"
+_DRIVERS = {
+    "pcan": "Install PCAN-Basic of PEAK-System; " + _SOCKETCAN_INSTEAD.format("peak_usb") + ".",
+    "kvaser": "Install Kvaser CANlib; " + _SOCKETCAN_INSTEAD.format("kvaser_usb") + ".",
+    "gs_usb": "Run pip install gs_usb pyusb; " + _SOCKETCAN_INSTEAD.format("gs_usb") + ".",
+    "vector": "Install the Vector XL Driver Library (Windows only).",
+    "ixxat": "Install the HMS Ixxat VCI driver (Windows only).",
+    "nixnet": "Install NI-XNET and run pip install nixnet (Windows only).",
+    "neovi": "Run pip install python-ics.",
+    "canalystii": "Run pip install canalystii.",
+    "cantact": "Run pip install cantact.",
+    "udp_multicast": "Run: pip install msgpack",
+}
+_ANY_DRIVER = "Install the driver of its maker, or the Python package the driver names."
+
+# Drivers tell in their own words what they have no number for; the first line that fits counts.
+_IN_USE = ("in use", "already been initialized", "already connected", "already open", "access is denied")
+_NO_DRIVER = ("driver", "library", "shared object", "install", "could not load", "not supported on")
+_NO_DEVICE = ("not found", "no such", "not exist", "filenotfound", "handle is invalid", "no device")
+
+
+def diagnose(interface: str, channel: str, error: BaseException) -> Diagnosis:
+    """What `error`, raised while `interface:channel` was opened, means to the person who wants it open."""
+    device = channel.partition("@")[0]
+    if interface == "socketcand":
+        return _no_server(error)
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, OSError) and cause.errno is not None:
+            known = _by_number(cause.errno, device)
+            if known is not None:
+                return known
+        if isinstance(cause, ImportError | NameError | can.CanInterfaceNotImplementedError):
+            return _no_driver(interface)
+        cause = cause.__cause__
+    text = str(error).casefold()
+    if any(words in text for words in _IN_USE):
+        return _in_use(device)
+    if any(words in text for words in _NO_DRIVER):
+        return _no_driver(interface)
+    if any(words in text for words in _NO_DEVICE):
+        return _no_device()
+    if isinstance(error, TypeError | ValueError):
+        return Diagnosis(
+            f"{channel!r} is no channel of {interface}.",
+            f"Write the channel as python-can's manual of {interface} does.",
+        )
+    return Diagnosis("Its driver refused.", "Check that the adapter is plugged in and that its driver is installed.")
+
+
+def no_permission(device: str) -> Diagnosis:
+    """This user may not use `device`, a file such as /dev/ttyACM0."""
+    try:
+        group = Path(device).group()
+    except (OSError, KeyError, NotImplementedError):
+        group = "dialout"
+    return Diagnosis(
+        "This user may not use it.", f"Run: sudo usermod -aG {group} $USER, log out and in again, then retry."
+    )
+
+
+def users_of(device: str) -> list[str]:
+    """The programs that have `device` open, as far as this user may know (Linux): name and process id of each."""
+    target = os.path.realpath(device)
+    found: list[str] = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if any(os.path.realpath(each) == target for each in (process / "fd").iterdir()):
+                found.append(f"{(process / 'comm').read_text(encoding='utf-8').strip()} (process {process.name})")
+        except OSError:  # it ended, or belongs to somebody else
+            continue
+    return found
+
+
+def _by_number(number: int, device: str) -> Diagnosis | None:
+    match number:
+        case errno.ENOENT | errno.ENODEV | errno.ENXIO:
+            return _no_device()
+        case errno.EACCES | errno.EPERM if os.name == "nt":
+            return _in_use(device)  # this is how Windows says that another program has a serial port
+        case errno.EACCES | errno.EPERM:
+            return no_permission(device)
+        case errno.EBUSY:
+            return _in_use(device)
+        case errno.EIO:
+            return Diagnosis(
+                "It was unplugged, or stopped responding, while it was being opened.", "Plug it in again and retry."
+            )
+        case errno.EAFNOSUPPORT:
+            return Diagnosis("This kernel has no SocketCAN.", "Run: sudo modprobe can_raw")
+        case _:
+            return None
+
+
+def _in_use(device: str) -> Diagnosis:
+    users = ", ".join(users_of(device)) if device.startswith("/") else ""
+    return Diagnosis(f"{users or 'Another program'} uses it.", "Close that program first.")
+
+
+def _no_device() -> Diagnosis:
+    return Diagnosis("There is no such device.", "Plug the adapter in and check its name.")
+
+
+def _no_server(error: BaseException) -> Diagnosis:
+    """What a connection to a socketcand server that failed means."""
+    if isinstance(error, socket.gaierror):
+        return Diagnosis("There is no such host.", "Check the name of the host, or enter its IP address.")
+    if isinstance(error, ConnectionRefusedError):
+        return Diagnosis(
+            "No server listens there.", "Start socketcand on that host (socketcand -i can0), and check the port."
+        )
+    return Diagnosis(
+        "The server does not answer.",
+        "Check that the host can be reached and that a socketcand server is on that port.",
+    )
+
+
+def _no_driver(interface: str) -> Diagnosis:
+    if interface == "udp_multicast":
+        return Diagnosis("The Python package msgpack is not installed.", _DRIVERS[interface])
+    return Diagnosis(f"The driver of {interface} is not installed.", _DRIVERS.get(interface, _ANY_DRIVER))

@@ -1,0 +1,130 @@
+"""Serial ports with an slcan adapter behind them, known by their USB ids and names, or possibly so."""
+
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
+
+from serial.tools import list_ports
+
+from hornbill.bus.adapters.adapter import FoundAdapter
+from hornbill.bus.adapters.diagnosis import no_permission, users_of
+
+KNOWN = {
+    (0x0403, 0x9F80): "CANdapter",
+    (0x0403, 0xFFA8): "LAWICEL CANUSB",
+    (0x04D8, 0x000A): "USBtin, or something else by Microchip",
+    (0x16D0, 0x117E): "CANable 2",
+    (0x1D50, 0x60C7): "Zubax Babel",
+    (0xAD50, 0x60C4): "CANable",
+}
+"""USB vendor and product id of adapters that speak slcan."""
+
+NATIVE_USB = KNOWN.keys() - {(0x0403, 0x9F80)}
+"""Those of them without a serial line between USB and the adapter: their baud rate has no effect."""
+
+POSSIBLE = frozenset(
+    (
+        (0x0403, 0x6001), (0x0403, 0x6010), (0x0403, 0x6014), (0x0403, 0x6015),  # FTDI
+        (0x0483, 0x5740),  # any STM32
+        (0x10C4, 0xEA60),  # CP210x
+        (0x1209, 0x5740), (0x1209, 0x5741),  # an autopilot with ArduPilot, which can pass CAN through
+        (0x1A86, 0x5523), (0x1A86, 0x55D3), (0x1A86, 0x55D4), (0x1A86, 0x7523),  # WCH
+        (0x2E8A, 0x000A),  # RP2040
+    )
+)  # fmt: skip
+"""Chips with which slcan adapters are built, as is much else."""
+
+_NAMED = re.compile(r"slcan|canable|cantact|canface|usbtin|babel|usb-?2?can|can-?2?usb|\bcan(fd|bus)?\b", re.IGNORECASE)
+
+
+class SerialPort(Protocol):
+    """What pyserial's list_ports tells of a port."""
+
+    device: str
+    vid: int | None
+    pid: int | None
+    serial_number: str | None
+    manufacturer: str | None
+    product: str | None
+    location: str | None
+
+
+class BaudMemory(Protocol):
+    """The baud rates at which serial adapters were last used, by USB serial number."""
+
+    def baud(self, serial_number: str) -> int | None:
+        """The rate of an adapter, bit/s; None if it is not known."""
+        ...
+
+    def remember_baud(self, serial_number: str, baud: int) -> None:
+        """Store the rate of an adapter, bit/s."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class UsbAdapter:
+    """What USB tells of the adapter on a serial port."""
+
+    serial_number: str | None = None
+    native_usb: bool = False
+    """Whether its baud rate has no effect."""
+
+
+UNKNOWN_ADAPTER = UsbAdapter()
+"""An adapter that is not on USB, or of which nothing is known."""
+
+
+def usb_of(device: str, ports: Iterable[SerialPort] | None = None) -> UsbAdapter:
+    """What USB tells of the adapter on `device`. Takes up to a second: call it in a thread. Never raises."""
+    try:
+        found = list_ports.comports() if ports is None else ports
+    except Exception:  # a driver's listing may raise anything, and opening does not depend on it
+        return UNKNOWN_ADAPTER
+    path = os.path.realpath(device) if device.startswith("/") else device
+    for port in found:
+        if port.device in (device, path):
+            return UsbAdapter(port.serial_number, (port.vid or 0, port.pid or 0) in NATIVE_USB)
+    return UNKNOWN_ADAPTER
+
+
+def serial_adapters(ports: Iterable[SerialPort] | None = None) -> list[FoundAdapter]:
+    """Serial ports a bus can perhaps be opened on, the sure ones first. Reads no port and opens none.
+
+    `ports` are the machine's unless given. Takes up to a second: call it in a thread.
+    """
+    found = sorted(list_ports.comports() if ports is None else ports, key=lambda each: each.device)
+    alike = Counter((port.vid, port.pid, port.serial_number) for port in found)
+    sure: list[FoundAdapter] = []
+    possible: list[FoundAdapter] = []
+    for port in found:
+        ids = (port.vid or 0, port.pid or 0)
+        where = port.location if alike[port.vid, port.pid, port.serial_number] > 1 else None
+        if ids in KNOWN or _NAMED.search(f"{port.product or ''} {port.manufacturer or ''}"):
+            sure.append(_adapter(port, KNOWN.get(ids), where))
+        elif ids in POSSIBLE:
+            doubt = "A serial port does not tell whether a CAN adapter is behind it."
+            possible.append(_adapter(port, None, where, doubt))
+    return sure + possible
+
+
+def _adapter(port: SerialPort, known_as: str | None, where: str | None, doubt: str | None = None) -> FoundAdapter:
+    """`where` tells it from another one like it: the USB port it is plugged into."""
+    named = port.product if known_as is None or (port.product and _NAMED.search(port.product)) else known_as
+    at = None if where is None else f"(USB {where})"
+    name = " ".join(filter(None, (named or "Serial port", port.serial_number, at)))
+    found = FoundAdapter(f"slcan:{port.device}", name, serial_number=port.serial_number)
+    if port.device.startswith("/"):
+        if not Path(port.device).exists():
+            return replace(found, state="no_driver", reason="It is going away.", remedy="Plug it in again.")
+        if not os.access(port.device, os.R_OK | os.W_OK):
+            cause, remedy = no_permission(port.device)
+            return replace(found, state="no_permission", reason=cause, remedy=remedy)
+        users = users_of(port.device)
+        if users:
+            why = f"{', '.join(users)} uses it."
+            return replace(found, state="in_use", reason=why, remedy="Close that program first.")
+    return replace(found, reason=doubt)

@@ -1,0 +1,1 @@
+"""The embedded bus of demo, simulator and tests."""

@@ -1,0 +1,1 @@
+"""Ports on adapters: python-can, raw SocketCAN, serial line, network."""

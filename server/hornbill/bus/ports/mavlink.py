@@ -1,0 +1,43 @@
+"""Recognition of MAVLink: whether what comes from a serial port is an autopilot's telemetry."""
+
+from typing import Final
+
+_V1, _V2 = 0xFE, 0xFD
+_SEEDS: Final = {0: 50, 1: 124, 2: 137, 30: 39, 109: 185, 111: 34, 147: 154, 253: 83}
+"""Message ids that are sent unasked (HEARTBEAT, SYS_STATUS, SYSTEM_TIME, ATTITUDE, RADIO_STATUS, TIMESYNC,
+BATTERY_STATUS, STATUSTEXT), and the byte their definition adds to the checksum."""
+
+
+def system_of(data: bytes) -> int | None:
+    """The system id of the first whole MAVLink message in `data` whose checksum is right; None without one."""
+    for at, byte in enumerate(data):
+        if byte in (_V1, _V2) and (found := _message_at(data, at)) is not None:
+            return found
+    return None
+
+
+def _message_at(data: bytes, at: int) -> int | None:
+    head = 6 if data[at] == _V1 else 10
+    if len(data) < at + head:
+        return None
+    size = data[at + 1]
+    if data[at] == _V1:
+        system, kind = data[at + 3], data[at + 5]
+    else:
+        system, kind = data[at + 5], int.from_bytes(data[at + 7 : at + 10], "little")
+    end = at + head + size
+    seed = _SEEDS.get(kind)
+    if seed is None or len(data) < end + 2:
+        return None
+    right = _checksum(data[at + 1 : end] + bytes((seed,)))
+    return system if right == int.from_bytes(data[end : end + 2], "little") else None
+
+
+def _checksum(data: bytes) -> int:
+    """CRC-16/MCRF4XX."""
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ 0x8408 if crc & 1 else crc >> 1
+    return crc

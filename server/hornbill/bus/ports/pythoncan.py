@@ -1,0 +1,343 @@
+"""PythonCanPort: a CanPort over a python-can bus, with one thread that receives and one that sends."""
+
+import asyncio
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import can
+
+from hornbill.bus.ports.link import AdapterLink, MessageLink, Received
+from hornbill.bus.ports.rawcan import RawLink
+from hornbill.bus.ports.slcan import SlcanBus
+from hornbill.bus.transmit import QueuedFrame, TransmitQueue, check
+from hornbill.errors import BusDisconnected
+from hornbill.units import Instant
+from hornbill.wire.bittime import frame_bits
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import PLAIN, FrameSink, PortDetails, PortState, PortStatistics
+
+RX_LIMIT = 8192
+"""Frames kept for a busy event loop: one second of a saturated bus."""
+
+STALE_S = 1.0
+"""A frame that could not leave for so long is dropped: a command from before a broken cable must not move
+a servo once the cable is whole again."""
+
+NOTHING_S = 3.0
+"""How long a bus may be silent after it was opened until that is a problem: a servo speaks once a second at least. What
+the search for a baud rate listened in vain is part of it."""
+
+_POLL_S = 0.05  # how soon the receive thread notices that it should end
+_GATHER_S = 5e-4  # while frames come close by one another, the loop is woken for what came in so long
+_CLOSE_BY_S = 1e-3
+_CLOSE_S = 3.0
+
+_CHECK_BUS = "Check that the servos have power, then CAN_H, CAN_L, ground and the termination (120 Ω at both ends)."
+
+_log = logging.getLogger(__name__)
+
+
+class PythonCanPort:
+    """A CanPort on an open python-can bus, which it owns from now on. Made on the event loop by `open_port`.
+
+    Threads touch the loop through call_soon_threadsafe alone, once for each burst of frames. Time stamps
+    are on time.monotonic, the clock of asyncio's and uvloop's loops; a JumpingLoop cannot drive real threads.
+    When a thread fails the state is LOST, what is queued is dropped and the adapter is let go.
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC | AdapterLink,
+        *,
+        address: str,
+        bitrate: int,
+        statistics: PortStatistics | None = None,
+        on_baud: Callable[[str, int], None] = lambda _serial_number, _baud: None,
+    ) -> None:
+        """`statistics` go on counting: those of the port this one takes the place of.
+
+        `on_baud` is called on the loop with the USB serial number and the baud rate of a serial adapter, once something
+        well-formed was received at that rate.
+        """
+        self.address = address
+        self.bitrate = bitrate
+        self.statistics = PortStatistics() if statistics is None else statistics
+        self.sample_point: float | None = None
+        self.retry_in_s: float | None = None
+        self._link = _link(bus, address)
+        self._slcan = bus if isinstance(bus, SlcanBus) else None
+        self._on_baud = on_baud
+        self._baud_told = False
+        self._loop = asyncio.get_running_loop()
+        self._sink: FrameSink | None = None
+        self._state = PortState.ACTIVE
+        silent_since = None if self._slcan is None else self._slcan.silent_since
+        self._silent_since: Instant = time.monotonic() if silent_since is None else silent_since
+        self._heard = False
+        self._why = ""
+        self._closed = False
+        # One lock for the inbox, the queue, the statistics and `_stopping`.
+        self._work = threading.Condition()
+        self._inbox: list[Frame] = []
+        self._queue = TransmitQueue()
+        self._stopping = False
+        self._running = 2
+        self._released = asyncio.Event()
+        self._threads = [
+            threading.Thread(target=self._live, args=(part,), name=f"{address} {name}", daemon=True)
+            for name, part in (("receive", self._receive), ("transmit", self._transmit))
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def state(self) -> PortState:
+        """Passive and bus-off are known from SocketCAN, candleLight and some slcan adapters; others do not tell.
+
+        Passive also while no frame has been received since it was opened, for longer than NOTHING_S.
+        """
+        if self._closed:
+            return PortState.DISCONNECTED
+        return PortState.PASSIVE if self._state is PortState.ACTIVE and self._nothing_received else self._state
+
+    @property
+    def details(self) -> PortDetails:
+        """The serial line and what is unusual about the adapter."""
+        slcan = self._slcan
+        return replace(
+            PLAIN if slcan is None else PortDetails(slcan.line_info, slcan.notes),
+            nothing_received=not self._closed and self._state is not PortState.LOST and self._nothing_received,
+        )
+
+    @property
+    def _nothing_received(self) -> bool:
+        return not self._heard and time.monotonic() - self._silent_since >= NOTHING_S
+
+    @property
+    def trouble(self) -> str | None:
+        """What is wrong with the adapter or its bus, and what helps; None while it works."""
+        match self.state:
+            case PortState.LOST:
+                return f"{self.address} was lost: {self._why}. Check the adapter and its cable."
+            case PortState.BUS_OFF:
+                return (
+                    f"{self.address} is off the bus after too many errors. Check the bit rate ({self.bitrate} bit/s), "
+                    "the wiring and the termination, then connect again."
+                )
+            case PortState.PASSIVE if self._state is PortState.ACTIVE:
+                return self._why_nothing()
+            case PortState.PASSIVE:
+                return (
+                    f"{self.address} sees too many errors, or nobody acknowledges what it sends. "
+                    f"Check that the servos have power, the bit rate ({self.bitrate} bit/s), wiring and termination."
+                )
+            case _:
+                return None
+
+    def listen(self, sink: FrameSink) -> None:
+        """Deliver received frames to `sink`; what came before the first call is gone."""
+        self._sink = sink
+
+    def send(self, frames: Sequence[Frame]) -> None:
+        """Queue `frames` for the send thread, the lowest identifier first.
+
+        Raises BusDisconnected when the port is closed or lost, ValueError for an impossible frame. What
+        the adapter refuses is counted as an error, as is a frame that could not leave within STALE_S.
+        """
+        if self._closed:
+            raise BusDisconnected(f"{self.address} is closed. Connect the bus again.")
+        if self._state is PortState.LOST:
+            raise BusDisconnected(f"{self.trouble} Then connect again.")
+        check(frames)
+        now = time.monotonic()
+        with self._work:
+            for frame in frames:
+                self.statistics.errors += self._queue.put(frame, now)
+            self._work.notify()
+
+    async def close(self) -> None:
+        """Stop both threads and free the adapter, within a fraction of a second unless its driver hangs."""
+        self._closed = True
+        self._sink = None
+        self._stop()
+        try:
+            async with asyncio.timeout(_CLOSE_S):
+                await self._released.wait()
+        except TimeoutError:
+            _log.warning("%s did not let go within %g s and is left to itself", self.address, _CLOSE_S)
+            return
+        for thread in self._threads:
+            thread.join()  # it has nothing left to do but return
+
+    def _why_nothing(self) -> str:
+        """What is wrong when no frame was ever received, and what helps."""
+        line = self.details.serial_line
+        where = f"{self.address} is open"
+        if line is None or line.native_usb:
+            said = f"{where}, and nothing was ever received."
+            return f"{said} {_CHECK_BUS} Check the bit rate ({self.bitrate} bit/s)."
+        if line.confirmed:
+            return f"{where} at {line.baud} baud, and nothing was ever received from the bus. {_CHECK_BUS}"
+        if line.found:
+            return (
+                f"{where}, and nothing was ever received. Its baud rate is not known: {line.baud} baud is being tried. "
+                f"{_CHECK_BUS} If the adapter has a baud rate of its own, add it: {self.address}@BAUD."
+            )
+        device = self.address.rpartition("@")[0]
+        return (
+            f"{where} at {line.baud} baud, and nothing was ever received. Leave out @{line.baud}, and the rate is "
+            f"found: {device}. {_CHECK_BUS}"
+        )
+
+    # On the event loop.
+
+    def _drain(self) -> None:
+        with self._work:
+            frames, self._inbox = self._inbox, []
+        if frames and self._sink is not None:
+            self._sink(frames)
+
+    # On the two threads.
+
+    def _live(self, part: Callable[[], None]) -> None:
+        try:
+            part()
+        except Exception as error:
+            if self._stop(lost=error):
+                _log.warning("%s was lost", self.address, exc_info=True)
+        with self._work:
+            self._running -= 1
+            last = not self._running
+        if last:
+            try:
+                self._link.shutdown()
+            except Exception:
+                _log.debug("%s did not close cleanly", self.address, exc_info=True)
+            self._tell(self._released.set)
+
+    def _stop(self, *, lost: Exception | None = None) -> bool:
+        """End both threads and drop what is queued; whether that was news."""
+        with self._work:
+            if self._stopping:
+                return False
+            self._stopping = True
+            if lost is not None:
+                self._why = _in_words(lost)
+                self._state = PortState.LOST
+            self._queue.clear()
+            self._work.notify_all()
+        return True
+
+    def _tell(self, callback: Callable[[], None]) -> None:
+        try:
+            self._loop.call_soon_threadsafe(callback)
+        except RuntimeError:  # the loop is closed: nobody is left to listen
+            self._stop()
+
+    def _receive(self) -> None:
+        before: Instant = 0.0
+        not_before: Instant = 0.0
+        while not self._stopping:
+            if got := self._link.receive(_POLL_S, not_before):
+                if not self._baud_told:
+                    self._tell_baud()
+                self._take(got)
+                now = time.monotonic()
+                not_before = now + _GATHER_S if now - before < _CLOSE_BY_S else 0.0
+                before = now
+
+    def _tell_baud(self) -> None:
+        line = None if self._slcan is None else self._slcan.line_info
+        self._baud_told = line is None or line.confirmed
+        if line is not None and line.confirmed and line.serial_number:
+            self._tell(partial(self._on_baud, line.serial_number, line.baud))
+
+    def _take(self, got: Received) -> None:
+        frames = got.frames
+        busy_s = sum(map(frame_bits, frames)) / self.bitrate
+        self._heard = self._heard or bool(frames)
+        with self._work:
+            seen = self.statistics
+            waking = not self._inbox
+            room = RX_LIMIT - len(self._inbox)
+            self._inbox += frames if len(frames) <= room else frames[:room]
+            seen.rx_frames += min(len(frames), room)
+            seen.rx_dropped += max(0, len(frames) - room) + got.lost
+            seen.busy_s += busy_s
+            seen.ignored += got.ignored
+            seen.line_bytes += got.line_bytes
+            seen.errors += got.garbled + got.refused
+            for error in got.errors:
+                seen.rx_dropped += error.overflow
+                seen.unacknowledged += error.unacknowledged
+                if not error.harmless:
+                    seen.error_frames += 1
+                    seen.errors += 1
+                if error.state is not None and self._state is not PortState.LOST:
+                    if error.state is PortState.BUS_OFF and self._state is not PortState.BUS_OFF:
+                        seen.bus_offs += 1
+                        seen.errors += self._queue.clear()  # an old command must not leave when it is back
+                    self._state = error.state
+        if frames and waking:
+            self._tell(self._drain)
+
+    def _transmit(self) -> None:
+        link = self._link
+        while batch := self._next(link.most):
+            try:
+                taken = link.transmit([waiting.frame for waiting in batch])
+            except can.CanError as error:
+                taken = 0
+                refused = batch.pop(0)
+                _log.debug("%s did not take %s: %s", self.address, refused, error)
+                with self._work:
+                    self.statistics.errors += 1
+            busy_s = sum(frame_bits(waiting.frame) for waiting in batch[:taken]) / self.bitrate
+            with self._work:
+                self.statistics.tx_frames += taken
+                self.statistics.busy_s += busy_s
+                if self._state is PortState.BUS_OFF:
+                    self.statistics.errors += len(batch) - taken
+                elif not self._stopping:  # a more urgent frame that came meanwhile goes before these
+                    for waiting in batch[taken:]:
+                        self._queue.put_back(waiting)
+
+    def _next(self, most: int) -> list[QueuedFrame]:
+        """Up to `most` frames to send, at least one that is not stale; none when it is time to end."""
+        batch: list[QueuedFrame] = []
+        with self._work:
+            while not batch:
+                while not self._queue and not self._stopping:
+                    self._work.wait()
+                if self._stopping:
+                    return []
+                latest = time.monotonic() - STALE_S
+                while self._queue and len(batch) < most:
+                    waiting = self._queue.take()
+                    if waiting.since < latest:
+                        self.statistics.errors += 1
+                    else:
+                        batch.append(waiting)
+        return batch
+
+
+def _link(bus: can.BusABC | AdapterLink, address: str) -> AdapterLink:
+    """The quickest way to get at `bus`."""
+    interface = address.partition(":")[0]
+    if isinstance(bus, SlcanBus) or not isinstance(bus, can.BusABC):
+        return bus
+    raw = getattr(bus, "socket", None)
+    if interface == "socketcan" and isinstance(raw, socket.socket):
+        return RawLink(bus, raw)
+    return MessageLink(bus, interface)
+
+
+def _in_words(error: Exception) -> str:
+    """Why the adapter was lost, as part of a sentence."""
+    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return text.rstrip(".") or type(error).__name__

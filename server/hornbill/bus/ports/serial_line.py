@@ -1,0 +1,147 @@
+"""SerialStream: the bytes of a serial adapter, read in big pieces and written within a bound."""
+
+import errno
+import io
+import os
+import select
+import time
+from pathlib import Path
+
+import serial
+
+TTYS = Path("/sys/class/tty")
+"""Where Linux lists serial ports."""
+
+try:
+    from termios import error as termios_error
+except ImportError:  # Windows
+    termios_error = OSError
+
+_READ_BYTES = 65536
+_PIECE_S = 0.01  # how often a write that is stuck looks at the clock
+
+
+class SerialStream:
+    """A serial port, or whatever else pyserial opens by its URL. One thread may read while another writes."""
+
+    def __init__(self, url: str, baud: int) -> None:
+        """Open `url` at `baud` bit/s, for us alone. Raises OSError with the errno that tells why it cannot be."""
+        self._url = url
+        try:
+            # Exclusively: two programs on one adapter would each get half of its answers.
+            self._port = serial.serial_for_url(url, baudrate=baud, timeout=0, exclusive=True)
+        except serial.SerialException as error:
+            if error.errno == errno.EAGAIN:
+                raise OSError(errno.EBUSY, f"{url} is in use") from error
+            raise
+        try:
+            self._descriptor = self._port.fileno() if os.name == "posix" else None
+        except io.UnsupportedOperation:
+            self._descriptor = None
+        self._cut = False
+
+    def set_baud(self, baud: int) -> bool:
+        """Change the rate to `baud` bit/s and drop what has come in; False where the port has no such rate.
+
+        Raises OSError when the device is gone.
+        """
+        try:
+            self._port.baudrate = baud
+            self._port.reset_input_buffer()
+        except ValueError:
+            return False
+        except OSError as error:  # a driver without this rate says EINVAL, whichever layer passes it on
+            if error.errno != errno.EINVAL:
+                raise
+            return False
+        except termios_error as error:
+            raise OSError(*error.args) from error
+        return True
+
+    def reduce_latency(self) -> int | None:
+        """Have the driver pass on bytes at once; the latency timer of an FTDI chip from then on, ms.
+
+        None for other chips, and where the system does not report it. Linux alone lets a program set it.
+        """
+        try:
+            self._port.set_low_latency_mode(True)
+        except (AttributeError, NotImplementedError, ValueError, OSError):
+            pass
+        name = os.path.basename(os.path.realpath(self._url))  # noqa: PTH119 - a URL is no path
+        try:
+            return int((TTYS / name / "device" / "latency_timer").read_text(encoding="ascii"))
+        except (OSError, ValueError):
+            return None
+
+    def fileno(self) -> int:
+        """The descriptor. Raises io.UnsupportedOperation where there is none."""
+        return self._port.fileno()
+
+    def backlog(self) -> int:
+        """Bytes written that have not left the computer yet, as far as the system tells; else 0."""
+        try:
+            return self._port.out_waiting
+        except (AttributeError, NotImplementedError, OSError):
+            return 0
+
+    def read(self, timeout_s: float) -> bytes:
+        """All there is, waiting up to `timeout_s` seconds for the first byte. Raises OSError when it is gone."""
+        if self._descriptor is None:
+            return self._read_blocking(timeout_s)
+        ready, _, _ = select.select([self._descriptor], [], [], timeout_s)
+        if not ready:
+            return b""
+        try:
+            data = os.read(self._descriptor, _READ_BYTES)
+        except BlockingIOError:
+            return b""
+        if not data:
+            raise OSError(errno.EIO, f"{self._url} hung up")
+        return data
+
+    def write(self, data: bytes, within_s: float) -> bool:
+        """Write all of `data`, or nothing: False when not even a byte was taken within `within_s` seconds.
+
+        Raises OSError when the device is gone, and when a part was taken and the rest was not.
+        From then on nothing can be written: an adapter may take half a frame and what follows for a whole one.
+        """
+        if self._cut:
+            raise OSError(errno.EIO, f"{self._url} took half a line and then no more")
+        if self._descriptor is None:
+            return self._write_blocking(data, within_s)
+        until = time.monotonic() + within_s
+        left = memoryview(data)
+        while left:
+            try:
+                left = left[os.write(self._descriptor, left) :]
+            except BlockingIOError:
+                now = time.monotonic()
+                if now >= until:
+                    if len(left) == len(data):
+                        return False
+                    self._cut = True
+                    raise OSError(errno.EIO, f"{self._url} took half a line and then no more") from None
+                select.select([], [self._descriptor], [], min(_PIECE_S, until - now))
+        return True
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+    def _read_blocking(self, timeout_s: float) -> bytes:
+        if self._port.timeout != timeout_s:
+            self._port.timeout = timeout_s
+        first: bytes = self._port.read(1)
+        if not first:
+            return b""
+        return first + self._port.read(min(self._port.in_waiting, _READ_BYTES))
+
+    def _write_blocking(self, data: bytes, within_s: float) -> bool:
+        if self._port.write_timeout != within_s:
+            self._port.write_timeout = within_s
+        try:
+            self._port.write(data)
+        except serial.SerialTimeoutException:
+            self._cut = True  # how much it took is not told
+            raise
+        return True

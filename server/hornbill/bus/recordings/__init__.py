@@ -1,0 +1,1 @@
+"""Recordings: writing, reading, playing, and the folders they are kept in."""

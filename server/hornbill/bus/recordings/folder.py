@@ -1,0 +1,238 @@
+"""RecordingFolder: a folder of logs or of bundles: their names, what is kept, and files on their way to it."""
+
+import asyncio
+import errno
+import logging
+import re
+from collections.abc import AsyncIterable, Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Final, TypeVar
+
+from hornbill.bus.recordings.writer import ENDINGS
+from hornbill.bus.threads import OwnThread
+from hornbill.errors import InvalidValue, LogFailed, OutOfRange, Unknown
+
+log = logging.getLogger(__name__)
+
+_STEM: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*", re.ASCII)
+_PART: Final = ".part"
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class FileKind:
+    """A kind of recording: its word, the endings of its files, and its limits."""
+
+    word: str
+    endings: tuple[str, ...]
+    longest_name: int
+    """Characters before the ending."""
+    name_hint: str
+    unknown: str
+    """Error code for a name that is not in the folder."""
+    listed: str
+    """Operation that lists the folder."""
+    most: int | None = None
+    """Files kept; None for all."""
+    most_bytes: int | None = None
+    """Bytes of all files kept; None for all."""
+    largest: int = 100_000_000
+    """Bytes of a file that is brought."""
+
+
+LOGS: Final = FileKind(
+    "log", tuple(ENDINGS.values()), 80,
+    "Give 1 to 80 letters, digits, dots, dashes and underscores, a letter or digit first.",
+    "unknown_log", "GET /api/v1/bus/logs",
+)  # fmt: skip
+BUNDLES: Final = FileKind(
+    "bundle", (".zip",), 100,
+    "Give up to 100 letters, digits, dots, dashes and underscores, a letter or digit first, and .zip at the end.",
+    "unknown_bundle", "GET /api/v1/recorder/bundles", most=50, most_bytes=500_000_000,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFile:
+    """A file of a folder: bytes, and when it was last written in seconds since 1970 UTC."""
+
+    path: Path
+    size: int
+    modified_at: float
+
+    @property
+    def name(self) -> str:
+        """File name without the folder."""
+        return self.path.name
+
+    @classmethod
+    def of(cls, path: Path) -> "StoredFile":
+        """The file as it is now. Raises OSError."""
+        status = path.stat()
+        return cls(path, status.st_size, status.st_mtime)
+
+
+class RecordingFolder:
+    """The recordings of one kind in one data folder, which need not exist.
+
+    Plain methods touch the disk, if only for a moment; what takes longer is awaited and runs in a thread.
+    """
+
+    def __init__(self, folder: Path, kind: FileKind) -> None:
+        self.folder = folder
+        self.kind = kind
+        self._thread = OwnThread(kind.word)
+
+    def all(self) -> list[StoredFile]:
+        """Every recording, the newest first."""
+        try:
+            files = [file for file in self.folder.iterdir() if file.suffix in self.kind.endings and file.is_file()]
+            found = [StoredFile.of(file) for file in files]
+        except OSError:
+            return []
+        return sorted(found, key=lambda one: (one.modified_at, one.name), reverse=True)
+
+    def path(self, name: str) -> Path:
+        """Where a recording is. Raises Unknown with the code of the kind."""
+        path = self.folder / name
+        if not self._is_name(name) or not path.is_file():
+            kind = self.kind
+            raise Unknown(kind.unknown, f"There is no {kind.word} {name[:90]!r}.", request=f"{kind.listed} lists them.")
+        return path
+
+    def new(self, name: str) -> Path:
+        """Where a new recording goes. Raises InvalidValue for what cannot be a name, and for one that is taken."""
+        word, path = self.kind.word, self.folder / name
+        if not self._is_name(name):
+            raise InvalidValue(
+                f"{name[:90]!r} cannot be the name of a {word}. {self.kind.name_hint}", requested=name[:200]
+            )
+        if _taken(path):
+            raise InvalidValue(f"There is a {word} {name} already. Give another name, or delete it.", requested=name)
+        return path
+
+    def delete(self, name: str) -> None:
+        """Remove a recording. Raises Unknown as `path` does, LogFailed."""
+        path = self.path(name)
+        try:
+            path.unlink()
+        except OSError as error:
+            raise LogFailed(f"{path} cannot be deleted: {error.strerror}.") from error
+
+    def tidy(self) -> None:
+        """Delete what a process that was killed did not finish; call it once, before anything is written."""
+        for ending in self.kind.endings:
+            for part in self.folder.glob(f"*{ending}{_PART}"):
+                part.unlink(missing_ok=True)
+
+    def prune(self) -> list[str]:
+        """Delete the oldest recordings beyond the limits, but never the newest; their names."""
+        most, most_bytes = self.kind.most, self.kind.most_bytes
+        dropped: list[str] = []
+        total = 0
+        for place, one in enumerate(self.all()):
+            total += one.size
+            too_many = most is not None and place >= most
+            too_much = most_bytes is not None and total > most_bytes
+            if place and (too_many or too_much):
+                try:
+                    one.path.unlink()
+                except OSError as error:
+                    log.warning("%s cannot be deleted: %s", one.name, error)
+                    continue
+                dropped.append(one.name)
+                total -= one.size
+        return dropped
+
+    async def begin(self, name: str) -> "PartFile":
+        """A new file called `name`, with a number behind it when that is taken. Raises LogFailed."""
+        return await self.run(lambda: PartFile(self._free(name), self))
+
+    async def adopt(self, name: str, content: AsyncIterable[bytes], accept: Callable[[Path], object]) -> list[str]:
+        """Keep a recording that somebody sends; names of those dropped for it.
+
+        `accept` raises in a thread for a file that is none. Raises InvalidValue as `new` does, OutOfRange for a
+        file larger than the kind allows, and LogFailed; then nothing is kept.
+        """
+        path = self.new(name)
+        file = await self.run(lambda: PartFile(path, self))
+        try:
+            size, largest = 0, self.kind.largest
+            async for piece in content:
+                size += len(piece)
+                if size > largest:
+                    raise OutOfRange(
+                        f"The file is larger than {largest // 1_000_000} MB. "
+                        f"Give a {self.kind.word} of a shorter time.",
+                        maximum=largest, unit="B", requested=size,
+                    )  # fmt: skip
+                await self.run(lambda piece=piece: file.content.write(piece))
+
+            def end() -> list[str]:
+                file.content.close()
+                accept(file.part)
+                return file.finish()[1]
+
+            return await self.run(end)
+        except BaseException:
+            file.discard()
+            raise
+
+    async def run(self, work: Callable[[], T]) -> T:
+        """Run in a thread. Raises LogFailed in place of OSError, with the remedy."""
+        try:
+            return await asyncio.get_running_loop().run_in_executor(self._thread, work)
+        except OSError as error:
+            remedy = " Make room on the disk of the data folder." if error.errno == errno.ENOSPC else ""
+            why = f"The {self.kind.word} cannot be written: {error.strerror or error}.{remedy}"
+            raise LogFailed(why) from error
+
+    def _is_name(self, name: str) -> bool:
+        """Whether a recording may be called so: no folder, no odd sign."""
+        stem = next((name.removesuffix(ending) for ending in self.kind.endings if name.endswith(ending)), "")
+        return len(stem) <= self.kind.longest_name and _STEM.fullmatch(stem) is not None
+
+    def _free(self, name: str) -> Path:
+        stem, dot, ending = name.rpartition(".")
+        numbers = ("", *(f"-{number}" for number in range(2, 1000)))
+        paths = (self.folder / f"{stem}{number}{dot}{ending}" for number in numbers)
+        return next(path for path in paths if not _taken(path))
+
+
+class PartFile:
+    """A new file of a folder, written aside; it has its name once it is finished. It blocks: for a thread."""
+
+    def __init__(self, path: Path, folder: RecordingFolder) -> None:
+        """Raises OSError."""
+        self.path = path
+        self.part = _part_of(path)
+        self._folder = folder
+        self.part.parent.mkdir(parents=True, exist_ok=True)
+        self.content: IO[bytes] = self.part.open("xb")
+
+    def finish(self) -> tuple[int, list[str]]:
+        """Give it its name. Its bytes, and the names of recordings dropped for it. Raises OSError."""
+        self.content.close()
+        self.part.rename(self.path)
+        return self.path.stat().st_size, self._folder.prune()
+
+    def discard(self) -> None:
+        """Leave nothing behind. Never raises."""
+        try:
+            self.content.close()
+        except OSError as error:  # the disk may be what failed
+            log.debug("%s did not close: %s", self.part, error)
+        try:
+            self.part.unlink(missing_ok=True)
+        except OSError as error:
+            log.warning("%s cannot be deleted: %s", self.part, error)
+
+
+def _part_of(path: Path) -> Path:
+    return path.with_name(f"{path.name}{_PART}")
+
+
+def _taken(path: Path) -> bool:
+    return path.exists() or _part_of(path).exists()

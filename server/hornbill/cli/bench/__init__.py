@@ -1,0 +1,1 @@
+"""Commands for a bench file: apply and export."""

@@ -1,0 +1,120 @@
+"""Owns `hornbill watch`: what happens, as it happens, over the server's socket."""
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
+from contextlib import aclosing
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hornbill.cli.connection import HERE, Server, client, complete_key, complete_servo
+
+if TYPE_CHECKING:
+    from hornbill.client import Hornbill, Servo
+
+WISH_S = 30.0
+"""What is asked to be polled ends so long after this program did, however it ended."""
+OWNER = "hornbill watch"
+
+
+def watch(
+    servos: Annotated[
+        list[str] | None, typer.Argument(metavar="SERVO…", help="all unless given", autocompletion=complete_servo)
+    ] = None,
+    channel: Annotated[
+        list[str] | None,
+        typer.Option(help="also show this parameter as it changes; may be repeated", autocompletion=complete_key),
+    ] = None,
+    rate: Annotated[float, typer.Option(help="how often a channel is read, in Hz", min=0.1, max=200)] = 10.0,
+    seconds: Annotated[float | None, typer.Option(help="end after so long; else with Ctrl-C", min=0.1)] = None,
+    server: Server = HERE,
+    as_json: Annotated[bool, typer.Option("--json", help="print every message, one JSON object a line")] = False,
+) -> None:
+    """Print events and changes of state as they come, and samples of the channels asked for."""
+    with client(server) as hornbill:
+        chosen = [hornbill.look_up(one) for one in servos] if servos else hornbill.servos()
+        messages = _messages(hornbill, chosen, channel or [], rate, seconds, some=bool(servos))
+        try:
+            asyncio.run(_show(messages, {one.uid: one.title for one in chosen}, as_json=as_json))
+        finally:
+            for one in chosen if channel else ():
+                one.telemetry([], rate, owner=OWNER)
+
+
+async def _show(messages: AsyncGenerator[dict[str, Any]], titles: Mapping[str, str], *, as_json: bool) -> None:
+    states: dict[str, str] = {}
+    async with aclosing(messages):
+        async for message in messages:
+            for line in [json.dumps(message, ensure_ascii=False)] if as_json else told(message, titles, states):
+                print(line, flush=True)
+
+
+def told(message: dict[str, Any], titles: Mapping[str, str], states: dict[str, str]) -> Iterator[str]:
+    """What to say of a message; `states` by uid are brought up to date. Of servos without a title nothing is said."""
+    match message["type"]:
+        case "event" if message["uid"] is None or message["uid"] in titles:
+            yield f"{_clock(message['at'])}  {message['level']:<8} {message['text']}"
+        case "servos":
+            for one in message["servos"]:
+                if one["uid"] in titles and states.get(one["uid"]) != one["state"]:
+                    states[one["uid"]] = one["state"]
+                    yield f"{_clock(time.time())}  state    {titles[one['uid']]}: {one['state']}"
+        case "telemetry" if message["uid"] in titles:
+            for key, column in message["channels"].items():
+                if column["v"]:
+                    yield f"{_clock(time.time())}  sample   {titles[message['uid']]} {key} {column['v'][-1]}"
+        case _:
+            return
+
+
+async def _messages(
+    hornbill: "Hornbill",
+    chosen: "Sequence[Servo]",
+    channels: list[str],
+    rate: float,
+    seconds: float | None,
+    *,
+    some: bool,
+) -> AsyncGenerator[dict[str, Any]]:
+    """What the socket says, for so long. `some`: of the chosen servos only, and not of those that come later."""
+    # Not the client of websockets with threads: over TLS two of them use one connection at once, and now and then it
+    # hangs from its first answer on.
+    from websockets.asyncio.client import connect
+    from websockets.exceptions import WebSocketException
+
+    from hornbill.client import NoServer
+
+    topics = ["events", "servos", *(["telemetry"] if channels else [])]
+    now = time.monotonic()
+    ends, wish_at = None if seconds is None else now + seconds, now
+    try:
+        proxy = None if hornbill.local else True
+        async with connect(
+            hornbill.socket_url,
+            ssl=hornbill.trusted,
+            additional_headers=hornbill.credentials,
+            max_size=None,
+            proxy=proxy,
+        ) as socket:
+            uids = [one.uid for one in chosen] if some else None
+            await socket.send(json.dumps({"type": "subscribe", "topics": topics, "uids": uids}))
+            while ends is None or now < ends:
+                if channels and now >= wish_at:
+                    wish_at = now + WISH_S / 2
+                    for one in chosen:
+                        one.telemetry(channels, rate, ttl_s=WISH_S, owner=OWNER)
+                try:
+                    async with asyncio.timeout(1.0 if ends is None else min(1.0, ends - now)):
+                        message = json.loads(await socket.recv())
+                    yield message
+                except TimeoutError:
+                    pass
+                now = time.monotonic()
+    except (OSError, WebSocketException) as error:
+        raise NoServer(f"The connection to {hornbill.socket_url} ended: {error}.", sent=False) from None
+
+
+def _clock(at: float) -> str:
+    return time.strftime("%H:%M:%S", time.localtime(at)) + f".{int(at * 10) % 10}"

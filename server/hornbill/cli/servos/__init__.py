@@ -1,0 +1,1 @@
+"""Commands for servos: values, motion, measurements, commissioning, faults."""

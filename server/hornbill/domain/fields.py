@@ -1,0 +1,54 @@
+"""The base of every shape, and field types with their descriptions."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from typing_extensions import TypeAliasType
+
+Short = Annotated[str, AfterValidator(lambda text: text[:200])]
+"""Text cut to 200 characters, so that a long reason cannot delay a stop."""
+
+UidField = Annotated[str, Field(pattern="^[0-9a-f]{32}$", description="Unique ID, 32 lower-case hex digits.")]
+UidText = Annotated[str, Field(description="Unique ID of the servo, 32 hex digits.")]
+Utc = Annotated[float, Field(description="Seconds since 1970 UTC.")]
+
+DryRun = Annotated[bool, Field(description="Check everything and return the plan. Nothing is changed.")]
+SaveAfter = Annotated[
+    bool, Field(description="Then write ROM: the servo restarts, its horn may move, and all rows are read back.")
+]
+
+Param: TypeAlias = str | int | float | bool | list[str | int | float]
+Params = Annotated[
+    dict[str, Param],
+    Field(description="Values in the text, by name with unit, unless unknown. Empty for texts without values."),
+]
+"""Values in a text for users, so that programs and other languages need not parse it."""
+
+
+def known(**params: Param | None) -> dict[str, Param]:
+    """Those of the values that are known."""
+    return {name: value for name, value in params.items() if value is not None}
+
+
+_CONFIRM = "Confirmation codes of earlier `needs_confirmation` problems."
+
+SafetyWord = Literal["supply", "temperature", "torque_off_in_rom", "torque_on_in_rom", "multi_turn"]
+SafetyConfirm = Annotated[list[SafetyWord], Field(default_factory=list[SafetyWord], description=_CONFIRM)]
+
+MotionConfirm = Literal["turns", "turn_count"]
+"""Confirmation codes of motion: a move of more than 360°, and a first move after a restart that lost the turn count
+(B34, B71)."""
+MotionConfirms = Annotated[list[MotionConfirm], Field(default_factory=list[MotionConfirm], description=_CONFIRM)]
+
+ConfirmCode = TypeAliasType("ConfirmCode", Literal[SafetyWord, MotionConfirm])
+"""Every confirmation code; a type of its own in the document."""
+Confirmed = Annotated[list[ConfirmCode], Field(description=_CONFIRM)]
+
+STRICT = ConfigDict(extra="forbid")
+"""Configuration of the dataclasses: no undeclared fields, in the schema either."""
+
+
+class Model(BaseModel):
+    """Base of every fact and request: unknown fields are refused, objects are readable by attribute."""
+
+    model_config = ConfigDict(extra="forbid", from_attributes=True)

@@ -1,0 +1,99 @@
+"""Record of one servo in the result of a job: a report needs neither the servo nor the bus."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any, Literal, TypeAlias
+
+from hornbill.schema import scale
+from hornbill.schema.firmware import to_text
+from hornbill.schema.scale import Value
+from hornbill.servo.device.servo import Servo
+from hornbill.store.servos import StoredServo
+from hornbill.units import Raw, Uid
+
+Verdict: TypeAlias = Literal["waiting", "done", "failed", "not_tried"]
+
+
+@dataclass(slots=True)
+class ServoRecord:
+    """One servo of a job. `values` are engineering values as read back, `units` the unit of each number that has one.
+
+    `held_in`: where they were proved to be: rom (read after a restart), ram, or "" for nothing proved. Instants are
+    seconds since 1970 (UTC). `verdict`: waiting, done, failed or not_tried; `problem` says what failed.
+    """
+
+    uid: str
+    title: str = ""
+    label: str = ""
+    serial: str | None = None
+    model: str | None = None
+    firmware: str | None = None
+    hardware_version: int | None = None
+    production_date: str | None = None
+    servo_id: int | None = None
+    node_id: int | None = None
+    by: str = ""
+    profile: str | None = None
+    profile_revision: str | None = None
+    values: dict[str, Value] = field(default_factory=dict[str, Value])
+    units: dict[str, str] = field(default_factory=dict[str, str])
+    held_in: Literal["rom", "ram", ""] = ""
+    verdict: Verdict = "waiting"
+    problem: str | None = None
+    started_at: float | None = None
+    ended_at: float | None = None
+
+    @property
+    def duration_s(self) -> float | None:
+        """From its first step to its last, in seconds."""
+        return None if self.started_at is None or self.ended_at is None else self.ended_at - self.started_at
+
+    def identify(self, servo: Servo) -> None:
+        """Write down who the servo is now."""
+        self.title, self.label, self.serial = servo.title, servo.label, servo.serial
+        self.model = servo.model.name if servo.model else None
+        self.firmware, self.hardware_version = servo.firmware_text, servo.hardware_version
+        self.production_date = servo.production_date
+        self.servo_id, self.node_id = servo.servo_id, servo.node_id
+
+    def prove(self, servo: Servo, found: Mapping[str, Raw], held_in: Literal["rom", "ram"]) -> None:
+        """Write down what was read back, raw by key."""
+        rows = {key: servo.registers[key].parameter for key in found}
+        self.values = {key: scale.to_value(row, found[key], found) for key, row in rows.items()}
+        numbers = {key: row for key, row in rows.items() if row.kind == "number"}
+        self.units = {key: unit for key, row in numbers.items() if (unit := scale.unit_of(row, found)[0])}
+        self.held_in = held_in
+
+    def document(self) -> dict[str, object]:
+        """As JSON."""
+        return asdict(self)
+
+
+def from_document(document: Mapping[str, Any]) -> ServoRecord:
+    """A record as it was kept; what a newer or older hornbill wrote besides is left out."""
+    known = {one.name for one in fields(ServoRecord)}
+    return ServoRecord(**{key: value for key, value in document.items() if key in known})
+
+
+def saved(servo: Servo, *, by: str, began: float, ended: float) -> dict[str, object]:
+    """The document of a record for a servo whose ROM has just been read back; instants in seconds since 1970 (UTC)."""
+    made = ServoRecord(servo.uid, by=by, verdict="done", started_at=began, ended_at=ended)
+    made.identify(servo)
+    made.prove(servo, servo.rom(), "rom")
+    return made.document()
+
+
+def remembered(uid: Uid, kept: StoredServo | None) -> ServoRecord:
+    """What the inventory knows of a servo, for jobs that kept no record of it."""
+    record = ServoRecord(uid)
+    if kept is None:
+        return record
+    facts = kept.facts
+    numbers = facts.model_number, facts.serial
+    serial = None if None in numbers else f"{numbers[0]}-{numbers[1]:06d}"
+    record.label, record.serial, record.model = kept.label, serial, facts.model
+    record.title = kept.label or serial or f"servo {uid[:8]}"
+    record.firmware = None if facts.firmware is None else to_text(facts.firmware)
+    record.hardware_version, record.production_date = facts.hardware_version, facts.production_date
+    record.servo_id, record.node_id = facts.servo_id, facts.node_id
+    return record

@@ -1,0 +1,472 @@
+"""Owns Fleet: every servo by unique id, as they arrive, change node ids, restart and go silent."""
+
+import asyncio
+import contextlib
+import logging
+import math
+from collections.abc import Callable, Iterable
+from typing import Literal
+
+from hornbill.errors import Busy, HornbillError, NoAnswer, PortError, Unknown
+from hornbill.node.directory import OFFLINE_AFTER_S, Directory
+from hornbill.node.participant import Participant
+from hornbill.schema.catalog import Catalog
+from hornbill.servo.device import identification
+from hornbill.servo.device.drift import drifted
+from hornbill.servo.device.foreign_nodes import ForeignNodes
+from hornbill.servo.device.identification import NodeIdentity
+from hornbill.servo.device.position_unit import PositionUnits, to_degrees
+from hornbill.servo.device.recent_starts import RecentStarts
+from hornbill.servo.device.requests import ServoRequests
+from hornbill.servo.device.rom_knowledge import RomKnowledge
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.hub import (
+    Happened,
+    Hub,
+    NodeSuspected,
+    ReadingChanged,
+    Sampled,
+    ServoChanged,
+    ServoRead,
+    ServoSeen,
+)
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Instant, NodeId, Uid
+from hornbill.wire.messages import ActuatorStatus, ArrayCommand, Mode, NodeStatus
+from hornbill.wire.transfer import Transfer
+
+log = logging.getLogger(__name__)
+
+SOFT_START_LIMIT_S = 20.0
+"""A soft start that is not over by then is blocked: 180 degrees at 30 rpm take 1 s."""
+
+SETTLES_S = 0.08
+"""A horn near 0 degrees for so long has ended its soft start: the servo sees it by itself, not when we do."""
+
+TIMEOUT_LATE_S = 0.2
+"""How long after its timeout (0x27) a soft start that has not come to 0 degrees is looked at, and how often then."""
+
+SUSPENDED_S = 3.0
+"""By more than this, uptimes in whole seconds tell that time went on without our clock."""
+
+WHOLE_SECOND_S = 1.1
+"""An uptime tells whole seconds, and its message is a little late or early."""
+
+RETRY_S = 1.0
+
+EVERY_SERVO = 255
+"""Actuator ID of an ArrayCommand to every servo (table 2-20)."""
+
+
+class Fleet:
+    """The servos on the bus and those that were. Feed it messages and the time; it tells the hub."""
+
+    def __init__(
+        self,
+        catalog: Catalog,
+        requests: ServoRequests,
+        hub: Hub,
+        base: TimeBase,
+        memory: RomKnowledge,
+        units: PositionUnits,
+        granted_at: Callable[[int], Instant | None],
+    ) -> None:
+        """`granted_at` gives when we gave a node ID on this bus, None if we did not."""
+        self.catalog = catalog
+        self._requests = requests
+        self._hub = hub
+        self._base = base
+        self.memory = memory
+        self._units = units
+        self._servos: dict[Uid, Servo] = {}
+        self._by_node: dict[int, Servo] = {}
+        self._asking: dict[int, asyncio.Task[None]] = {}
+        self._soft_starts: set[asyncio.Task[None]] = set()
+        self._just_restarted: set[int] = set()
+        self.fresh = RecentStarts(base.now, granted_at)
+        self._directory = Directory()
+        self._strangers = ForeignNodes(base.now)
+        self._imposed: dict[int, int] = {}
+        self._aside: dict[Uid, Servo] | None = None
+        for kept in memory.all():
+            self._servos[kept.uid] = Servo(kept.uid, catalog, label=kept.label, drift=drifted(kept))
+
+    def all(self) -> list[Servo]:
+        """Every servo seen since the start, in the order of first sight; remembered ones only once seen again."""
+        return [servo for servo in self._servos.values() if servo.model_number is not None]
+
+    def get(self, uid: str) -> Servo:
+        """The servo of that unique id. Raises Unknown(unknown_servo)."""
+        servo = self._servos.get(Uid(uid))
+        if servo is None or servo.model_number is None:
+            raise Unknown(
+                "unknown_servo", f"There is no servo {uid!r}.", request="GET /api/v1/servos lists them.", uid=uid
+            )
+        return servo
+
+    def met(self) -> list[Servo]:
+        """Every servo that was on a bus of this host, also while those of a recording are shown instead."""
+        servos = self._servos if self._aside is None else self._aside
+        return [servo for servo in servos.values() if servo.model_number is not None]
+
+    def show_recorded(self, servos: Iterable[Servo]) -> None:
+        """Show these instead until the bus is left; they are heard, and never asked or kept."""
+        self._aside = self._servos
+        self._servos = {servo.uid: servo for servo in servos}
+        self._by_node = {servo.node_id: servo for servo in self._servos.values() if servo.node_id is not None}
+        for servo in (*self._aside.values(), *self._servos.values()):
+            self._hub.tell(ServoChanged(servo.uid))
+
+    def recorded_on(self, node: int) -> Servo | None:
+        """Which of them is on a node id."""
+        return None if self._aside is None else self._by_node.get(node)
+
+    def recorded_moved(self, uid: Uid, node: NodeId) -> None:
+        """One of them said who it is on this node id."""
+        servo = None if self._aside is None else self._servos.get(uid)
+        if servo is None or servo.node_id == node:
+            return
+        if servo.node_id is not None:
+            self._by_node.pop(servo.node_id, None)
+        self._hand_over(node, uid)
+        servo.node_id, self._by_node[node] = node, servo
+
+    def knows(self, uid: str) -> bool:
+        """Whether `get` would find it."""
+        servo = self.find(Uid(uid))
+        return servo is not None and servo.model_number is not None
+
+    def find(self, uid: Uid) -> Servo | None:
+        """The servo of that unique id, also one that has only been remembered so far."""
+        return self._servos.get(uid)
+
+    def forget(self, uid: Uid) -> None:
+        """Drop what is known of a servo that is not there. Raises Busy for one that is, or is being worked on."""
+        servo = self._servos.get(uid)
+        if servo is not None and (servo.online or servo.busy is not None or servo.changing.locked()):
+            raise Busy(f"{servo.title} is there. Switch it off or take it off the bus before it is forgotten.")
+        if servo is not None:
+            servo.forget_everything()
+            self._hub.tell(ServoChanged(uid))
+        self._units.forget(uid)
+
+    def attach(self, participant: Participant) -> Directory:
+        """Follow this bus from now on; the answer is who lives on it."""
+        fixed = (kept.rom.get("node_id", 0) for kept in self.memory.all())
+        self._directory = Directory(remembered=(node for node in fixed if node))
+        self._strangers = ForeignNodes(self._base.now)
+        self._directory.on_restarted.append(lambda record: self._just_restarted.add(record.node_id))
+        self._directory.follow(participant)  # first, so that it knows of a restart before we look
+        participant.subscribe(NodeStatus, self._on_node_status)
+        participant.subscribe(ActuatorStatus, self._on_actuator_status)
+        participant.subscribe(ArrayCommand, self._on_array_command)
+        return self._directory
+
+    def _on_node_status(self, transfer: Transfer, status: NodeStatus) -> None:
+        """A NodeStatus (1 Hz a node): presence, restarts, and who is new."""
+        node, now = transfer.source, transfer.at
+        if not node:
+            return
+        servo = self._by_node.get(node)
+        restarted = node in self._just_restarted or self._restarted_unseen(servo, status, now)
+        self._just_restarted.discard(node)
+        if self._aside is not None:
+            if servo is not None:
+                self._heard_recorded(servo, transfer.at, status, restarted=restarted)
+            return
+        if servo is not None and servo.online and not restarted:
+            before = servo.status
+            servo.status, servo.status_at = status, now
+            if before is None or (before.health, before.mode) != (status.health, status.mode):
+                self._hub.tell(ServoChanged(servo.uid))
+            if servo.identified and self._directory.resident(node) is not None:
+                return
+        # new, restarted, or back from silence: somebody else may sit on this id now, so ask again who it is
+        if restarted and servo is not None:
+            self._noticed_restart(servo, status, now)
+        self.fresh.heard(node, status.uptime_sec, now, restarted=restarted)
+        if node not in self._asking and self._strangers.due(self._directory.records[node]):
+            self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
+
+    def _restarted_unseen(self, servo: Servo | None, status: NodeStatus, at: Instant) -> bool:
+        """Whether an uptime that ran ahead of our clock shows that this computer was suspended, and that the servo
+        started meanwhile.
+        """
+        before, since = (None, None) if servo is None else (servo.status, servo.status_at)
+        if servo is None or not servo.online or before is None or since is None or self._aside is not None:
+            return False
+        gained = status.uptime_sec - before.uptime_sec
+        return gained > at - since + SUSPENDED_S and gained < self._away(since, at) - SUSPENDED_S
+
+    def _restarted_away(self, servo: Servo, status: NodeStatus, at: Instant) -> bool:
+        """Whether its uptime is shorter than the time since it was heard last, and than it would be had it run on."""
+        before, since = servo.status, servo.status_at
+        if before is None or since is None:
+            return False
+        away = self._away(since, at)
+        return status.uptime_sec < away and status.uptime_sec - before.uptime_sec + WHOLE_SECOND_S < away
+
+    def _away(self, since: Instant, until: Instant) -> float:
+        """Seconds between two instants, with the time in which this computer was suspended."""
+        self._base.follow()
+        now = self._base.now()
+        return max(until - since, self._base.utc(now) - self._base.utc(since) - (now - until))
+
+    def _heard_recorded(self, servo: Servo, at: Instant, status: NodeStatus, *, restarted: bool) -> None:
+        """What it said of itself then; whoever asked it anew after a restart is in the recording, too."""
+        if restarted:
+            self._noticed_restart(servo, status, at)
+        servo.status, servo.status_at, servo.online, servo.identified = status, at, True, True
+        self._hub.tell(ServoChanged(servo.uid))
+
+    def ask_now(self, node: int) -> None:
+        """Somebody needs to know who uses a node id: ask it, however often it stayed silent."""
+        self._strangers.hurry(node)
+        record = self._directory.records.get(node)
+        if record is not None and node not in self._asking and self._strangers.due(record):
+            self._asking[node] = asyncio.get_running_loop().create_task(self._arrive(NodeId(node)))
+
+    def _on_actuator_status(self, transfer: Transfer, status: ActuatorStatus) -> None:
+        """A Status (10 Hz a servo): the angle. Its force and speed fields are not used by these servos."""
+        servo = self._by_node.get(transfer.source)
+        if servo is None or not servo.online:
+            self._strangers.heard_status(transfer.source)
+            return
+        if not math.isfinite(status.position):
+            return
+        if self._aside is None:
+            angle = self._units.heard(servo, status.position, transfer.at)
+        else:  # nobody can be asked any more
+            angle = to_degrees(servo, status.position)
+        if angle is not None:
+            servo.angle_deg, servo.angle_at = round(angle, 2), transfer.at
+            polled = servo.angle_polled_at
+            if polled is None or transfer.at - polled > 0.15:
+                self._hub.tell(Sampled(servo.uid, "current_angle", transfer.at, servo.angle_deg))
+        # while nobody knows in which unit it is told, what 0x08 was read to hold last tells
+        at, near = (transfer.at, angle) if angle is not None else (servo.angle_polled_at, servo.angle_deg)
+        since = servo.soft_start_since
+        if since is not None and at is not None and near is not None and at >= since and abs(near) <= 1.0:
+            self.near_zero(servo, at)
+
+    def _on_array_command(self, transfer: Transfer, message: ArrayCommand) -> None:
+        """Somebody else commands: the time-out of those it reaches runs from now (section 4.19)."""
+        ids = {one.actuator_id for one in message.commands}
+        for servo in self._by_node.values():
+            if servo.servo_id in ids or EVERY_SERVO in ids:
+                servo.output.commanded(transfer.at)
+
+    def tick(self, now: Instant, *, bus_gone: bool = False) -> None:
+        """What silence means; call it several times a second. While the bus is gone nobody is told servo by servo."""
+        for node, servo in self._by_node.items():
+            if servo.online and not self._directory.is_online(node, now):
+                servo.online = False
+                self._hub.tell(ServoChanged(servo.uid))
+                if servo.busy is None and not bus_gone:
+                    self._hub.tell(Happened("warning", "offline", f"{servo.title} went silent.", servo.uid))
+            time_out = servo.raw("timeout_time")
+            if time_out is not None and servo.output.time_out(now, time_out / 1000):
+                self._hub.tell(ServoChanged(servo.uid))
+            since = servo.soft_start_since
+            if since is not None and now - since > SOFT_START_LIMIT_S:
+                self.soft_start_over(servo, seen=servo.raw("torque_mode") != 0)
+        for node in self.suspects():
+            self._hub.tell(NodeSuspected(node))
+
+    def suspects(self) -> list[int]:
+        """Node ids that broadcast the Status of an actuator and may be servos: not known as one, nor as foreign."""
+        return [node for node in self._strangers.suspects() if self.kind(node) == "unknown"]
+
+    def kind(self, node: int) -> Literal["servo", "foreign", "unknown"]:
+        """What is known of who uses a node id now."""
+        servo = self._by_node.get(node)
+        if servo is not None and servo.online:
+            return "servo"
+        return "foreign" if self._strangers.is_foreign(node) else "unknown"
+
+    def imposed(self, node: int) -> None:
+        """Torque is about to be taken from a node not known as a servo: RAM no longer tells what ROM holds in 0x20."""
+        record = self._directory.records.get(node)
+        self._imposed[node] = 0 if record is None else record.lives
+
+    def note(self, node: int) -> str | None:
+        """Why a node is not taken for a servo, for people."""
+        return None if self.kind(node) == "servo" else self._strangers.note(node)
+
+    def bus_lost(self) -> None:
+        """Nothing is heard any more; what is heard first when the bus is back may be old."""
+        self._directory.go_deaf()
+
+    def bus_back(self) -> None:
+        """The bus works again."""
+        self._directory.hear_again(self._base.now())
+
+    def near_zero(self, servo: Servo, at: Instant) -> None:
+        """A horn in soft start was seen within 1 degree of 0: that ends it, when it is seen there again."""
+        if servo.near_zero_at is None:
+            servo.near_zero_at = at
+        elif servo.soft_starting and at - servo.near_zero_at >= SETTLES_S:
+            self.soft_start_over(servo)
+
+    def soft_start_over(self, servo: Servo, *, seen: bool = True) -> None:
+        """Soft start ended: near 0 degrees, or another command ended it (section 4.14).
+
+        Not `seen`: it should have, and its temporary values, which may still be there, tell nothing of ROM.
+        """
+        servo.soft_start_since = None
+        for key in servo.soft_start_rows:
+            servo.forget(key)  # what they were read to hold was for the time of soft start
+        self._hub.tell(ServoChanged(servo.uid))
+        node = servo.node_id
+        if node is not None and node not in self._asking:
+            self._asking[node] = asyncio.get_running_loop().create_task(self._after_soft_start(servo, node, seen=seen))
+
+    async def detach(self) -> None:
+        """The bus went away: nobody is online, and no question waits."""
+        tasks = [*self._asking.values(), *self._soft_starts]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        self._asking.clear()
+        self._by_node.clear()
+        self.fresh.clear()
+        self._directory = Directory()
+        self._strangers = ForeignNodes(self._base.now)
+        for servo in self._servos.values():
+            servo.online, servo.node_id, servo.soft_start_since = False, None, None
+            if servo.model_number is not None:
+                self._hub.tell(ServoChanged(servo.uid))
+        if self._aside is not None:
+            self._servos, self._aside = self._aside, None
+            for servo in self._servos.values():
+                self._hub.tell(ServoChanged(servo.uid))
+
+    def _noticed_restart(self, servo: Servo, status: NodeStatus, at: Instant) -> None:
+        servo.restarted(at - status.uptime_sec - 1)  # an uptime of whole seconds
+        self._hub.tell(ServoChanged(servo.uid))
+        if servo.busy is None:
+            text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
+            self._hub.tell(Happened("warning", "restarted", text, servo.uid))
+
+    async def _arrive(self, node: NodeId) -> None:
+        try:
+            identity = await identification.who(
+                self._requests, self.catalog, self._directory, self._strangers, node, known=self.kind(node) == "servo"
+            )
+            if identity is None:
+                if self.kind(node) == "servo":  # a known one may be busy with its start
+                    self._strangers.wait(node, self._base.now() + RETRY_S)
+                return
+            servo = self._welcome(node, identity)
+            await identification.read_rows(self._requests, servo)
+            if self.fresh.of(node, self._directory.records.get(node)):
+                soft = servo.raw("soft_start") == 1 and servo.raw("torque_mode") == 0
+                servo.soft_start_since, servo.near_zero_at = self._base.now() if soft else None, None
+                identification.learn_rom(servo, soft_start=soft)
+                if soft:
+                    watch = asyncio.get_running_loop().create_task(self._watch_timeout(servo))
+                    self._soft_starts.add(watch)
+                    watch.add_done_callback(self._soft_starts.discard)
+            else:
+                self.memory.recall(servo)
+                if servo.output.commanded_at is None and servo.was_commanded:
+                    servo.output.commanded(self._base.now())  # at the latest
+            servo.identified = True
+            self.fresh.spent(node)
+            self._told_all(servo)
+            self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid))
+            self._hub.tell(ServoRead(servo.uid))
+            self.remember(servo)
+        except NoAnswer as error:
+            log.info("node %d: %s", node, identification.lost(error))
+            self._strangers.wait(node, self._base.now() + RETRY_S)
+            self._doubt(node)
+        except PortError as error:
+            log.debug("node %d: %s", node, error.detail)
+        except Exception:  # nobody waits for this task: it must say itself what went wrong, and try again
+            log.exception("node %d could not be identified", node)
+            self._strangers.wait(node, self._base.now() + RETRY_S)
+        finally:
+            self._asking.pop(node, None)
+            resident = self._directory.resident(node)
+            self._hand_over(node, None if resident is None else resident.hex())
+
+    def _doubt(self, node: int) -> None:
+        """Somebody who only says NodeStatus, where a servo was, is not taken for it; a boot loader's is (B16)."""
+        servo, now = self._by_node.get(node), self._base.now()
+        if servo is None or self._directory.resident(node) is not None:
+            return
+        status = self._directory.records[node].status
+        broadcasts = servo.angle_at is not None and now - servo.angle_at < OFFLINE_AFTER_S
+        if not broadcasts and self._directory.is_online(node, now) and status.mode != Mode.SOFTWARE_UPDATE:
+            self._hand_over(node, "")
+
+    def _hand_over(self, node: int, uid: str | None) -> None:
+        """A node id is used by `uid` (None: nobody knows): another servo that was there is not any more."""
+        servo = self._by_node.get(node)
+        if servo is None or uid is None or uid == servo.uid:
+            return
+        del self._by_node[node]
+        if servo.online and servo.busy is None:
+            text = f"{servo.title} is gone: another node uses its node id {node}."
+            self._hub.tell(Happened("warning", "offline", text, servo.uid))
+        servo.node_id, servo.online = None, False
+        self._hub.tell(ServoChanged(servo.uid))
+
+    def _welcome(self, node: NodeId, identity: NodeIdentity) -> Servo:
+        servo = self._servos.setdefault(identity.uid, Servo(identity.uid, self.catalog))
+        record = self._directory.records.get(node)
+        if servo.node_id is not None and servo.node_id != node:
+            self._by_node.pop(servo.node_id, None)
+            servo.restarted()
+        elif not servo.online:
+            servo.identified = False
+            servo.forget_readings()
+            if record is not None and self._restarted_away(servo, record.status, record.heard):
+                servo.restarted()
+        servo.node_id = node
+        servo.online = True
+        if record is not None:
+            servo.status, servo.status_at = record.status, record.heard
+        self._hand_over(node, servo.uid)
+        self._by_node[node] = servo
+        self._strangers.forget(node)
+        identification.apply(servo, identity)
+        self._units.met(servo)
+        if record is not None and self._imposed.pop(node, None) == record.lives:
+            servo.note_write("torque_mode", None, self._base.now())
+        self._hub.tell(ServoChanged(servo.uid))
+        self._hub.tell(ServoSeen(servo.uid))
+        return servo
+
+    async def _watch_timeout(self, servo: Servo) -> None:
+        """Soft start ends with the servo's own timeout, too, and leaves the horn where it is then (4.14)."""
+        since = servo.soft_start_since
+        if not servo.raw("timeout_action"):
+            return
+        await asyncio.sleep((servo.raw("timeout_time") or 0) / 1000)
+        while servo.soft_start_since == since:
+            await asyncio.sleep(TIMEOUT_LATE_S)
+            with contextlib.suppress(HornbillError):
+                over = await identification.soft_start_timed_out(self._requests, servo)
+                if over and servo.soft_start_since == since:
+                    self.soft_start_over(servo)
+
+    async def _after_soft_start(self, servo: Servo, node: int, *, seen: bool) -> None:
+        try:
+            await identification.learn_after_soft_start(self._requests, servo, ended=seen)
+            self.remember(servo)
+            self._told_all(servo)
+        except HornbillError as error:
+            log.info("%s: after soft start: %s", servo.title, error.detail)
+        finally:
+            self._asking.pop(node, None)
+
+    def remember(self, servo: Servo) -> None:
+        """Keep what is known of a servo beyond this process, and flag what differs from before. Never raises."""
+        self.memory.remember(servo)
+
+    def _told_all(self, servo: Servo) -> None:
+        for key in servo.registers:
+            self._hub.tell(ReadingChanged(servo.uid, key))
+        self._hub.tell(ServoChanged(servo.uid))

@@ -1,0 +1,214 @@
+"""Owns the refusals before motion: which command a servo may be given now, and the raw value that may be sent."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from hornbill.errors import (
+    BusReadOnly,
+    Busy,
+    ConfigurationLost,
+    ModeOff,
+    NoAnswer,
+    NotInThisModel,
+    OutOfRange,
+    TorqueOff,
+)
+from hornbill.schema import scale
+from hornbill.schema.effect import COMMANDS
+from hornbill.schema.parameter import Parameter
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.runtime.jobs import Jobs
+from hornbill.units import Raw
+
+ROW_OF: Final[Mapping[str, str]] = {kind: key for key, kind in COMMANDS.items()}
+"""The row that each kind of command is written to."""
+
+_WHY_BUSY = {
+    State.IDENTIFYING: "is still being identified",
+    State.SAVING: "is saving",
+    State.RESTARTING: "is restarting",
+    State.UPDATING: "is in software update",
+    State.SOFT_START: "is in soft start: its horn is on the way to 0°",
+    State.PROTECTED: "protects itself: output is off and comes back on by itself",
+}
+
+_OFFLINE = "{} is offline. Check its supply and the wiring."
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What may be sent: the row, the raw value, and whether it was clamped.
+
+    `warnings`: what to tell who asked; `confirmed`: the words for which it had to be asked.
+    """
+
+    parameter: Parameter
+    raw: Raw
+    clamped: bool
+    warnings: tuple[str, ...] = ()
+    confirmed: frozenset[str] = frozenset()
+
+
+def check_free(servo: Servo, jobs: Jobs) -> None:
+    """Raises Busy while a job of the servo, also one that has not had its first turn, or a change is under way."""
+    if jobs.running(servo.uid) is not None or servo.changing.locked():
+        raise Busy(f"{servo.title} is being worked on. Try again when that has ended.", uid=servo.uid)
+
+
+def check_ready(servo: Servo) -> None:
+    """Raises NoAnswer for a servo that is offline, Busy for one that is doing something else."""
+    state = servo.state
+    if state is State.OFFLINE:
+        raise NoAnswer(_OFFLINE.format(servo.title))
+    why = _WHY_BUSY.get(state)
+    if why is not None:
+        raise Busy(f"{servo.title} {why}. Wait until it is ready.", state=state.value)
+
+
+def check_readable(servo: Servo) -> None:
+    """As `check_ready`, but a servo that protects itself can be read as any other."""
+    if servo.state is not State.PROTECTED:
+        check_ready(servo)
+
+
+def check_writable(servo: Servo) -> None:
+    """As `check_ready`, but a servo that protects itself takes writes: they may be the remedy.
+
+    Raises NotInThisModel for a servo of an unknown series.
+    """
+    check_readable(servo)
+    check_series(servo)
+
+
+def check_series(servo: Servo) -> None:
+    """Raises NotInThisModel for a servo of an unknown series: what its registers mean and allow is not known."""
+    if servo.of_unknown_series:
+        raise unknown_series(servo)
+
+
+def unknown_series(servo: Servo) -> NotInThisModel:
+    """The refusal of everything that writes to such a servo or moves it, with what can be done."""
+    number = servo.model_number
+    return NotInThisModel(
+        f"{servo.title} is of series {number} (0x50), which hornbill does not know: it is neither moved nor written "
+        "to, but for torque off. It can be read, kept as a snapshot and compared. Use a hornbill that knows series "
+        f"{number}, or Futaba's own program.",
+        series_number=number,
+    )
+
+
+def check_movable(servo: Servo) -> None:
+    """As `check_ready`; raises BusReadOnly for a servo of a recording, and ConfigurationLost for one that could not
+    load what was saved (4.12, features B56).
+
+    On defaults its limits, its zero and its direction may all be others than those its mechanism needs.
+    """
+    _check_recorded(servo)
+    check_ready(servo)
+    _check_loaded(servo)
+
+
+def check_energise(servo: Servo) -> None:
+    """As `check_movable`, of a servo that a job has: what that job is doing speaks not against it."""
+    _check_recorded(servo)
+    row_for(servo, "angle")
+    if not servo.online:
+        raise NoAnswer(_OFFLINE.format(servo.title))
+    if servo.beyond_limits:
+        raise Busy(f"{servo.title} {_WHY_BUSY[State.PROTECTED]}. Wait until it is ready.", state=State.PROTECTED.value)
+    _check_loaded(servo)
+
+
+def _check_recorded(servo: Servo) -> None:
+    if servo.recorded:
+        raise BusReadOnly(
+            f"{servo.title} is one of a recording: nothing moves. Connect its bus.", request=": PUT /api/v1/bus."
+        )
+
+
+def _check_loaded(servo: Servo) -> None:
+    if servo.rom_lost:
+        raise ConfigurationLost(
+            f"{servo.title} runs on defaults: what was saved could not be loaded at its last start (warning bit 15). "
+            "So it is not moved. Restore a snapshot "
+            f"(POST /api/v1/servos/{servo.uid}/snapshots/{{id}}/restore) and save, or save what it holds now.",
+            summary=f"{servo.title} runs on defaults: what was saved could not be loaded at its last start "
+            "(warning bit 15). So it is not moved. Restore a snapshot and save, or save what it holds now.",
+        )
+
+
+def row_for(servo: Servo, kind: str) -> Parameter:
+    """The row that commands `kind` (angle, speed or torque). Raises NotInThisModel for a servo of unknown series."""
+    check_series(servo)
+    register = servo.registers.get(ROW_OF[kind])
+    if register is None:
+        raise NotInThisModel(f"{servo.title} has not said yet what it is, so hornbill does not move it.")
+    return register.parameter
+
+
+def check_kind(servo: Servo, kind: str) -> None:
+    """Raises NotInThisModel for a servo of unknown series, or whose firmware knows no commands of that kind (4.18)."""
+    row_for(servo, kind)
+    switch = servo.catalog.by_key["speed_torque_control"]
+    if kind != "angle" and switch.key not in servo.registers:
+        raise NotInThisModel(
+            f"{servo.title} takes no {kind} commands: firmware {servo.firmware_text} has no speed and torque control "
+            f"(0x25). It came with {switch.since}. Command an angle.",
+            key=switch.key,
+        )
+
+
+def check_mode(servo: Servo, kind: str) -> None:
+    """Raises NotInThisModel, ModeOff or TorqueOff; call it when 0x20 and 0x25 have just been read (4.13, 4.18)."""
+    check_kind(servo, kind)
+    if kind != "angle" and servo.raw("speed_torque_control") != 1:
+        raise ModeOff(
+            f"{servo.title} ignores {kind} commands: speed and torque control (0x25) is off. Switch it on first.",
+            request=f": PUT /api/v1/servos/{servo.uid}/parameters/speed_torque_control.",
+            key="speed_torque_control",
+        )
+    if servo.raw("torque_mode") != 0:
+        raise TorqueOff(
+            f"Torque is off on {servo.title}, so it would not move. Turn it on first.",
+            request=f': POST /api/v1/servos/{servo.uid}/torque {{"mode": "on"}}.',
+        )
+
+
+def target(servo: Servo, kind: str, value: float, *, clamp: bool) -> Target:
+    """The raw value for a command of `value` degrees, rpm or %, rounded to the register's step.
+
+    Raises OutOfRange outside the row's range or, for angles, the servo's own limits (B31), unless `clamp`.
+    """
+    row = row_for(servo, kind)
+    low, high = bounds(servo, row)
+    if clamp:
+        wanted = value * row.per_unit
+        return Target(row, round(min(max(wanted, low), high)), clamped=not low - 0.5 < wanted < high + 0.5)
+    raw = scale.to_nearest_raw(row, value)
+    if not low <= raw <= high:
+        raise _past_limit(servo, row, value, raw)
+    return Target(row, raw, clamped=False)
+
+
+def bounds(servo: Servo, row: Parameter) -> tuple[Raw, Raw]:
+    """What the servo would really do: the row's range, cut by the servo's own limits of it (4.31 to 4.33)."""
+    low, high = row.minimum or 0, row.maximum or 0
+    if row.limits is None:
+        return low, high
+    below, above = servo.raw(row.limits.lower), servo.raw(row.limits.upper)
+    return (low if below is None else max(low, below)), (high if above is None else min(high, above))
+
+
+def _past_limit(servo: Servo, row: Parameter, value: float, raw: Raw) -> OutOfRange:
+    """The refusal of a value within the range of its row, naming the limit of the servo that it is past."""
+    low, high = bounds(servo, row)
+    assert row.limits is not None
+    key, limit = (row.limits.upper, high) if raw > high else (row.limits.lower, low)
+    name = servo.registers[key].parameter
+    lowest, highest = scale.to_text(row, low), scale.to_text(row, high)
+    return OutOfRange(
+        f"{scale.to_text(row, raw)} is past the {name.label} of {servo.title}, {scale.to_text(row, limit)} "
+        f"({name.name}). Enter {lowest} to {highest}, or change that limit first.",
+        minimum=low / row.per_unit, maximum=high / row.per_unit, unit=row.unit, requested=value, limit=key,
+    )  # fmt: skip

@@ -1,0 +1,259 @@
+"""Owns Asker: the one place that reads, writes and commands a servo, with each operation's own patience."""
+
+from collections import Counter, defaultdict
+from collections.abc import Awaitable, Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any, TypeVar, cast
+
+from hornbill.errors import BusDisconnected, NoAnswer, Refused
+from hornbill.node.participant import Participant
+from hornbill.schema.effect import COMMANDS
+from hornbill.schema.parameter import DUMMY, Parameter
+from hornbill.servo.device import output
+from hornbill.servo.device.permission import check_series, unknown_series
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.histogram import Histogram
+from hornbill.servo.runtime.hub import Hub, ReadingChanged, Sampled, ServoChanged
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Raw
+from hornbill.wire.messages import ActuatorCommand, ArrayCommand
+from hornbill.wire.services import (
+    EMPTY,
+    ExecuteOpcodeRequest,
+    ExecuteOpcodeResponse,
+    GetNodeInfoRequest,
+    GetNodeInfoResponse,
+    GetSetRequest,
+    GetSetResponse,
+    RestartNodeRequest,
+    RestartNodeResponse,
+    Value,
+    ValueKind,
+    integer,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How an operation is sent: CAN priority (0 highest), seconds a try may take, and how many tries.
+
+    `kind` is what it is counted as.
+    """
+
+    priority: int
+    timeout_s: float
+    tries: int
+    urgent: bool = False
+    kind: str = "read"
+
+
+READ = Patience(priority=24, timeout_s=0.12, tries=25)
+"""A node that is silent for 3 s is called offline; until then it is asked. With a fifth of all frames lost, a read
+by name succeeds in 0.41 of its tries (a request of one frame, an answer of three): all of 25 fail once in 500,000."""
+POLL = Patience(priority=26, timeout_s=0.12, tries=2, kind="poll")
+WRITE = Patience(priority=20, timeout_s=0.12, tries=10, kind="write")
+COMMAND = Patience(priority=17, timeout_s=0.12, tries=1, kind="command")
+"""Motion is never repeated: a late second copy could move the horn after the operator changed his mind. Whether it
+arrived is read when its answer does not."""
+TORQUE = Patience(priority=16, timeout_s=0.05, tries=4, kind="torque")
+STOP = Patience(priority=16, timeout_s=0.02, tries=1, urgent=True, kind="stop")
+"""Torque and stop share one priority, so both have the same CAN identifier and keep their order on every adapter:
+an older "on" can never overtake, or be overtaken by, a newer "off"."""
+ONCE = Patience(priority=20, timeout_s=0.5, tries=1, kind="action")
+"""Save, reset and restart are never repeated: the second copy would find the servo restarting from the first."""
+
+BOUNDS_S = (0.001, 0.002, 0.003, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 3.0)
+
+Answer = TypeVar("Answer")
+
+
+class ServoRequests:
+    """Reads and writes registers over whatever participant is connected now."""
+
+    def __init__(self, hub: Hub, base: TimeBase) -> None:
+        self._hub = hub
+        self._base = base
+        self.participant: Participant | None = None
+        self.before_write: dict[str, Callable[[Servo, Raw], Awaitable[None]]] = {}
+        """By key of a row: awaited with its new value before it is written."""
+        self.asked: Counter[tuple[str, str]] = Counter()
+        """Requests that have ended, by kind and outcome: answered, no_answer, or failed (cancelled, or never sent)."""
+        self.refused: Counter[str] = Counter()
+        """Answers without the value asked for, by kind."""
+        self.took: defaultdict[str, Histogram] = defaultdict(lambda: Histogram(BOUNDS_S))
+        """By kind: from the call to the answer, the wait for its turn and every repetition within."""
+
+    async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
+        """RAM's raw value of one row, and remember it. Raises NoAnswer, Refused, BusDisconnected."""
+        return await self._get_set(servo, parameter, EMPTY, patience)
+
+    async def write(self, servo: Servo, parameter: Parameter, raw: Raw, patience: Patience = WRITE) -> Raw:
+        """Write one row and answer what RAM holds now.
+
+        Raises NoAnswer, Refused, BusDisconnected, and NotInThisModel for a servo of an unknown series: only its output
+        can be taken.
+        """
+        return await self._get_set(servo, parameter, integer(raw), patience)
+
+    async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
+        """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
+        request = GetSetRequest(0, EMPTY, parameter.name)
+        response = await self._ask(node_id, request, GetSetResponse, patience)
+        return self._integer_of(response, parameter, patience)
+
+    async def impose(self, node_id: int, parameter: Parameter, raw: Raw, patience: Patience) -> Raw | None:
+        """Write one row of a node not yet known as a servo; what it holds now, None when it refuses.
+
+        Raises NoAnswer, BusDisconnected.
+        """
+        request = GetSetRequest(0, integer(raw), parameter.name)
+        response = await self._ask(node_id, request, GetSetResponse, patience)
+        return self._integer_of(response, parameter, patience)
+
+    async def node_info(self, node_id: int, patience: Patience = READ) -> GetNodeInfoResponse:
+        """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoAnswer, BusDisconnected."""
+        return await self._ask(node_id, GetNodeInfoRequest(), GetNodeInfoResponse, patience)
+
+    async def opcode(self, servo: Servo, opcode: int) -> bool:
+        """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoAnswer: it may have acted all the same; and
+        NotInThisModel for a servo of an unknown series."""
+        check_series(servo)
+        request = ExecuteOpcodeRequest(opcode)
+        return (await self._ask(servo, request, ExecuteOpcodeResponse, ONCE)).ok
+
+    async def restart(self, servo: Servo, magic: int) -> bool:
+        """Ask for a restart once; its ok flag (table 2-10). Raises NoAnswer: it may have acted all the same; and
+        NotInThisModel for a servo of an unknown series."""
+        check_series(servo)
+        request = RestartNodeRequest(magic)
+        return (await self._ask(servo, request, RestartNodeResponse, ONCE)).ok
+
+    def burst(self, commands: list[ActuatorCommand], priority: int = COMMAND.priority) -> None:
+        """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
+        self.connected().broadcast(ArrayCommand(tuple(commands)), priority=priority)
+
+    def overhear(self, servo: Servo, answer: GetSetResponse) -> None:
+        """Take what a servo answered to somebody else, in a recording, for what its RAM holds. Never raises."""
+        name = answer.name.upper()
+        rows = (one.parameter for one in servo.registers.values())
+        parameter = next((row for row in rows if row.name.upper() == name), None)
+        raw = None if parameter is None else _integer_of(answer, parameter)
+        if parameter is None or raw is None:
+            return
+        self._remember(servo, parameter, raw)
+        if parameter.key == "current_angle":
+            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self._base.now()
+            servo.angle_polled_at = servo.angle_at
+
+    async def _get_set(self, servo: Servo, parameter: Parameter, value: Value, patience: Patience) -> Raw:
+        request = GetSetRequest(0, value, parameter.name)
+        if value != EMPTY and servo.of_unknown_series and not _lets_go(parameter, value):
+            raise unknown_series(servo)
+        _node(servo)  # what cannot be sent is not noted as written
+        written = value.value if isinstance(value.value, int) else None
+        if value != EMPTY:
+            servo.note_write(parameter.key, written, self._base.now())
+        commands = value != EMPTY and (parameter.key == output.KEY or parameter.key in COMMANDS)
+        try:
+            if written is not None and (prepare := self.before_write.get(parameter.key)) is not None:
+                await prepare(servo, written)
+            response = await self._ask(servo, request, GetSetResponse, patience)
+        except BaseException as error:
+            if isinstance(error, NoAnswer):
+                error.facts["key"] = parameter.key
+            if value != EMPTY:  # it may have been carried out all the same
+                servo.forget(parameter.key)
+                self._hub.tell(ReadingChanged(servo.uid, parameter.key))
+                if parameter.key == output.KEY:
+                    self._hub.tell(ServoChanged(servo.uid))
+            raise
+        finally:
+            if commands:  # an answer that is lost may be that to a command which was not
+                servo.output.commanded(self._base.now())
+        raw = self._integer_of(response, parameter, patience)
+        if raw is None:
+            verb = "read" if value == EMPTY else "write"
+            raise Refused(
+                f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}): it answered without a value. "
+                "Try again; if it does so each time, this servo does not have it.",
+                key=parameter.key,
+            )
+        self._remember(servo, parameter, raw)
+        return raw
+
+    def _remember(self, servo: Servo, parameter: Parameter, raw: Raw) -> None:
+        now, register = self._base.now(), servo.registers.get(parameter.key)
+        known = register is not None and register.at is not None
+        changed = servo.note(parameter.key, raw, now)
+        if parameter.key == output.KEY and (changed or not known):
+            self._hub.tell(ServoChanged(servo.uid))
+        if parameter.kind == "number":
+            value = None if parameter.dummy and raw == DUMMY else raw / parameter.per_unit
+            self._hub.tell(Sampled(servo.uid, parameter.key, now, value))
+        if changed and parameter.group != "status":
+            self._hub.tell(ReadingChanged(servo.uid, parameter.key))
+
+    async def _ask(self, who: Servo | int, request: Any, answer: type[Answer], patience: Patience) -> Answer:
+        node_id = who if isinstance(who, int) else _node(who)
+        kind, began, outcome = patience.kind, self._base.now(), "failed"
+        try:
+            ask = cast("Callable[..., Coroutine[Any, Any, object]]", self.connected().request)
+            response = await ask(
+                node_id, request, priority=patience.priority, timeout=patience.timeout_s,
+                tries=patience.tries, urgent=patience.urgent,
+            )  # fmt: skip
+            outcome = "answered"
+            self.took[kind].add(self._base.now() - began)
+        except NoAnswer:
+            outcome = "no_answer"
+            tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
+            raise NoAnswer(
+                f"{_title(who)} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
+                "Check its supply and the wiring.",
+                node_id=node_id,
+            ) from None
+        finally:
+            self.asked[kind, outcome] += 1
+        if not isinstance(response, answer):
+            raise NoAnswer(f"{_title(who)} answered something that is no {answer.__name__}.", node_id=node_id)
+        return response
+
+    def _integer_of(self, response: GetSetResponse, parameter: Parameter, patience: Patience) -> Raw | None:
+        raw = _integer_of(response, parameter)
+        if raw is None:
+            self.refused[patience.kind] += 1
+        return raw
+
+    def connected(self) -> Participant:
+        """Our node on the bus. Raises BusDisconnected without one."""
+        if self.participant is None:
+            raise BusDisconnected("No bus is connected. Connect an adapter first.")
+        return self.participant
+
+
+def _lets_go(parameter: Parameter, value: Value) -> bool:
+    """Whether a write takes the output or brakes (0x20)."""
+    return parameter.key == output.KEY and value.value in (output.MODES["off"], output.MODES["brake"])
+
+
+def _title(who: Servo | int) -> str:
+    return f"node {who}" if isinstance(who, int) else who.title
+
+
+def _node(servo: Servo) -> int:
+    if servo.node_id is None:
+        raise NoAnswer(f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.")
+    return servo.node_id
+
+
+def _integer_of(response: GetSetResponse, parameter: Parameter) -> Raw | None:
+    name = parameter.name
+    if response.value.kind is not ValueKind.INTEGER:
+        return None
+    if response.name != name and response.name.upper() != name.upper():
+        return None
+    value = response.value.value
+    if not isinstance(value, int):
+        return None
+    # 0x18..0x1B are 32 bits in an int64; the sign extension of bit 31 is not specified (errata B7)
+    return value & 0xFFFF_FFFF if parameter.kind == "bits" else value

@@ -1,0 +1,60 @@
+"""Owns TurnCount: noticing that a servo restarted while it stood beyond ±180°, so that its turns are lost (4.1)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hornbill.servo.device.position_estimate import HALF_TURN_DEG
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.hub import Happened, Hub, Sampled, ServoChanged
+from hornbill.units import Instant, Uid
+
+UNCERTAIN_S = 2.0
+"""A start is known to a second by the uptime of NodeStatus (table 2-17), and angles come every 0.1 s to 1 s."""
+
+
+@dataclass(slots=True)
+class _Beyond:
+    """The last angle beyond ±180°, in degrees, and since when angles are within again."""
+
+    angle_deg: float
+    boots: int
+    within_since: Instant | None = None
+
+
+class TurnCount:
+    """Listens to angles and restarts; marks a servo with `turns_lost_deg`.
+
+    When a restart is noticed the servo has long said its new angle: what was said shortly before it counts.
+    """
+
+    def __init__(self, hub: Hub, find: Callable[[Uid], Servo | None]) -> None:
+        self._hub = hub
+        self._find = find
+        self._beyond: dict[Uid, _Beyond] = {}
+        hub.listen(self._on_sample, Sampled)
+        hub.listen(self._on_servo, ServoChanged)
+
+    def _on_sample(self, sample: Sampled) -> None:
+        if sample.key != "current_angle" or sample.value is None:
+            return
+        known = self._beyond.get(sample.uid)
+        if abs(sample.value) > HALF_TURN_DEG:
+            servo = self._find(sample.uid)
+            if servo is not None and (known is None or known.boots == servo.boots):
+                self._beyond[sample.uid] = _Beyond(sample.value, servo.boots)
+        elif known is not None and known.within_since is None:
+            known.within_since = sample.t
+
+    def _on_servo(self, change: ServoChanged) -> None:
+        known = self._beyond.get(change.uid)
+        servo = self._find(change.uid) if known is not None else None
+        if known is None or servo is None or servo.boots == known.boots:
+            return
+        if not servo.identified or servo.status is None or servo.status_at is None:
+            return  # its uptime may still be the one of before
+        del self._beyond[change.uid]
+        started = servo.status_at - servo.status.uptime_sec
+        if known.within_since is None or known.within_since >= started - UNCERTAIN_S:
+            servo.turns_lost_deg = known.angle_deg
+            text = f"{servo.title} restarted at {known.angle_deg:.1f}° and lost its turn count (4.1)."
+            self._hub.tell(Happened("warning", "turns_lost", text, servo.uid))

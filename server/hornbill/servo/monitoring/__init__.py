@@ -1,0 +1,1 @@
+"""What servos and the bus do over time: polling, telemetry, faults, bus monitor, node IDs."""

@@ -1,0 +1,388 @@
+"""Activity: what the motor and horn of a servo do now, told from what is received of it."""
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final, Literal, NamedTuple, TypeAlias
+
+from hornbill.schema.effect import COMMANDS, in_force
+from hornbill.servo.device.fleet import EVERY_SERVO
+from hornbill.servo.device.servo import Servo, State
+from hornbill.servo.monitoring.oscillation import QUIET_S, Oscillation
+from hornbill.servo.monitoring.polling import Polling
+from hornbill.servo.runtime.hub import Happened, Hub, ReadingChanged, Sampled, ServoChanged
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Instant, Raw, Uid
+from hornbill.wire.messages import ArrayCommand
+from hornbill.wire.transfer import Transfer
+
+Doing: TypeAlias = Literal[
+    "holding", "moving", "turning", "hunting", "saturated", "soft_start", "released", "held_after_timeout", "off",
+    "brake", "unknown",
+]  # fmt: skip
+
+ALARMS: Final[tuple[Doing, ...]] = ("hunting", "saturated")
+
+REST_S: Final = 0.6
+"""From a new command on nothing the horn does is an oscillation at rest."""
+
+STEADY_S: Final = 0.6
+STARTS_DEG, FOLLOWS_DEG, STEADY_DEG = 0.5, 0.2, 0.3
+"""A horn that goes by the first within STEADY_S moves, and by the second right after a new command; a moving horn that
+stays within the third for so long is steady again."""
+
+EVERY_S: Final = 0.04
+"""Samples nearer than this are not kept for that."""
+
+SILENT_S: Final = 1.0
+"""An angle older than this tells nothing of what the horn does."""
+
+NEAR_LIMIT, CLEAR_OF_LIMIT = 0.9, 0.8
+"""Shares of the torque limit: at the first a motor at rest is saturated, below the second no more."""
+
+LEAST_LIMIT_PCT: Final = 5.0
+"""A limit below this is no torque to speak of."""
+
+CONFIRM_S: Final = 0.5
+"""Torque has to be near its limit at two readings so far apart."""
+
+CALM_S: Final = 2.0
+"""An alarm ends when the horn has held its place for so long without its cause, or when its output is gone."""
+
+NEW_COMMAND_DEG: Final = 0.3
+"""An ArrayCommand of another tool that differs by less is the same command again."""
+
+UNEASY_PCT: Final = 25.0
+UNEASY_S: Final = 8.0
+"""Torque of a horn at rest that differs by so much within this time: it may swing where Status does not show it."""
+
+LOOK_HZ: Final = (23.7, 29.3)
+LOOK_S: Final = 2.0
+LOOKS: Final = 4
+"""Then 0x08 is polled for so long at one of these rates, in turn, because a swing at a multiple of a rate does not show
+at that rate; so many servos at a time."""
+
+FAR: Final[Instant] = -math.inf
+
+_REGISTER: Final = {kind: key for key, kind in COMMANDS.items()}
+_AWAY: Final = frozenset((State.OFFLINE, State.IDENTIFYING, State.SAVING, State.RESTARTING, State.UPDATING))
+
+
+class ServoActivity(NamedTuple):
+    """What it does, since when, and the figures behind that; None where they are not known.
+
+    `peak_to_peak_deg`: way of the angle, of the swings while hunting, else over the last STEADY_S. `torque_pct` as 0x0A
+    was read last, `torque_limit_pct` what it could be on that side.
+    """
+
+    doing: Doing
+    since: Instant
+    peak_to_peak_deg: float | None
+    torque_pct: float | None
+    torque_limit_pct: float
+
+
+@dataclass(slots=True)
+class _Watch:
+    """What is known of one servo."""
+
+    servo: Servo
+    doing: Doing = "unknown"
+    since: Instant = FAR
+    boots: int = 0
+    oscillation: Oscillation = field(default_factory=Oscillation)
+    angles: deque[tuple[Instant, float]] = field(default_factory=lambda: deque[tuple[Instant, float]](maxlen=64))
+    angle_at: Instant = FAR
+    moving: bool = False
+    commands: tuple[Raw | None, ...] = ()
+    foreign: tuple[int, float] | None = None
+    commanded_at: Instant = FAR
+    torque_pct: float | None = None
+    torques: deque[tuple[Instant, float]] = field(default_factory=lambda: deque[tuple[Instant, float]](maxlen=64))
+    near_since: Instant | None = None
+    near: bool = False
+    look_until: Instant = FAR
+    looks: int = 0
+    alarms: set[Doing] = field(default_factory=set[Doing])
+    calm_since: Instant | None = None
+
+    def forget_motion(self) -> None:
+        """What comes next has nothing to do with what was before."""
+        self.oscillation.reset()
+        self.angles.clear()
+        self.torques.clear()
+        self.moving = self.near = False
+        self.near_since = None
+
+
+class Activities:
+    """Listens to angles, torque and commands, and tells when what a servo does changes.
+
+    "At rest" is a horn whose command does not change. What moves it nevertheless, to and fro and without end, is the
+    loop of the servo: hunting. Asks nothing of the bus but more angles, by Polling, where those of Status may mislead.
+    """
+
+    def __init__(
+        self,
+        hub: Hub,
+        base: TimeBase,
+        polling: Polling,
+        find: Callable[[Uid], Servo | None],
+        driven: Callable[[Uid], bool],
+    ) -> None:
+        """`find` gives the servo of a uid; `driven` tells whether somebody has it under command here."""
+        self._hub = hub
+        self._base = base
+        self._polling = polling
+        self._find = find
+        self._driven = driven
+        self._watches: dict[Uid, _Watch] = {}
+        hub.listen(self._on_sample, Sampled)
+        hub.listen(self._on_servo, ServoChanged)
+        hub.listen(self._on_reading, ReadingChanged)
+
+    def of(self, servo: Servo) -> ServoActivity:
+        """What a servo does now."""
+        watch = self._watch(servo)
+        limit = torque_limit_pct(servo, watch.torque_pct or 0.0)
+        if watch.doing == "unknown":
+            return ServoActivity("unknown", watch.since, None, None, limit)
+        if watch.doing == "hunting":
+            wide = watch.oscillation.peak_to_peak_deg()
+        else:
+            wide = _way(watch.angles) if watch.angles else None
+        return ServoActivity(
+            watch.doing, watch.since, None if wide is None else round(wide, 1), watch.torque_pct, limit
+        )
+
+    def tick(self) -> None:
+        """Notice silence; call it a few times a second."""
+        now = self._base.now()
+        for watch in self._watches.values():
+            if now - watch.angle_at > SILENT_S and watch.doing != "unknown":
+                self._judge(watch, now)
+
+    def on_array_command(self, transfer: Transfer, message: ArrayCommand) -> None:
+        """Another tool commands. The same command again leaves a horn at rest."""
+        told = {one.actuator_id: (int(one.command_type), one.command_value) for one in message.commands}
+        for watch in self._watches.values():
+            command = told.get(watch.servo.servo_id or 0, told.get(EVERY_SERVO))
+            if command is None or not watch.servo.online:
+                continue
+            before, watch.foreign = watch.foreign, command
+            if before is None or before[0] != command[0] or _differs(before, command):
+                watch.commanded_at = transfer.at
+
+    def _on_sample(self, sample: Sampled) -> None:
+        if sample.value is None or sample.key not in ("current_angle", "current_torque"):
+            return
+        watch = self._watches.get(sample.uid)
+        if watch is None:
+            servo = self._find(sample.uid)
+            if servo is None:
+                return
+            watch = self._watch(servo)
+        if sample.key == "current_angle":
+            self._angle(watch, sample.t, sample.value)
+        else:
+            self._torque(watch, sample.t, sample.value)
+
+    def _angle(self, watch: _Watch, t: Instant, degrees: float) -> None:
+        if t - watch.angle_at > SILENT_S or watch.boots != watch.servo.boots:
+            watch.forget_motion()
+            watch.boots = watch.servo.boots
+        watch.angle_at = t
+        self._look_at_command(watch, t)
+        if t - watch.commanded_at >= REST_S:
+            watch.oscillation.add(t, degrees)
+        angles = watch.angles
+        if angles and t - angles[-1][0] < EVERY_S:
+            return
+        angles.append((t, degrees))
+        while t - angles[0][0] > STEADY_S:
+            angles.popleft()
+        way, new = _way(angles), t - watch.commanded_at < STEADY_S
+        if watch.moving:
+            watch.moving = way > STEADY_DEG or (new and way >= FOLLOWS_DEG)
+        else:
+            watch.moving = way >= STARTS_DEG or (new and way >= FOLLOWS_DEG)
+        if watch.moving:
+            watch.near, watch.near_since = False, None
+        self._judge(watch, t)
+        if watch.doing == "moving" and watch.oscillation.suspected:
+            self._look(watch, t, "current_angle")
+
+    def _torque(self, watch: _Watch, t: Instant, pct: float) -> None:
+        watch.torque_pct = pct
+        share = abs(pct) / max(torque_limit_pct(watch.servo, pct), LEAST_LIMIT_PCT)
+        if watch.moving or share < CLEAR_OF_LIMIT:
+            watch.near, watch.near_since = False, None
+        elif share >= NEAR_LIMIT:
+            watch.near_since = t if watch.near_since is None else watch.near_since
+            watch.near = t - watch.near_since >= CONFIRM_S
+        if t - watch.commanded_at < REST_S:
+            watch.torques.clear()
+        elif not watch.torques or t - watch.torques[-1][0] >= CONFIRM_S / 2:
+            watch.torques.append((t, pct))
+        while watch.torques and t - watch.torques[0][0] > UNEASY_S:
+            watch.torques.popleft()
+        if watch.near_since is not None and not watch.near:
+            self._look(watch, t, "current_torque")
+        if watch.torques and _way(watch.torques) >= UNEASY_PCT:
+            self._look(watch, t, "current_angle")
+        self._judge(watch, t)
+
+    def _on_servo(self, change: ServoChanged) -> None:
+        servo = self._find(change.uid)
+        if servo is not None:
+            self._judge(self._watch(servo), self._base.now())
+
+    def _on_reading(self, change: ReadingChanged) -> None:
+        watch = self._watches.get(change.uid)
+        if watch is not None and (change.key == "torque_mode" or change.key in COMMANDS):
+            self._judge(watch, self._base.now())
+
+    def _watch(self, servo: Servo) -> _Watch:
+        watch = self._watches.get(servo.uid)
+        if watch is None or watch.servo is not servo:
+            watch = self._watches[servo.uid] = _Watch(servo, since=self._base.now(), boots=servo.boots)
+        return watch
+
+    def _look_at_command(self, watch: _Watch, now: Instant) -> None:
+        """What was commanded, by us or as its registers were read: a new command ends rest."""
+        servo = watch.servo
+        commands = tuple(servo.raw(key) for key in COMMANDS)
+        if commands != watch.commands:
+            if watch.commands:
+                watch.commanded_at = now
+                watch.oscillation.reset()
+            watch.commands = commands
+
+    def _judge(self, watch: _Watch, now: Instant) -> None:
+        doing = self._now(watch, now)
+        if doing != watch.doing:
+            watch.doing, watch.since = doing, now
+            self._hub.tell(ServoChanged(watch.servo.uid))
+        if doing == "hunting" and watch.oscillation.since_turn(now) > QUIET_S / 2:
+            self._look(watch, now, "current_angle")
+        self._alarm(watch, now)
+
+    def _now(self, watch: _Watch, now: Instant) -> Doing:
+        servo = watch.servo
+        state = servo.state
+        if state in _AWAY:
+            return "unknown"
+        if state is State.SOFT_START:
+            return "soft_start"
+        output = servo.output_state
+        if output.state == "off":
+            return "released" if output.reason == "timeout" else "off"
+        if output.state == "brake":
+            return "brake"
+        if output.state == "unknown" or now - watch.angle_at > SILENT_S:
+            return "unknown"
+        kind = in_force(servo.raws(), servo.registers)
+        if kind in ("speed", "torque") and servo.raw(_REGISTER[kind]) not in (0, None):
+            return "turning"
+        if self._hunts(watch, now):
+            return "hunting"
+        if watch.moving:
+            return "moving"
+        if watch.near:
+            return "saturated"
+        held = servo.output.timed_out_at is not None and not servo.commanded_by_pwm and not self._driven(servo.uid)
+        return "held_after_timeout" if held else "holding"
+
+    def _hunts(self, watch: _Watch, now: Instant) -> bool:
+        """A PWM signal may move it as it likes, and nothing on the bus tells."""
+        servo, swing = watch.servo, watch.oscillation
+        if now - watch.commanded_at < REST_S or (servo.commanded_by_pwm and self._left_to_pwm(servo)):
+            return False
+        if swing.proved(now):
+            return True
+        return watch.doing == "hunting" and swing.since_turn(now) <= QUIET_S + len(LOOK_HZ) * LOOK_S
+
+    @staticmethod
+    def _left_to_pwm(servo: Servo) -> bool:
+        return servo.output.commanded_at is None or servo.output.timed_out_at is not None
+
+    def _look(self, watch: _Watch, now: Instant, key: str) -> None:
+        """Poll a row for a while, unless too many are looked at."""
+        servo = watch.servo
+        busy = sum(other.look_until > now for other in self._watches.values())
+        if servo.recorded or servo.state in _AWAY or watch.look_until > now or busy >= LOOKS:
+            return
+        watch.look_until = now + LOOK_S
+        watch.looks += 1
+        self._polling.wish(servo, [key], LOOK_HZ[watch.looks % len(LOOK_HZ)], owner="activity", ttl_s=LOOK_S)
+
+    def _alarm(self, watch: _Watch, now: Instant) -> None:
+        """Begin an alarm with its state, and end it when the horn has been at rest without it, or without output."""
+        doing = watch.doing
+        if doing in ALARMS:
+            watch.calm_since = None
+            if doing not in watch.alarms and not watch.servo.recorded:
+                watch.alarms.add(doing)
+                self._tell(watch, doing)
+            return
+        gone = doing in ("off", "brake", "released")
+        if not watch.alarms or not (gone or doing in ("holding", "held_after_timeout")):
+            watch.calm_since = None
+            return
+        watch.calm_since = now if watch.calm_since is None else watch.calm_since
+        if gone or now - watch.calm_since >= CALM_S:
+            for alarm in ALARMS:
+                if alarm in watch.alarms:
+                    self._tell_end(watch, alarm)
+            watch.alarms.clear()
+
+    def _tell(self, watch: _Watch, doing: Doing) -> None:
+        servo, found = watch.servo, self.of(watch.servo)
+        params: dict[str, object] = {
+            "peak_to_peak_deg": found.peak_to_peak_deg, "torque_pct": found.torque_pct,
+            "torque_limit_pct": found.torque_limit_pct,
+        }  # fmt: skip
+        if doing == "hunting":
+            text = f"{servo.title} oscillates at rest by {found.peak_to_peak_deg:.1f}° peak to peak (hunting). "
+            text += "Lower the angle P gain, raise the D gain, or widen the deadband."
+        else:
+            text = f"{servo.title} is at rest with {found.torque_pct:.0f} % torque, near its limit of "
+            text += f"{found.torque_limit_pct:.0f} %. Check for a blocked horn or a load that is too heavy."
+        self._hub.tell(Happened("warning", doing, text, servo.uid, params))
+
+    def _tell_end(self, watch: _Watch, doing: Doing) -> None:
+        title = watch.servo.title
+        text = f"{title} no longer oscillates at rest."
+        if doing == "saturated":
+            text = f"The torque of {title} is no longer near its limit."
+        self._hub.tell(Happened("info", f"{doing}_ended", text, watch.servo.uid))
+
+
+def torque_limit_pct(servo: Servo, pct: float) -> float:
+    """Torque that a motor at rest can give on the side of `pct`, % of its greatest, by what was read last.
+
+    What limits it: 0x3C and 0x3D while speed and torque control (0x25) is on, the overcurrent limit (0x2A) as a share
+    of its default, and a supply below nominal.
+    """
+    limit = 100.0
+    if servo.raw("speed_torque_control") == 1:
+        side = servo.raw("torque_limit_cw" if pct >= 0 else "torque_limit_ccw")
+        limit = limit if side is None else min(limit, float(abs(side)))
+    current = servo.registers.get("overcurrent_limit")
+    if current is not None and current.raw is not None and current.parameter.default:
+        limit = min(limit, 100.0 * current.raw / current.parameter.default)
+    supply = servo.registers.get("current_voltage")
+    if supply is not None and supply.raw is not None and servo.model is not None:
+        limit = min(limit, 100.0 * supply.raw / supply.parameter.per_unit / servo.model.nominal_v)
+    return round(limit, 1)
+
+
+def _way(samples: deque[tuple[Instant, float]]) -> float:
+    values = [value for _, value in samples]
+    return max(values) - min(values)
+
+
+def _differs(one: tuple[int, float], other: tuple[int, float]) -> bool:
+    """Whether the values of two ArrayCommands of one type are two commands; positions are in 100°, or half turns."""
+    return abs(one[1] - other[1]) * 100.0 > NEW_COMMAND_DEG

@@ -1,0 +1,225 @@
+"""Owns Monitor: what is on the bus, raw and decoded, made once for everybody who watches."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from functools import cached_property, lru_cache
+from typing import Any, Final, TypeAlias
+
+from hornbill.node.hooks import Hooks
+from hornbill.node.tap import FrameTap
+from hornbill.servo.monitoring.transfer_text import Asked, TransferText
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.wire.datatype import Kind
+from hornbill.wire.describe import KINDS, PROBLEMS, as_object, frame_count
+from hornbill.wire.frame import Frame
+from hornbill.wire.identifier import parse
+from hornbill.wire.reassembly import DropReason, Reassembler
+from hornbill.wire.transfer import Transfer
+from hornbill.wire.types import BY_KEY, AnyStructure, decode
+
+BATCH_S: Final = 1 / 30
+"""How often those who watch are told; what comes in between they get together."""
+
+PENDING_MOST: Final = 4096
+"""Frames that are decoded before their time rather than kept: half a second of a full bus."""
+
+_SETTLE_S: Final = 0.1
+"""A transfer that was under way when somebody began to watch has no beginning for us, and is no mistake of the bus."""
+
+
+@lru_cache(maxsize=1024)
+def _about(can_id: int) -> tuple[str, str | None, int, int | None]:
+    """Kind, full type name, source and destination (None: everybody) that an identifier tells."""
+    kind, type_id, source, destination, _, _ = parse(can_id)
+    data_type = BY_KEY.get((kind is not Kind.MESSAGE, type_id))
+    name = None if data_type is None else data_type.name
+    return KINDS[kind], name, source, None if kind is Kind.MESSAGE else destination
+
+
+class SeenFrame:
+    """One frame as it was on the bus. `timestamp` in seconds since 1970 UTC; `problem`: why it tells nothing."""
+
+    __slots__ = ("can_id", "data", "problem", "sent", "timestamp")
+
+    def __init__(self, timestamp: float, sent: bool, can_id: int, data: bytes, problem: str | None) -> None:
+        self.timestamp = timestamp
+        self.sent = sent
+        self.can_id = can_id
+        self.data = data
+        self.problem = problem
+
+    @property
+    def about(self) -> tuple[str, str | None, int, int | None]:
+        """Kind, full type name, source and destination (None: everybody)."""
+        return _about(self.can_id)
+
+    @property
+    def text(self) -> str:
+        """What there is to read and to search."""
+        return f"{self.problem or ''} {self.can_id:08x} {self.data.hex()}"
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """In the form of RawFrame."""
+        return {
+            "timestamp": self.timestamp,
+            "sent": self.sent,
+            "can_id": f"{self.can_id:08x}",
+            "data": self.data.hex(),
+            "problem": self.problem,
+        }
+
+
+class SeenTransfer:
+    """One whole transfer; what it means is worked out when somebody wants to know, and once."""
+
+    def __init__(
+        self, narrator: TransferText, transfer: Transfer, timestamp: float, sent: bool, can_id: int, asked: Asked | None
+    ) -> None:
+        self.transfer = transfer
+        self.timestamp = timestamp
+        self.sent = sent
+        self.can_id = can_id
+        self._narrator = narrator
+        self._asked = asked
+
+    @property
+    def about(self) -> tuple[str, str | None, int, int | None]:
+        """Kind, full type name, source and destination (None: everybody)."""
+        return _about(self.can_id)
+
+    @property
+    def problem(self) -> str | None:
+        """Why its payload tells nothing although its type is known; None for every other transfer."""
+        return "payload does not fit" if self._structure is None and self.about[1] is not None else None
+
+    @cached_property
+    def summary(self) -> str:
+        """A sentence for people."""
+        return self._narrator.tell(self.transfer, self._structure, self._asked)
+
+    @property
+    def text(self) -> str:
+        """What there is to read and to search."""
+        return f"{self.summary} {self.can_id:08x} {self.transfer.payload.hex()}"
+
+    @cached_property
+    def shown(self) -> dict[str, Any]:
+        """In the form of DecodedTransfer."""
+        return {
+            **as_object(self.transfer, self._structure, self.timestamp),
+            "summary": self.summary,
+            "sent": self.sent,
+            "can_id": f"{self.can_id:08x}",
+            "frames": frame_count(self.transfer),
+        }
+
+    @cached_property
+    def _structure(self) -> AnyStructure | None:
+        return decode(self.transfer)
+
+
+Row: TypeAlias = SeenFrame | SeenTransfer
+
+
+class Batch:
+    """What came since the last one. `rows` are transfers, and frames of which nothing could be made, in bus order."""
+
+    def __init__(self, frames: Sequence[tuple[float, bool, Frame, str | None]], rows: Sequence[Row]) -> None:
+        self._frames = frames
+        self.rows = rows
+
+    @cached_property
+    def frames(self) -> Sequence[Row]:
+        """Every frame."""
+        return [SeenFrame(at, sent, frame.id, frame.data, problem) for at, sent, frame, problem in self._frames]
+
+
+class BusMonitor:
+    """Decodes everything on the bus, services between other nodes included, while somebody watches."""
+
+    def __init__(self, tap: FrameTap, base: TimeBase, make_narrator: Callable[[], TransferText]) -> None:
+        self._tap = tap
+        self._base = base
+        self._make_narrator = make_narrator
+        self._watchers: Hooks[Batch] = Hooks()
+        self._pending: list[tuple[Frame, bool]] = []
+        self._timer: asyncio.TimerHandle | None = None
+        self._deaf: Callable[[], None] | None = None
+        self._begin()
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody watches."""
+        return bool(self._watchers)
+
+    def watch(self, watcher: Callable[[Batch], None]) -> Callable[[], None]:
+        """Tell `watcher` what is on the bus from now on, some thirty times a second; the answer ends it."""
+        if self._deaf is None:
+            self._begin()
+            self._deaf = self._tap.listen(self._hear)
+        self._watchers.append(watcher)
+
+        def forget() -> None:
+            if watcher in self._watchers:
+                self._watchers.remove(watcher)
+            if not self._watchers:
+                self._end()
+
+        return forget
+
+    def _begin(self) -> None:
+        self._narrator = self._make_narrator()
+        self._reassembler = Reassembler()
+        self._reassembler.on_drop = self._note_drop
+        self._drops: list[tuple[DropReason, int, bytes]] = []
+        self._since = self._base.now()
+
+    def _end(self) -> None:
+        if self._deaf is not None:
+            self._deaf()
+            self._deaf = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._pending.clear()
+
+    def _hear(self, frames: Sequence[Frame], sent: bool) -> None:
+        """On the way of every frame to whoever waits for it: keep it, and work on it later."""
+        self._pending.extend([(frame, sent) for frame in frames])
+        if self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(BATCH_S, self._tell)
+        if len(self._pending) >= PENDING_MOST:
+            self._timer.cancel()
+            self._tell()
+
+    def _tell(self) -> None:
+        self._timer = None
+        pending, self._pending = self._pending, []
+        self._watchers.tell(self._decoded(pending))
+
+    def _decoded(self, pending: Sequence[tuple[Frame, bool]]) -> Batch:
+        """One frame after the other, so that each is known to be the one that completed or broke a transfer."""
+        now, utc_offset = self._base.now(), self._base.utc_offset
+        narrator, feed, drops = self._narrator, self._reassembler.feed, self._drops
+        frames: list[tuple[float, bool, Frame, str | None]] = []
+        rows: list[Row] = []
+        for frame, sent in pending:
+            completed = feed((frame,), now)
+            at = round((frame.at or now) + utc_offset, 6)
+            problem: str | None = None
+            if drops:
+                for reason, can_id, data in drops:
+                    if reason == "unexpected" and (frame.at or now) - self._since < _SETTLE_S:
+                        continue
+                    is_this = (can_id, data) == (frame.id, frame.data)  # else one that was waited for too long
+                    rows.append(SeenFrame(at, sent and is_this, can_id, data, PROBLEMS[reason]))
+                    if is_this:
+                        problem = PROBLEMS[reason]
+                drops.clear()
+            frames.append((at, sent, frame, problem))
+            rows += [SeenTransfer(narrator, one, at, sent, frame.id, narrator.follow(one)) for one in completed]
+        return Batch(frames, rows)
+
+    def _note_drop(self, reason: DropReason, can_id: int, data: bytes) -> None:
+        self._drops.append((reason, can_id, data))

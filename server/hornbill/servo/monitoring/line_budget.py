@@ -1,0 +1,66 @@
+"""LineBudget: what the serial line of an adapter leaves for polling, where it is slower than the CAN bus."""
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from hornbill.units import Instant
+from hornbill.wire.port import CanPort, SerialLineInfo
+
+READ_BYTES: Final = 77
+"""Of the slcan lines that one read by name brings: an answer of three frames (27, 27 and 21) and an acknowledgement."""
+
+UNASKED_BYTES_PER_S: Final = 487
+"""Of what one servo sends unasked: Status, two frames (27 and 19) ten times a second, and NodeStatus (table 2-2)."""
+
+FULL: Final = 0.85
+"""Share of the line that may be in use. An adapter drops what does not fit its buffer."""
+
+LEAST: Final = 0.05
+"""Share of the line that polling may always take, so that no reading stops on a crowded line."""
+
+_MEASURED_S: Final = 1.0
+
+
+class LineBudget:
+    """Shares the receiving direction of the line between what servos send unasked and what polling asks for."""
+
+    def __init__(self, port: Callable[[], CanPort | None]) -> None:
+        """`port` gives the port of the connected bus."""
+        self._port = port
+        self._others = 0.0
+        self._last: tuple[CanPort, Instant, int, int] | None = None
+
+    @property
+    def line(self) -> SerialLineInfo | None:
+        """The line that limits; None where there is none."""
+        port = self._port()
+        line = None if port is None else port.details.serial_line
+        return None if line is None or line.bytes_per_s is None else line
+
+    def reads_per_s(self, share: float, servos: int, reads: int, now: Instant) -> float:
+        """Reads per second that polling may do when it may take `share` (0..1) of the line; infinite without a limit.
+
+        `servos` are those online, `reads` the reads that polling has done so far.
+        """
+        line = self.line
+        rate = None if line is None else line.bytes_per_s
+        if rate is None:
+            return math.inf
+        self._measure(reads, now)
+        others = max(self._others, servos * UNASKED_BYTES_PER_S)
+        return max(LEAST * rate, min(share * rate, FULL * rate - others)) / READ_BYTES
+
+    def _measure(self, reads: int, now: Instant) -> None:
+        """What came over the line beside the answers to polling, bytes/s over the last second or more."""
+        port = self._port()
+        assert port is not None
+        count = port.statistics.line_bytes
+        if self._last is None or self._last[0] is not port:
+            self._last, self._others = (port, now, count, reads), 0.0
+            return
+        _, since, bytes_before, reads_before = self._last
+        if now - since >= _MEASURED_S:
+            polled = (reads - reads_before) * READ_BYTES
+            self._others = max(0.0, (count - bytes_before - polled) / (now - since))
+            self._last = (port, now, count, reads)

@@ -1,0 +1,207 @@
+"""Owns Telemetry: the last minutes of every channel of every servo, with what is to be known of a sample marked."""
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import Literal
+
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.monitoring.sample_ring import NO_SAMPLES, SampleColumns, SampleRing
+from hornbill.servo.runtime.hub import Happened, Hub, Sampled, ServoChanged
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Instant, Uid
+
+MINUTES = 10.0
+"""How much of a channel is kept, unless set otherwise."""
+
+MOST_BYTES = 128_000_000
+"""All rings together; beyond it the oldest samples go first, whosever they are. A full bus brings about 2000 samples
+a second: ten minutes of that take 20 MB."""
+
+SILENCE_S = 5.0
+"""A channel that said nothing for so long, and for three times its last interval, had a gap."""
+
+WRAP_DEG = 180.0
+WRAP_WITHIN_S = 0.25
+"""Samples so near each other in time cannot be half a turn apart, unless the angle wrapped at ±180 degrees (4.17)."""
+
+RATE_OVER_S = 5.0
+MARKS_KEPT = 1000
+
+ANGLE = "current_angle"
+
+Mark = tuple[Instant, Literal["wrap", "inactive", "gap", "restart"]]
+
+
+@dataclass(slots=True)
+class _Channel:
+    ring: SampleRing
+    marks: deque[Mark] = field(default_factory=lambda: deque[Mark](maxlen=MARKS_KEPT))
+    inactive: bool = False
+    heard: Instant | None = None
+
+
+@dataclass(slots=True)
+class _Presence:
+    online: bool
+    boots: int
+
+
+class TelemetryCollector:
+    """Collects samples from the hub. Nothing is ever interpolated: a gap is a sample of None, told to everybody.
+
+    Times are seconds on the server's clock; TimeBase says how it relates to UTC.
+    """
+
+    def __init__(
+        self,
+        hub: Hub,
+        base: TimeBase,
+        find: Callable[[Uid], Servo | None],
+        *,
+        minutes: float = MINUTES,
+        most_bytes: int = MOST_BYTES,
+    ) -> None:
+        """`find` gives the servo of a uid; `minutes` of every channel are kept, in at most `most_bytes`."""
+        self.kept_s = minutes * 60
+        self._most_bytes = most_bytes
+        self._hub = hub
+        self._base = base
+        self._find = find
+        self._channels: dict[Uid, dict[str, _Channel]] = {}
+        self._presence: dict[Uid, _Presence] = {}
+        self._bytes = 0
+        self._aside: tuple[dict[Uid, dict[str, _Channel]], dict[Uid, _Presence], int] | None = None
+        self._telling_gap = False
+        hub.listen(self._on_sample, Sampled)
+        hub.listen(self._on_servo, ServoChanged)
+        hub.listen(self._on_event, Happened)
+
+    @property
+    def bytes(self) -> int:
+        """What the rings of all channels take now."""
+        return self._bytes
+
+    def set_aside(self) -> None:
+        """Begin with nothing, for the samples of a recording, which were not taken now; twice is harmless."""
+        if self._aside is None:
+            self._aside = self._channels, self._presence, self._bytes
+            self._channels, self._presence, self._bytes = {}, {}, 0
+
+    def bring_back(self) -> None:
+        """Have again what was set aside, and forget what came since. Without it nothing happens."""
+        if self._aside is not None:
+            (self._channels, self._presence, self._bytes), self._aside = self._aside, None
+
+    def channels(self, uid: Uid) -> Iterable[str]:
+        """Keys of which there are samples of this servo."""
+        return list(self._channels.get(uid, ()))
+
+    def window(
+        self, uid: Uid, key: str, since: Instant, until: Instant | None = None
+    ) -> tuple[list[Instant], list[float | None]]:
+        """Times and values of one channel from an instant on, to another one inclusive; None is a gap or inactive."""
+        times, values = self.columns(uid, key, since, until).joined()
+        # NaN is the one value that is not itself
+        return times.tolist(), [value if value == value else None for value in values.tolist()]
+
+    def columns(self, uid: Uid, key: str, since: Instant, until: Instant | None = None) -> SampleColumns:
+        """The same as arrays, in pieces and without copying: what comes or goes later changes nothing in them."""
+        channel = self._channels.get(uid, {}).get(key)
+        return NO_SAMPLES if channel is None else channel.ring.window(since, until)
+
+    def marks(self, uid: Uid, key: str, since: Instant) -> list[Mark]:
+        """What is to be known of a channel since an instant: the angle wrapped, a command became inactive, nothing
+        was heard, the servo started anew. The newest thousand.
+        """
+        channel = self._channels.get(uid, {}).get(key)
+        return [] if channel is None else [mark for mark in channel.marks if mark[0] >= since]
+
+    def measured(self, uid: Uid, key: str) -> tuple[float, float | None]:
+        """Samples a second that really came over the last five, and the age in seconds of the last (None: never)."""
+        channel, now = self._channels.get(uid, {}).get(key), self._base.now()
+        if channel is None:
+            return 0.0, None
+        count = channel.ring.window(now - RATE_OVER_S).count
+        return count / RATE_OVER_S, None if channel.heard is None else now - channel.heard
+
+    def _on_sample(self, sample: Sampled) -> None:
+        channel = self._channel(sample.uid, sample.key)
+        ring, value = channel.ring, sample.value
+        before, at = ring.last_v, ring.last_t
+        silent = not self._telling_gap and sample.t - at > max(SILENCE_S, 3 * ring.last_interval)
+        if silent and before == before:
+            self._gap(sample.uid, sample.key, at + SILENCE_S, "gap")
+        if self._telling_gap:
+            channel.inactive = False
+        else:
+            channel.heard = sample.t
+            if value is None and not channel.inactive:
+                channel.marks.append((sample.t, "inactive"))
+            channel.inactive = value is None
+        if sample.key == ANGLE and value is not None and 0 <= sample.t - at < WRAP_WITHIN_S:
+            self._look_for_wrap(sample, abs(value - before), channel)
+        grown = ring.append(sample.t, float("nan") if value is None else value)
+        if grown:
+            self._bytes += grown
+            self._bytes -= ring.drop_before(sample.t - self.kept_s)
+            if self._bytes > self._most_bytes:
+                self._shed()
+
+    def _channel(self, uid: Uid, key: str) -> _Channel:
+        channels = self._channels.get(uid)
+        if channels is None:
+            channels = self._channels[uid] = {}
+        found = channels.get(key)
+        if found is None:
+            found = channels[key] = _Channel(SampleRing())
+        return found
+
+    def _look_for_wrap(self, sample: Sampled, jump_deg: float, channel: _Channel) -> None:
+        servo = self._find(sample.uid) if jump_deg > WRAP_DEG else None
+        if servo is not None and servo.raw("extended_angle") != 1:
+            channel.marks.append((sample.t, "wrap"))
+
+    def _on_servo(self, change: ServoChanged) -> None:
+        servo = self._find(change.uid)
+        if servo is None:
+            return
+        known = self._presence.get(change.uid)
+        if known is None:
+            self._presence[change.uid] = _Presence(servo.online, servo.boots)
+            return
+        restarted, silent = known.boots != servo.boots, known.online and not servo.online
+        known.online, known.boots = servo.online, servo.boots
+        if restarted or silent:
+            self._gaps(change.uid, "restart" if restarted else "gap")
+
+    def _on_event(self, change: Happened) -> None:
+        if change.code == "bus_lost":
+            for uid in list(self._channels):
+                self._gaps(uid, "gap")
+
+    def _gaps(self, uid: Uid, why: Literal["gap", "restart"]) -> None:
+        """Whatever is drawn of a servo breaks here."""
+        now = self._base.now()
+        for key, channel in list(self._channels.get(uid, {}).items()):
+            if why == "restart" or channel.ring.last_v == channel.ring.last_v:
+                self._gap(uid, key, max(now, channel.ring.last_t), why)
+
+    def _gap(self, uid: Uid, key: str, at: Instant, why: Literal["gap", "restart"]) -> None:
+        self._channels[uid][key].marks.append((at, why))
+        self._telling_gap = True
+        try:
+            self._hub.tell(Sampled(uid, key, at, None))
+        finally:
+            self._telling_gap = False
+
+    def _shed(self) -> None:
+        """Let the oldest samples of all go, whosever they are."""
+        rings = [one.ring for one in chain.from_iterable(each.values() for each in self._channels.values())]
+        while self._bytes > self._most_bytes:
+            oldest = min(rings, key=lambda ring: ring.oldest_end)
+            freed = oldest.drop_oldest()
+            if not freed:
+                return  # every channel is down to what it is writing
+            self._bytes -= freed

@@ -1,0 +1,138 @@
+"""Owns Narrator: the sentence about one transfer, with the names, units and choices of the parameter tables."""
+
+import math
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.fault import bits_of
+from hornbill.schema.parameter import Parameter
+from hornbill.schema.scale import to_text, with_unit
+from hornbill.servo.device.servo import Servo
+from hornbill.units import Raw
+from hornbill.wire.datatype import Kind
+from hornbill.wire.describe import Names, plain_number, printable, sentence
+from hornbill.wire.messages import ActuatorCommand, CommandType
+from hornbill.wire.services import GetSetRequest, GetSetResponse, Value, ValueKind
+from hornbill.wire.transfer import Transfer
+from hornbill.wire.types import AnyStructure, decode
+
+_REGISTER: Final = re.compile(r"0x[0-9A-Fa-f]{2}", re.ASCII)
+_DEGREES_PER_UNITLESS: Final = 180.0
+_OPEN_MOST: Final = 1024
+"""Requests whose answers are waited for; a bus where more go unanswered is not told of the oldest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """The request an answer belongs to, and how many seconds it took."""
+
+    request: Transfer
+    took_s: float
+
+
+class TableNames(Names):
+    """What the catalogue knows of every servo, and the host of those it has met."""
+
+    def __init__(self, catalog: Catalog, servos: Callable[[], Iterable[Servo]]) -> None:
+        self._catalog = catalog
+        self._servos = servos
+        self._bits = {
+            (bit.parameter, bit.bit): bit.label for table in (catalog.overview, catalog.faults) for bit in table
+        }
+
+    def register(self, node: int, name: str) -> str:
+        """The key of the row, "current_angle"."""
+        row = self._row(name)
+        return "" if row is None else row.key
+
+    def value(self, node: int, name: str, raw: Raw) -> str:
+        """As a page shows it: "60.0°", "Off", "inactive"; of a fault register the bits that are set."""
+        row = self._row(name)
+        if row is None:
+            return ""
+        if row.kind == "bits":
+            set_bits = sorted(bits_of(raw))
+            return ", ".join(self._bits.get((row.key, bit), f"bit {bit}") for bit in set_bits) or "no fault"
+        values: dict[str, Raw | None] = {}
+        if row.unit_when is not None and (servo := self._on(node)) is not None:
+            values = {row.unit_when.parameter: servo.raw(row.unit_when.parameter)}
+        return to_text(row, raw, values)
+
+    def position(self, node: int, position: float) -> str:
+        """In degrees from a servo whose unit is known; what others mean by it is not."""
+        servo = self._on(node)
+        angle = None if servo is None or not math.isfinite(position) else servo.position_unit.shown(position)
+        return super().position(node, position) if angle is None else _degrees(angle)
+
+    def command(self, command: ActuatorCommand) -> str:
+        """In the units of table 2-21 for a servo the host has met."""
+        value, kind = command.command_value, command.command_type
+        servo = next((servo for servo in self._servos() if servo.servo_id == command.actuator_id), None)
+        if servo is None or not math.isfinite(value):
+            return super().command(command)
+        match kind:
+            case CommandType.UNITLESS:
+                return f"to {_degrees(value * _DEGREES_PER_UNITLESS)}"
+            case CommandType.POSITION:
+                angle = servo.position_unit.shown(value)
+                return super().command(command) if angle is None else f"to {_degrees(angle)}"
+            case CommandType.FORCE:
+                return f"torque {with_unit(plain_number(value), self._catalog.by_key['command_torque'].unit)}"
+            case CommandType.SPEED:
+                return f"speed {with_unit(plain_number(value), self._catalog.by_key['command_speed'].unit)}"
+            case _:
+                return super().command(command)
+
+    def _row(self, name: str) -> Parameter | None:
+        return self._catalog.by_address.get(int(name, 16)) if _REGISTER.fullmatch(name) else None
+
+    def _on(self, node: int) -> Servo | None:
+        return next((servo for servo in self._servos() if servo.node_id == node), None)
+
+
+class TransferText:
+    """Tells transfers one after the other, and remembers requests so that it can tell what an answer answers."""
+
+    def __init__(self, catalog: Catalog, servos: Callable[[], Iterable[Servo]] = tuple) -> None:
+        """`servos` are those the host has met; none, for a file."""
+        self._names = TableNames(catalog, servos)
+        self._open: dict[tuple[int, int, int, int], Transfer] = {}
+
+    def follow(self, transfer: Transfer) -> Asked | None:
+        """Take the next transfer of the bus, in order; for an answer, what it answers."""
+        kind, type_id, source, destination, _, transfer_id, _, at = transfer
+        if kind is Kind.REQUEST:
+            key = (destination, source, type_id, transfer_id)
+            self._open.pop(key, None)  # so that it stands last
+            if len(self._open) >= _OPEN_MOST:
+                del self._open[next(iter(self._open))]
+            self._open[key] = transfer
+        elif kind is Kind.RESPONSE:
+            request = self._open.pop((source, destination, type_id, transfer_id), None)
+            if request is not None:
+                return Asked(request, at - request.at)
+        return None
+
+    def tell(self, transfer: Transfer, structure: AnyStructure | None, asked: Asked | None = None) -> str:
+        """The sentence, and of an answer whether the node does as asked and how long it took. Never raises."""
+        text = sentence(transfer, structure, self._names)
+        if asked is None:
+            return text
+        request = decode(asked.request)
+        if isinstance(request, GetSetRequest) and isinstance(structure, GetSetResponse):
+            text += _compared(request.value, structure.value)
+        return f"{text}. {asked.took_s * 1000:.1f} ms"
+
+
+def _compared(wanted: Value, held: Value) -> str:
+    """What became of a write: a servo may hold something else than it was asked to."""
+    if ValueKind.EMPTY in (wanted.kind, held.kind):
+        return ""
+    return ", as asked" if wanted == held else f", asked for {printable(str(wanted.value))}".replace("-", "−")
+
+
+def _degrees(value: float) -> str:
+    return with_unit(f"{round(value, 1) + 0.0:.1f}".replace("-", "−"), "°")  # + 0.0: no "−0.0"

@@ -1,0 +1,1 @@
+"""Commands under a lease: angle, speed, torque, streams, holds, and identify."""

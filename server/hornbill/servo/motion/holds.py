@@ -1,0 +1,177 @@
+"""Holds: speed and torque that last only while a client confirms that the button is held."""
+
+import asyncio
+from collections.abc import Callable, Collection, Coroutine
+from dataclasses import dataclass
+from typing import Any, Final
+
+from hornbill.errors import Busy, HornbillError, InvalidValue, NoAnswer
+from hornbill.servo.device.permission import Target
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.motion.setpoint_runner import SetpointRunner, SetpointSource
+from hornbill.servo.runtime.hub import Happened
+from hornbill.units import Instant, Uid
+
+UNIT: Final = {"speed": "rpm", "torque": "%"}
+
+BRAKE_S: Final = 0.4
+"""How long a brake may take to be answered before torque off follows; it usually takes a few milliseconds."""
+
+
+@dataclass(slots=True, eq=False)
+class _Hold(SetpointSource):
+    """One servo that runs at `value`, which Motion keeps alive, until it is braked at `until`.
+
+    `until` moves on whenever somebody says that it is still wanted; `run_out` brakes.
+    """
+
+    servo: Servo
+    kind: str
+    value: float
+    lease_id: str
+    until: Instant
+    run_out: Callable[["_Hold"], Coroutine[Any, Any, None]]
+    target: Target | None = None
+
+    async def send(self, due: Instant, now: Instant) -> Instant | None:
+        """Brake once its time is over."""
+        if now < self.until:
+            return self.until
+        await self.run_out(self)
+        return None
+
+    def interrupt(self, why: str) -> Happened:
+        """What ended it before its time."""
+        text = f"The hold of {self.servo.title} at {self.value:g} {UNIT[self.kind]} has ended: {why}"
+        return Happened("notice", "hold_ended", text, self.servo.uid)
+
+
+class Holds:
+    """A lease says that somebody is there; this says that they still hold the button. It is much shorter.
+
+    However a release gets lost (a frozen page, a dead socket, a request overtaken by another), the servo is braked
+    when its time is over: 0 rpm or 0 %, which brakes (4.2, 4.3), and torque off when that is not answered.
+    """
+
+    def __init__(
+        self, services: HostServices, motion: Motion, runner: SetpointRunner, end_move: Callable[[Uid], None]
+    ) -> None:
+        """`end_move` ends a move under way, whose next angle would overrule what is held."""
+        self._end_move = end_move
+        self._hub = services.hub
+        self._base = services.base
+        self._motion = motion
+        self._runner = runner
+        self._holds: dict[Uid, _Hold] = {}
+
+    async def run(
+        self,
+        servo: Servo,
+        lease_id: str | None,
+        kind: str,
+        value: float,
+        for_s: float,
+        *,
+        renew: bool = False,
+        confirm: Collection[str] = (),
+    ) -> Target:
+        """Run at `value` (rpm or %) for `for_s` seconds from now; 0 brakes at once, and ends it.
+
+        `renew`: only go on with what runs. It never begins anything, so what was held up on its way moves nothing.
+        Raises InvalidValue for angles, Busy when there is nothing to renew, and what Motion.command raises.
+        """
+        if kind not in UNIT:
+            raise InvalidValue('To hold is for speed and torque: an angle has an end. Leave "hold" out.')
+        if value == 0:
+            self._end_move(servo.uid)
+            return await self._release(servo, lease_id, kind)
+        lease = self._motion.may_move(servo, lease_id)
+        now = self._base.now()
+        going = self._holds.get(servo.uid)
+        if going is not None and going.lease_id != lease.id:
+            going = None
+        if renew and going is None:
+            raise Busy(f"{servo.title} was braked: nobody said in time that it shall run on. Let go, and press again.")
+        same = going is not None and (going.kind, going.value) == (kind, value)
+        if going is not None and going.target is not None and (renew or same):
+            self._motion.still_holds(servo, lease_id, going.target)
+            if same:
+                going.until = now + for_s
+                return going.target
+        hold = _Hold(servo, kind, value, lease.id, now + for_s, self._run_out)
+        self._begin(hold)
+        self._end_move(servo.uid)
+        try:
+            await self._motion.freshen(servo, kind)
+            if self._holds.get(servo.uid) is not hold:
+                raise Busy(f"{servo.title} was let go before it began to run.")
+            hold.target = await self._motion.command(servo, lease_id, kind, value, clamp=False, confirm=confirm)
+        except HornbillError as error:
+            self._forget(hold)
+            if going is not None or isinstance(error, NoAnswer):  # it runs, or may have heard and not answered
+                await self._brake(servo, lease.id, kind)
+            raise
+        if self._holds.get(servo.uid) is not hold:  # let go while the command was under way
+            await self._brake(servo, lease.id, kind)
+        return hold.target
+
+    def _begin(self, hold: _Hold) -> None:
+        before = self._holds.get(hold.servo.uid)
+        if before is not None:
+            self._runner.end(before)
+        self._holds[hold.servo.uid] = hold
+        self._runner.start(hold)
+
+    def _forget(self, hold: _Hold) -> None:
+        if self._holds.get(hold.servo.uid) is hold:
+            del self._holds[hold.servo.uid]
+            self._runner.end(hold)
+
+    async def _run_out(self, hold: _Hold) -> None:
+        servo = hold.servo
+        if self._holds.get(servo.uid) is not hold:
+            return
+        del self._holds[servo.uid]
+        if hold.target is not None and self._motion.told(servo.uid) is not hold.target:
+            return  # commanded since, if only to the same, or torque off: somebody else's now
+        text = f"{servo.title} is braked: nobody said in time that it shall run on at {hold.value:g} {UNIT[hold.kind]}."
+        self._hub.tell(Happened("notice", "hold_ended", text, servo.uid))
+        await self._brake(servo, hold.lease_id, hold.kind)
+
+    async def _release(self, servo: Servo, lease_id: str | None, kind: str) -> Target:
+        hold = self._holds.get(servo.uid)
+        if hold is not None:
+            self._forget(hold)
+        try:
+            return await self._still(servo, lease_id, kind)
+        except HornbillError:
+            if hold is not None:
+                await self._torque_away(servo)
+            raise
+
+    async def _brake(self, servo: Servo, lease_id: str, kind: str) -> None:
+        """0 under the lease it ran under; torque off when that cannot be, or is not answered. Never raises."""
+        if not self._motion.driven(servo.uid):
+            return  # torque off was written, or is owed
+        try:
+            await self._still(servo, lease_id, kind)
+        except HornbillError:
+            await self._torque_away(servo)
+
+    async def _still(self, servo: Servo, lease_id: str | None, kind: str) -> Target:
+        """0, which brakes. Raises NoAnswer after BRAKE_S, and what Motion.command raises."""
+        try:
+            async with asyncio.timeout(BRAKE_S):
+                return await self._motion.command(servo, lease_id, kind, 0.0, clamp=False)
+        except TimeoutError as error:
+            raise NoAnswer(f"{servo.title} did not answer to the brake. Torque goes off.") from error
+
+    async def _torque_away(self, servo: Servo) -> None:
+        if not self._motion.driven(servo.uid):
+            return
+        try:
+            await self._motion.torque_away(servo, "off")
+        except HornbillError as error:  # it is owed from here on, and written until it is answered
+            self._hub.tell(Happened("warning", "hold_ended", error.detail, servo.uid))

@@ -1,0 +1,124 @@
+"""Jogs: moves of one servo at a limited speed and acceleration."""
+
+import asyncio
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import Final
+
+from hornbill.errors import Busy, NoAnswer
+from hornbill.servo.device.permission import Target
+from hornbill.servo.device.requests import READ
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
+from hornbill.servo.motion.trapezoid import Track, TrapezoidProfile
+from hornbill.servo.runtime.hub import Happened
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Instant, Uid
+
+PERIOD_S: Final = 0.02
+"""Between two angles of a move: 50 a second, each through 0x00, which is exact and answered."""
+
+SILENT_S: Final = 0.5
+"""A move ends when the servo has not answered for this long."""
+
+
+@dataclass(slots=True, eq=False)
+class _Jog(PeriodicSource):
+    """The angles of one move. What the lease, a stop or the servo refuses ends it; torque is theirs to take."""
+
+    base: TimeBase
+    motion: Motion
+    servo: Servo
+    lease_id: str
+    target: Target
+    profile: TrapezoidProfile
+    track: Track
+    sent: Target | None = field(default=None, init=False)
+    answered: Instant = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.answered = self.base.now()
+
+    @property
+    def degrees(self) -> float:
+        """Where the move ends."""
+        return self.target.raw / self.target.parameter.per_unit
+
+    async def send_next(self) -> bool:
+        """Send the next angle, unless another command ended the move."""
+        if self.sent is not None and not self._undisturbed(self.sent):
+            return True
+        there = self.track.step(self.degrees, self.profile, self.period_s)
+        try:
+            self.sent = await self.motion.command(
+                self.servo, self.lease_id, "angle", round(self.track.at, 1), clamp=True, confirm=self.target.confirmed
+            )
+        except NoAnswer:
+            if self.base.now() - self.answered > SILENT_S:
+                raise
+            return False  # the last angle has to arrive
+        self.answered = self.base.now()
+        return there
+
+    def interrupt(self, why: str) -> Happened:
+        """What ended the move, and where."""
+        text = f"The move of {self.servo.title} to {self.degrees:g}° has ended at {self.track.at:.1f}°: {why}"
+        return Happened("notice", "move_ended", text, self.servo.uid)
+
+    def _undisturbed(self, sent: Target) -> bool:
+        """Whether nobody else has commanded the servo since. Raises what ends every motion."""
+        try:
+            self.motion.still_holds(self.servo, self.lease_id, sent)
+        except Busy:
+            return False
+        return True
+
+
+class Jogs:
+    """Moves under way, one a servo. A new target for a servo that moves bends its way; it does not begin anew."""
+
+    def __init__(self, services: HostServices, motion: Motion, runner: SetpointRunner) -> None:
+        self._requests = services.requests
+        self._base = services.base
+        self._motion = motion
+        self._runner = runner
+        self._jogs: dict[Uid, _Jog] = {}
+
+    async def move(
+        self,
+        servo: Servo,
+        lease_id: str | None,
+        degrees: float,
+        profile: TrapezoidProfile,
+        *,
+        clamp: bool,
+        confirm: Collection[str] = (),
+    ) -> tuple[Target, asyncio.Task[None]]:
+        """Begin a move to `degrees`; the answer is its end, checked now, and the task that goes there.
+
+        A command of somebody else for this servo ends it where it is.
+
+        Raises what Motion.command raises; the horn has not moved then.
+        """
+        lease = self._motion.may_move(servo, lease_id)
+        await self._motion.freshen(servo, "angle")
+        target = self._motion.permit(servo, lease, "angle", degrees, clamp=clamp, confirm=confirm)
+        row = servo.registers["current_angle"].parameter
+        here = await self._requests.read(servo, row, READ) / row.per_unit
+        lease = self._motion.may_move(servo, lease_id)
+        going = self._jogs.get(servo.uid)
+        track = Track(here)
+        if going is not None and going.lease_id == lease.id and self._runner.runs(going):
+            track = going.track
+            self._runner.end(going)
+        jog = _Jog(PERIOD_S, self._base, self._motion, servo, lease.id, target, profile, track)
+        self._jogs[servo.uid] = jog
+        return target, self._runner.start(jog)
+
+    def end(self, uid: Uid) -> None:
+        """End the move of one servo where it is, for whoever commands it now."""
+        going = self._jogs.pop(uid, None)
+        if going is not None:
+            self._runner.end(going)

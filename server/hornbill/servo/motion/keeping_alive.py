@@ -1,0 +1,263 @@
+"""KeepingAlive: feeding a servo's own timeout (0x27) with its last command, and never giving back what was taken."""
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from hornbill.errors import BusDisconnected, Busy, HornbillError, LeaseHeld, LeaseRequired, NoAnswer, Stopped
+from hornbill.servo.device.permission import Target
+from hornbill.servo.device.requests import COMMAND, READ, Patience, ServoRequests
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.cautions import needs_feeding
+from hornbill.servo.runtime.hub import Happened, Hub, ReadingChanged
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Instant, Raw, Uid
+
+SHORTEST_S, LONGEST_S = 0.02, 60.0
+"""Bounds of a third of 0x27, whose range is 1 to 60,000 ms: one round trip takes some milliseconds."""
+
+TIMEOUT: Final = "timeout_time"
+LATENESS_S: Final = 30.0
+"""The lateness of feeding is the worst of this window and of the one before it."""
+
+
+@dataclass(slots=True)
+class Driven:
+    """A servo under command: whose lease, what it was told last, and the task that keeps telling it.
+
+    `holds` is what its register answered, None after a message that nobody answers; `boots` counts the starts it had
+    made when it was told, at `fed`. `found`: its lease had energised it before. `let_go` is why it is not told any
+    more, when that ended by itself.
+    """
+
+    servo: Servo
+    lease_id: str
+    target: Target | None = None
+    holds: Raw | None = None
+    boots: int = 0
+    fed: Instant = 0.0
+    asking: bool = False
+    alive: asyncio.Task[None] | None = None
+    found: bool = False
+    let_go: HornbillError | None = None
+
+
+class KeepingAlive:
+    """One task for every servo under command. What it needs of Motion is handed in.
+
+    `gate` raises what ends the motion of a servo (Stopped, LeaseRequired, Busy, TorqueOff, …); `send` writes a target.
+    """
+
+    def __init__(
+        self,
+        requests: ServoRequests,
+        hub: Hub,
+        base: TimeBase,
+        gate: Callable[[Driven], None],
+        send: Callable[[Driven, Target, Patience], Coroutine[Any, Any, Raw]],
+        find: Callable[[Uid], Driven | None],
+    ) -> None:
+        """`find` gives what is under command by unique id."""
+        self._requests = requests
+        self._hub = hub
+        self._base = base
+        self._gate = gate
+        self._send = send
+        self._find = find
+        self._shows: set[Uid] = set()
+        self._late_s, self._late_before_s, self._window_ends = 0.0, 0.0, base.now() + LATENESS_S
+        requests.before_write[TIMEOUT] = self._before_shorter
+        hub.listen(self._on_reading, ReadingChanged)
+
+    @property
+    def shortest_s(self) -> float:
+        """The shortest timeout (0x27) under which a command can be kept alive, s.
+
+        Three of the shortest intervals; more where feeding was late by more than the two thirds that leaves.
+        """
+        return max(3 * SHORTEST_S, 1.5 * max(self._late_s, self._late_before_s))
+
+    def begin(self, driven: Driven, target: Target, holds: Raw) -> None:
+        """It took a command and answered that it holds `holds`: repeat that from now on."""
+        self.pause(driven)
+        self._told(driven, target, holds)
+        self._start(driven)
+
+    def told(self, driven: Driven, target: Target) -> None:
+        """It was told by a message that nobody answers: its time-out counts from now, and the register is read later.
+
+        Cheap enough for every burst of a stream: the task goes on sleeping.
+        """
+        if driven.asking:  # what is under way is the old target, and must not leave after the new one
+            self.pause(driven)
+        self._told(driven, target, None)
+        if driven.alive is None or driven.alive.done():
+            self._start(driven)
+
+    @staticmethod
+    def pause(driven: Driven) -> None:
+        """Repeat nothing any more."""
+        driven.asking = False
+        if driven.alive is not None:
+            driven.alive.cancel()
+            driven.alive = None
+
+    def _told(self, driven: Driven, target: Target, holds: Raw | None) -> None:
+        driven.target, driven.holds = target, holds
+        driven.fed, driven.boots, driven.let_go = self._base.now(), driven.servo.boots, None
+
+    def _start(self, driven: Driven, fed: "asyncio.Future[None] | None" = None) -> None:
+        driven.alive = asyncio.get_running_loop().create_task(self._repeat(driven, fed))
+
+    def _feed_now(self, driven: Driven) -> "asyncio.Future[None]":
+        """Feed without waiting for the interval; the answer is done once the servo has been fed."""
+        fed = asyncio.get_running_loop().create_future()
+        self.pause(driven)
+        self._start(driven, fed)
+        return fed
+
+    def _on_reading(self, change: ReadingChanged) -> None:
+        """The timeout changed, whoever changed it: the interval of before may be too long."""
+        driven = self._find(change.uid) if change.key == TIMEOUT else None
+        if driven is not None and driven.alive is not None and not driven.alive.done():
+            self._feed_now(driven)
+
+    async def _before_shorter(self, servo: Servo, raw: Raw) -> None:
+        """Feed a servo whose timeout is about to be shortened: the new one may have passed since the last time."""
+        driven = self._find(servo.uid)
+        if driven is None or driven.alive is None or driven.alive.done() or raw > (servo.raw(TIMEOUT) or 0):
+            return
+        fed = self._feed_now(driven)
+        assert driven.alive is not None
+        await asyncio.wait({driven.alive, fed}, timeout=COMMAND.timeout_s, return_when=asyncio.FIRST_COMPLETED)
+
+    async def _repeat(self, driven: Driven, fed: "asyncio.Future[None] | None") -> None:
+        """After a restart, in protection, and when its timeout may have struck, the horn would jump to where it was
+        commanded before: then the servo is left alone until somebody commands it again.
+
+        `fed`: feed at once, and set its result then.
+        """
+        servo, unanswered = driven.servo, False
+        while True:
+            interval = interval_s(servo)
+            rest = driven.fed + interval - self._base.now()
+            if rest > 0 and not unanswered and fed is None:
+                await asyncio.sleep(rest)
+                continue
+            # an answer to somebody else's read may be lost, and is then waited for longer than the interval
+            urgent = interval < READ.timeout_s
+            patience = Patience(
+                COMMAND.priority, min(COMMAND.timeout_s, interval / 2), 1, urgent=urgent, kind="command"
+            )
+            driven.asking = True
+            try:
+                before = driven.fed
+                unanswered = not await self._feed(driven, patience, look=not unanswered)
+            except HornbillError as error:
+                self._let_go(driven, error)
+                return
+            finally:
+                if driven.alive is asyncio.current_task():
+                    driven.asking = False
+            if unanswered:
+                continue
+            if fed is None:
+                self._note_lateness(driven.fed - before - interval)
+            elif not fed.done():
+                fed.set_result(None)
+            fed = None
+
+    async def _feed(self, driven: Driven, patience: Patience, *, look: bool) -> bool:
+        """Write the command once more, unless the servo needs none; `look` first whether it is still held.
+
+        False when it was not answered and the servo has surely not restarted. Raises what ends its motion.
+        """
+        servo = driven.servo
+        try:
+            if not needs_feeding(servo):
+                driven.fed = self._base.now()
+                if driven.holds is None:
+                    await self._see(driven, patience)
+                return True
+            self._gate(driven)
+            if servo.boots != driven.boots:
+                raise Busy(f"{servo.title} restarted.")
+            if look:
+                if late := self._too_late(driven):
+                    raise Busy(f"{servo.title} was not commanded for {late}.")
+                await self._see(driven, patience)
+            assert driven.target is not None
+            driven.holds = await self._send(driven, driven.target, patience)
+            driven.fed = self._base.now()
+        except NoAnswer:
+            if not needs_feeding(servo):
+                return True
+            if not await self._runs_on(servo, driven.boots):
+                raise
+            if late := self._too_late(driven):
+                raise NoAnswer(f"{servo.title} did not answer for {late}.") from None
+            return False
+        return True
+
+    def _too_late(self, driven: Driven) -> str | None:
+        """For how long it was not commanded, when that is longer than its timeout."""
+        silent_s, limit_s = self._base.now() - driven.fed, (driven.servo.raw(TIMEOUT) or 1000) / 1000
+        if silent_s <= max(limit_s, 3 * SHORTEST_S):
+            return None
+        return f"{silent_s * 1000:.0f} ms, longer than its timeout (0x27) of {limit_s * 1000:.0f} ms"
+
+    def _note_lateness(self, late_s: float) -> None:
+        if (now := self._base.now()) >= self._window_ends:
+            recent = now < self._window_ends + LATENESS_S
+            self._late_before_s = self._late_s if recent else 0.0
+            self._late_s, self._window_ends = 0.0, now + LATENESS_S
+        self._late_s = max(self._late_s, late_s)
+
+    async def _see(self, driven: Driven, patience: Patience) -> None:
+        """Raises Busy when its register does not hold the command any more: a restart too quick to be noticed, the
+        return from protection (4.7), PWM input (4.30) or another tool overwrites it, and none of that is undone.
+
+        Whether ArrayCommand shows in the registers is not documented. From a servo where it did once, another value
+        means that a burst did not arrive; from any other it means nothing, and the command is repeated by 0x00.
+        """
+        servo, target = driven.servo, driven.target
+        assert target is not None
+        held = await self._requests.read(servo, target.parameter, patience)
+        if driven.holds is not None:
+            if held != driven.holds:
+                raise Busy(f"{servo.title} holds another command than the one it was given.", held=held)
+        elif abs(held - target.raw) <= 1:  # float16 may have moved it by a step
+            self._shows.add(servo.uid)
+            driven.target, driven.holds = replace(target, raw=held), held
+        elif servo.uid in self._shows:
+            raise Busy(f"{servo.title} did not take the command of the last burst.", held=held)
+
+    async def _runs_on(self, servo: Servo, boots: int) -> bool:
+        """Whether a servo that missed a command has surely not restarted, by its uptime (whole seconds, table 2-17)."""
+        before, at, node = servo.status, servo.status_at, servo.node_id
+        if before is None or at is None or node is None:
+            return False
+        try:
+            uptime = (await self._requests.node_info(node)).status.uptime_sec
+        except HornbillError:
+            return False
+        # It ran before the status we know: that holds however long its answer took to reach us.
+        since = self._base.now() - at
+        return servo.boots == boots and before.uptime_sec <= uptime and uptime > since
+
+    def _let_go(self, driven: Driven, error: HornbillError) -> None:
+        driven.let_go = error
+        expected = isinstance(error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected)
+        if self._find(driven.servo.uid) is driven and not expected:
+            text = f"{error.detail} {driven.servo.title} is not kept under its last command any more. Command it again."
+            self._hub.tell(Happened("warning", "let_go", text, driven.servo.uid))
+
+
+def interval_s(servo: Servo) -> float:
+    """How often to feed it: a third of its timeout (0x27). While a write of that is not answered, of the shorter."""
+    row = servo.registers.get(TIMEOUT)
+    found = [] if row is None else [row.raw]
+    if row is not None and row.written and (row.at is None or row.written_at >= row.at):
+        found.append(row.written_raw)
+    return max(SHORTEST_S, min(LONGEST_S, min((raw for raw in found if raw), default=1000) / 3000))

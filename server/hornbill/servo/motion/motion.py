@@ -1,0 +1,502 @@
+"""Commands under a live lease, kept alive while it lives, and torque off the moment it does not."""
+
+import asyncio
+from collections.abc import Callable, Collection, Generator
+from contextlib import contextmanager
+from copy import copy
+from dataclasses import replace
+
+from hornbill.domain.motion import Caution
+from hornbill.errors import (
+    BusDisconnected,
+    Busy,
+    HornbillError,
+    LeaseRequired,
+    NoAnswer,
+    NotAsWanted,
+    Refused,
+    TorqueOff,
+)
+from hornbill.schema.effect import MODE
+from hornbill.schema.parameter import DUMMY, Parameter
+from hornbill.servo.device import permission
+from hornbill.servo.device.output import KEY, MODES, ON
+from hornbill.servo.device.permission import Target
+from hornbill.servo.device.requests import COMMAND, POLL, READ, TORQUE, Patience
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion import cautions
+from hornbill.servo.motion.keeping_alive import Driven, KeepingAlive
+from hornbill.servo.runtime.hub import BusUsable, Happened, LeaseChanged, ServoChanged, StopPressed
+from hornbill.servo.runtime.leases import HeldLease
+from hornbill.servo.torque_off.retries import TorqueOffRetries
+from hornbill.servo.torque_off.stop import StopControl
+from hornbill.store.audit import NewAuditEntry
+from hornbill.units import Raw, Uid
+
+FRESH_S = 1.0
+"""How old a reading may be that decides whether a command is let through."""
+
+AGEING_S = 0.4
+"""From this age on it is read again beside a command, so that the next one need not wait for it."""
+
+LEAVE_S = 0.3
+
+AUDITED_S = 0.25
+"""The end of a lease is audited so much later: until then torque is being taken off where it was used."""
+
+
+AT_REST_RPM = 5
+"""A horn at rest is measured no faster."""
+
+_REPEATED = replace(TORQUE, tries=READ.tries)
+"""For 1.25 s."""
+
+AT_ONCE = replace(COMMAND, urgent=True)
+"""A jog does not wait for the answer to a read of the same servo. One at a time, so that stop never lacks a number."""
+
+
+class Motion:
+    """Everything that can make a horn move goes through here.
+
+    A servo whose command ended is owed torque off, until it answers or is commanded again under a lease.
+    """
+
+    def __init__(
+        self, services: HostServices, stop: StopControl, torque_off: TorqueOffRetries, streamed: Callable[[Uid], bool]
+    ) -> None:
+        """`streamed`: whether a stream commands a servo. A command of its own would be overruled by the next burst."""
+        self._requests = requests = services.requests
+        self._hub = hub = services.hub
+        self._base = base = services.base
+        self._leases = services.leases
+        self._audit = services.audit
+        self._stop = stop
+        self.torque_off = torque_off
+        self._streamed = streamed
+        self._driven: dict[Uid, Driven] = {}
+        self._energised: dict[Uid, tuple[Servo, str]] = {}
+        """Servos that a lease energised and its ID, also by a save or a restart: off when it ends, commanded or not."""
+        self._sending: dict[asyncio.Task[Raw], Uid] = {}
+        self._ageing: dict[Uid, asyncio.Task[None]] = {}
+        self._keeping = KeepingAlive(requests, hub, base, self._gate, self._send, self._driven.get)
+        self._bus_gone = False
+        self.leaving = False
+        """The bus is being left: nothing may be put under command any more."""
+        hub.listen(lambda _pressed: self.quiet(), StopPressed)
+        hub.listen(self._on_bus, BusUsable)
+
+    def driven(self, uid: Uid) -> bool:
+        """Whether somebody has this servo under command."""
+        return uid in self._driven
+
+    def told(self, uid: Uid) -> Target | None:
+        """What this servo was commanded last, as far as it is under command."""
+        driven = self._driven.get(uid)
+        return None if driven is None else driven.target
+
+    async def command(
+        self, servo: Servo, lease_id: str | None, kind: str, value: float, *, clamp: bool, confirm: Collection[str] = ()
+    ) -> Target:
+        """Send one angle (degrees), speed (rpm) or torque (%) command and keep it alive while the lease lives.
+
+        `confirm`: words of NeedsConfirmation that were answered. Raises Stopped, LeaseRequired, LeaseHeld, Busy,
+        NoAnswer, ConfigurationLost, NotInThisModel, ModeOff, TorqueOff, OutOfRange, InvalidValue, NeedsConfirmation,
+        Refused.
+        """
+        self.may_move(servo, lease_id)
+        await self.freshen(servo, kind)
+        lease = self.may_move(servo, lease_id)
+        if self._streamed(servo.uid):
+            raise Busy(f"{servo.title} is commanded by a stream. Give the stream its value, or end it first.")
+        target = self.permit(servo, lease, kind, value, clamp=clamp, confirm=confirm)
+        driven = self._drive(servo, lease)
+        self._keeping.pause(driven)  # or the old target could leave after the new one
+        try:
+            # beside a read that is under way, but never before a command that is
+            waits = servo.uid in self._sending.values()
+            holds = await self._send(driven, target, COMMAND if waits else AT_ONCE)
+        except NoAnswer:
+            if not await self._holds(driven, target):
+                raise
+            holds = target.raw
+        self._moved(driven, target)
+        self._note_command(servo, target)
+        self._keeping.begin(driven, target, holds)
+        return target
+
+    def permit(
+        self, servo: Servo, lease: HeldLease, kind: str, value: float, *, clamp: bool, confirm: Collection[str]
+    ) -> Target:
+        """What may be sent, by what has just been read; its `warnings` are what to say. Asks nothing of the bus.
+
+        Raises ModeOff, TorqueOff, NotInThisModel, OutOfRange, InvalidValue, NeedsConfirmation.
+        """
+        permission.check_mode(servo, kind)
+        target = permission.target(servo, kind, value, clamp=clamp)
+        said = self.cautions(servo, kind, target.raw)
+        cautions.require(said, confirm)
+        if not said:
+            return target
+        words = frozenset(one.confirm for one in said if one.confirm is not None)
+        return replace(target, warnings=tuple(one.text for one in said), confirmed=words)
+
+    def cautions(self, servo: Servo, kind: str, raw: Raw) -> list[Caution]:
+        """What there is to say before `kind` is commanded to `raw`, by what was read last."""
+        keys = ("current_angle", "command_angle")  # on the way the horn is somewhere between them
+        known = (servo.registers[key] for key in keys if key in servo.registers)
+        here = [one.raw for one in known if one.raw is not None and one.at is not None and one.raw != DUMMY]
+        return cautions.cautions(servo, kind, raw, here, self._keeping.shortest_s)
+
+    def drive_by_burst(self, lease: HeldLease, parts: Collection[tuple[Servo, Target]]) -> None:
+        """Take servos under command to which a burst has just been handed, and keep them alive."""
+        now = self._base.now()
+        for servo, target in parts:
+            driven = self._drive(servo, lease)
+            self._moved(driven, target)
+            servo.output.commanded(now)
+            before = servo.raw(target.parameter.key)
+            self._note_command(servo, target, tell=before is None or before == DUMMY)
+            servo.note(target.parameter.key, target.raw, now)
+            for key in permission.ROW_OF.values():
+                servo.forget(key)  # whether ArrayCommand shows in them is not documented
+            self._keeping.told(driven, target)
+
+    def still_holds(self, servo: Servo, lease_id: str | None, target: Target) -> None:
+        """Whether it is still under this command, for whoever waits for its end.
+
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, TorqueOff, BusDisconnected; and what ended the
+        feeding of its time-out, if that ended by itself.
+        """
+        self.may_move(servo, lease_id)
+        driven = self._driven.get(servo.uid)
+        if driven is None:
+            raise TorqueOff(f"Torque was taken from {servo.title} before it settled.")
+        if driven.target is None or (driven.target.parameter, driven.target.raw) != (target.parameter, target.raw):
+            raise Busy(f"{servo.title} was given another command before it settled.")
+        if (why := driven.let_go) is not None:
+            error = copy(why)
+            error.extend(before=f"{servo.title} was let go before it settled: ")
+            raise error
+        if driven.alive is None or driven.alive.done():
+            raise Busy(f"{servo.title} was let go before it settled.")
+
+    async def torque_on(self, servo: Servo, lease_id: str | None) -> Raw:
+        """Energise the motor where it stands, under a lease. Raises as `command` does.
+
+        The present angle becomes the command before and after. Before, because an output that the servo's own time-out
+        took comes back with what was commanded last (section 4.19); after, because one that was off comes back without
+        a command (section 4.13), and so that the time-out does not take it while the lease lives.
+        """
+        lease = self.may_move(servo, lease_id)
+        mode = servo.registers["torque_mode"].parameter
+        driven = self._drive(servo, lease)
+        self._keeping.pause(driven)
+        here = await self._here(servo)
+        self.may_move(servo, lease_id)
+        if here is not None:
+            await self._send(driven, here, TORQUE)
+        servo.output.switch(ON, "command", lease.holder)
+        raw = await self._send(driven, Target(mode, ON, clamped=False), TORQUE)
+        hold = await self._here(servo)
+        if raw == ON and hold is not None:
+            self.may_move(servo, lease_id)
+            try:
+                holds = await self._send(driven, hold, COMMAND)
+            except NoAnswer:
+                if not await self._holds(driven, hold):
+                    raise
+                holds = hold.raw
+            self._note_command(servo, hold)
+            self._keeping.begin(driven, hold, holds)
+            return raw
+        for key in permission.ROW_OF.values():  # the servo has set them anew (section 4.13)
+            await self._requests.read(servo, servo.registers[key].parameter, READ)
+        return raw
+
+    def check_energise(self, servo: Servo) -> None:
+        """What `energise` raises before it sends anything.
+
+        Raises Stopped, BusDisconnected, BusReadOnly, NoAnswer, Busy, ConfigurationLost, NotInThisModel.
+        """
+        self._check_open()
+        permission.check_energise(servo)
+
+    async def energise(self, servo: Servo, by: str) -> None:
+        """Output on where the horn stands, for the moment before ROM is written. Nobody commands it afterwards.
+
+        No lease: the caller is a job that has this servo, and takes the output again if ROM is not written. The present
+        angle becomes the command first (see `torque_on`). Both writes are repeated until they are answered: the one
+        moves nothing, the other is the same however often it arrives.
+
+        Raises as `check_energise`; Busy for a horn that turns, TorqueOff when somebody takes the output meanwhile,
+        NotAsWanted, NoAnswer, Refused.
+        """
+        self.check_energise(servo)
+        taken = servo.output.taken
+        speed = await self._requests.read(servo, servo.registers["current_speed"].parameter, READ)
+        if abs(speed) > AT_REST_RPM:
+            raise Busy(f"The horn of {servo.title} turns at {speed} rpm with its output off. Let it come to rest.")
+        angle = await self._requests.read(servo, servo.registers["current_angle"].parameter, READ)
+        await self._insist(servo, Target(permission.row_for(servo, "angle"), angle, clamped=False), taken)
+        servo.output.switch(ON, "command", by)
+        mode = servo.registers["torque_mode"].parameter
+        if await self._insist(servo, Target(mode, ON, clamped=False), taken) != ON:
+            raise NotAsWanted(
+                f"{servo.title} did not take torque on, which ROM was to hold.",
+                differences=[{"key": mode.key, "wanted": "on", "found": None}],
+            )
+
+    async def torque_away(self, servo: Servo, mode: str, *, by: str | None = None) -> Raw:
+        """Torque off or brake: needs no lease and overtakes everything. Raises NoAnswer, Refused, BusDisconnected.
+
+        `by`: who asks for it, the holder of the lease it is under unless given.
+        """
+        by = by or self._holder(servo)
+        owed = self.driven(servo.uid) or self.torque_off.pending(servo.uid)
+        self._let_go(servo.uid)
+        self.torque_off.cancel_for_command(servo.uid)  # or an "off" of before could follow the brake
+        if mode == "off":
+            self.torque_off.release_brake(servo.uid)
+        raw = await self.torque_off.write(servo, mode, "command", by, insist=owed)
+        self._hub.tell(ServoChanged(servo.uid))
+        return raw
+
+    def hand_back(self, servo: Servo) -> None:
+        """Command it no more, and leave torque as it is: for a horn that holds its place as it did before we came."""
+        driven = self._driven.get(servo.uid)
+        if driven is not None and not driven.found:
+            self._energised.pop(servo.uid, None)
+        self._let_go(servo.uid)
+
+    def claim(self, servo: Servo, lease_id: str | None) -> None:
+        """A save or a restart under this lease is about to give a servo its output: the end of the lease takes it."""
+        lease = self._leases.current(self._base.now())
+        if lease is not None and lease.id == lease_id and servo.raw(KEY) != ON:
+            self._energised[servo.uid] = servo, lease.id
+
+    def tick(self) -> None:
+        """Notice a lease that ran out; call it at least every 50 ms."""
+        while (lease := self._leases.lapsed(self._base.now())) is not None:
+            self.lease_ended(lease, f"The lease of {lease.holder} ran out.")
+
+    def lease_ended(self, lease: HeldLease, why: str) -> None:
+        """Torque off on everything that was energised under this lease."""
+        servos = self._release(lease.id)
+        for servo in servos:
+            self.torque_off.require(servo, "lease", lease.holder)
+        names = ", ".join(servo.title for servo in servos)
+        self._hub.tell(LeaseChanged())
+        if servos:
+            self._hub.tell(Happened("notice", "lease_ended", f"{why} Torque goes off on {names}."))
+        outcome = "lapsed" if lease.expires_at <= self._base.now() else "released"
+        entry = NewAuditEntry(lease.holder, "lease", outcome, detail=why)
+        self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)
+
+    def quiet(self) -> None:
+        """Drop every command that is waiting or being repeated, at once: before a stop writes its first frame."""
+        for uid in {*self._driven, *self._sending.values()}:
+            self._let_go(uid)
+
+    def bus_lost(self) -> list[Servo]:
+        """End every command; the servos that were under one, to which torque off is owed from now on."""
+        driven = [one.servo for one in self._driven.values()]
+        for servo in driven:
+            holder = self._holder(servo)
+            self._let_go(servo.uid)
+            self.torque_off.require(servo, "lease", holder)
+        return driven
+
+    @contextmanager
+    def barred(self) -> Generator[None]:
+        """Within it the bus is being left: nothing may be put under command any more."""
+        self.leaving = True
+        try:
+            yield
+        finally:
+            self.leaving = False
+
+    async def leave(self) -> None:
+        """Torque off on what is still under command, before the bus is left; a stop is repeated until then, too.
+
+        Call it within `barred`.
+        """
+        lease = self._leases.current(self._base.now())
+        self.bus_lost()
+        for servo in self._release():
+            self.torque_off.require(servo, "lease", None if lease is None else lease.holder)
+        if not self._bus_gone:
+            await self.torque_off.acknowledged(LEAVE_S)
+        self.torque_off.name_unanswered()
+
+    def may_move(self, servo: Servo, lease_id: str | None) -> HeldLease:
+        """The lease to move it under.
+
+        Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, ConfigurationLost, NotInThisModel.
+        """
+        self._check_open()
+        lease = self._leases.require(lease_id, self._base.now())
+        permission.check_movable(servo)
+        permission.row_for(servo, "angle")
+        return lease
+
+    def _check_open(self) -> None:
+        self._stop.check()
+        if self.leaving:
+            raise BusDisconnected("The bus is being disconnected, so nothing is moved any more.")
+        if self._bus_gone:
+            raise BusDisconnected("The bus is lost. Command again when it is back.")
+
+    async def _here(self, servo: Servo) -> Target | None:
+        """The present angle, as just read, as a command; None where the angle limits do not let the horn stay."""
+        await self.freshen(servo, "angle", max_age_s=0.0)
+        angle = await self._requests.read(servo, servo.registers["current_angle"].parameter, READ)
+        row = permission.row_for(servo, "angle")
+        low, high = permission.bounds(servo, row)
+        return Target(row, angle, clamped=False) if low <= angle <= high else None
+
+    async def freshen(self, servo: Servo, kind: str, max_age_s: float = FRESH_S) -> None:
+        """Read again what decides about a command of that kind, where it is older than that.
+
+        Raises NoAnswer, Refused, BusDisconnected.
+        """
+        limits = servo.catalog.by_key[permission.ROW_OF[kind]].limits
+        keys = ["torque_mode", *(() if limits is None else (limits.upper, limits.lower)), "current_angle"]
+        if kind != "angle":
+            keys[-1] = MODE
+        elif servo.raw("command_angle") in (None, DUMMY):  # under speed or torque it may be turns away by now
+            servo.forget("current_angle")
+        rows = [servo.registers[key] for key in keys if key in servo.registers]
+        now = self._base.now()
+        for register in rows:
+            if register.at is None or now - register.at >= max_age_s:
+                await self._requests.read(servo, register.parameter, READ)
+        ageing = [one.parameter for one in rows if one.at is not None and now - one.at >= AGEING_S]
+        if ageing and servo.uid not in self._ageing:
+            task = self._ageing[servo.uid] = asyncio.get_running_loop().create_task(self._renew(servo, ageing))
+            task.add_done_callback(lambda _done: self._ageing.pop(servo.uid, None))
+
+    async def _renew(self, servo: Servo, rows: list[Parameter]) -> None:
+        for row in rows:
+            try:
+                await self._requests.read(servo, row, POLL)
+            except HornbillError:
+                return  # it grows older, and the next command reads it itself
+
+    def _release(self, lease_id: str | None = None) -> list[Servo]:
+        """Let go of what a lease (None: any) energised. The servos whose output is not known to be off already."""
+        left: list[Servo] = []
+        for uid, (servo, of) in list(self._energised.items()):
+            if lease_id not in (None, of):
+                continue
+            del self._energised[uid]
+            driven = uid in self._driven
+            self._let_go(uid)
+            if driven or servo.busy is not None or servo.output_state.state not in MODES:
+                left.append(servo)
+        return left
+
+    def _holder(self, servo: Servo) -> str | None:
+        """Whose lease a servo is under."""
+        driven, lease = self._driven.get(servo.uid), self._leases.current(self._base.now())
+        return lease.holder if driven is not None and lease is not None and lease.id == driven.lease_id else None
+
+    def _drive(self, servo: Servo, lease: HeldLease) -> Driven:
+        self.torque_off.cancel_for_command(servo.uid)
+        driven = self._driven.get(servo.uid)
+        if driven is None or driven.lease_id != lease.id:
+            found = self._energised.get(servo.uid, (servo, None))[1] == lease.id
+            driven = self._driven[servo.uid] = Driven(servo, lease.id, found=found)
+            self._energised[servo.uid] = servo, lease.id
+        return driven
+
+    async def _send(self, driven: Driven, target: Target, patience: Patience) -> Raw:
+        try:
+            raw = await self._deliver(driven.servo, target, patience)
+        except asyncio.CancelledError:
+            if asyncio.current_task().cancelling():  # pyright: ignore[reportOptionalMemberAccess]
+                raise
+            self._check(driven)
+            raise
+        self._check(driven)
+        return raw
+
+    async def _insist(self, servo: Servo, target: Target, taken: int) -> Raw:
+        """Write until it is answered, or somebody takes the output: raises Stopped, TorqueOff then."""
+        gone = f"Somebody switched the output of {servo.title} off meanwhile, so it was not switched on."
+        try:
+            raw = await self._deliver(servo, target, _REPEATED)
+        except asyncio.CancelledError:
+            if asyncio.current_task().cancelling():  # pyright: ignore[reportOptionalMemberAccess]
+                raise
+            self._check_open()
+            raise TorqueOff(gone) from None
+        self._check_open()
+        if servo.output.taken != taken:
+            raise TorqueOff(gone)
+        return raw
+
+    async def _deliver(self, servo: Servo, target: Target, patience: Patience) -> Raw:
+        """Write in a task of its own, which whoever lets the servo go cancels before it leaves."""
+        task = asyncio.get_running_loop().create_task(
+            self._requests.write(servo, target.parameter, target.raw, patience)
+        )
+        self._sending[task] = servo.uid
+        task.add_done_callback(lambda done: self._sending.pop(done, None))
+        return await task
+
+    def _check(self, driven: Driven) -> None:
+        """Raises when the servo was let go while something was under way.
+
+        Raises Stopped, BusDisconnected, LeaseRequired or TorqueOff.
+        """
+        if self._has(driven):
+            return
+        self._stop.check()
+        if self._bus_gone or self.leaving:
+            raise BusDisconnected("The bus went away while the command was under way. Torque goes off.")
+        lease = self._leases.current(self._base.now())
+        if lease is None or lease.id != driven.lease_id:
+            raise LeaseRequired("The lease ended while the command was under way. Torque goes off.")
+        raise TorqueOff(f"Torque was taken from {driven.servo.title} while the command was under way.")
+
+    async def _holds(self, driven: Driven, target: Target) -> bool:
+        """Whether a command that was not answered arrived: a read may be repeated where the command may not."""
+        try:
+            held = await self._requests.read(driven.servo, target.parameter, READ)
+        except (NoAnswer, Refused):
+            return False
+        self._check(driven)
+        return held == target.raw
+
+    def _moved(self, driven: Driven, target: Target) -> None:
+        """It was commanded by somebody who knew what there was to say about it."""
+        if "turn_count" in target.confirmed:
+            driven.servo.turns_lost_deg = None
+
+    def _note_command(self, servo: Servo, target: Target, *, tell: bool = True) -> None:
+        now = self._base.now()
+        for other in permission.ROW_OF.values():
+            if other != target.parameter.key:
+                servo.note(other, DUMMY, now)
+        if tell:
+            self._hub.tell(ServoChanged(servo.uid))
+
+    def _on_bus(self, change: BusUsable) -> None:
+        self._bus_gone = not change.usable
+
+    def _has(self, driven: Driven) -> bool:
+        return self._driven.get(driven.servo.uid) is driven
+
+    def _gate(self, driven: Driven) -> None:
+        self._check(driven)
+        self.may_move(driven.servo, driven.lease_id)
+
+    def _let_go(self, uid: Uid) -> None:
+        # an "on" that still waits in a queue must not leave after the "off" that follows
+        for task, where in list(self._sending.items()):
+            if where == uid:
+                task.cancel()
+        driven = self._driven.pop(uid, None)
+        if driven is not None:
+            self._keeping.pause(driven)

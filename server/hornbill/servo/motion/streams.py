@@ -1,0 +1,256 @@
+"""Streams: setpoints for many servos at a steady rate, as bursts, with every late slot counted."""
+
+import asyncio
+import math
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from hornbill.errors import BusBudget, Busy, HornbillError, InvalidValue, Unknown
+from hornbill.servo.device.position_estimate import HALF_TURN_DEG
+from hornbill.servo.device.requests import READ
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.bursts import Bursts, Prepared, Setpoint
+from hornbill.servo.motion.setpoint_runner import PeriodicSource, SetpointRunner
+from hornbill.servo.motion.trapezoid import Track, TrapezoidProfile
+from hornbill.servo.runtime.hub import Happened
+from hornbill.units import Uid
+
+SHARE: Final = 0.40
+"""Share of the bus that streams together may take."""
+
+FULL: Final = 0.85
+"""Share of the bus that streams and what servos say unasked may take: above it slots are late. Reads wait for both."""
+
+BROADCASTS: Final = 0.0029
+"""Share of the bus one servo takes unasked: Status ten times a second and NodeStatus once (table 2-2), 22 frames."""
+
+ENDED_KEPT: Final = 20
+
+
+@dataclass(slots=True)
+class Leg:
+    """The way of one servo of a stream to where it was told to go, in degrees."""
+
+    track: Track
+    goal: float
+    profile: TrapezoidProfile
+
+
+@dataclass(slots=True)
+class BurstTotals:
+    """Bursts that left, and slots that were missed, of every stream since the start."""
+
+    sent: int = 0
+    misses: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class SetpointStream(PeriodicSource):
+    """One stream, a burst a slot. `share` of the bus 0..1. `legs`: who is still on the way. `ended`: why it is over,
+    None while it runs.
+    """
+
+    id: str
+    holder: str
+    lease_id: str
+    kind: str
+    rate_hz: float
+    prepared: Prepared
+    share: float
+    bursts: Bursts = field(repr=False)
+    totals: BurstTotals = field(repr=False)
+    legs: dict[Uid, Leg] = field(default_factory=dict[Uid, Leg])
+    sent: int = 0
+    worst_skew_s: float = 0.0
+    ended: str | None = None
+    ended_summary: str | None = None
+
+    @property
+    def uids(self) -> list[Uid]:
+        """Whom it commands."""
+        return [part.servo.uid for part in self.prepared.parts]
+
+    def set_out(self, goals: Mapping[Uid, float], profile: TrapezoidProfile) -> None:
+        """Begin the way to `goals`; those with a shorter one go slower, so that all arrive at one time."""
+        told = {one.servo.uid: one.target.raw / one.target.parameter.per_unit for one in self.prepared.parts}
+        tracks = {uid: self.legs[uid].track if uid in self.legs else Track(told[uid]) for uid in goals}
+        farthest = max(abs(goal - tracks[uid].at) for uid, goal in goals.items())
+        for uid, goal in goals.items():
+            part = abs(goal - tracks[uid].at) / farthest if farthest > 0 else 1.0
+            part = max(part, 0.05)  # 0 would never brake what still moves
+            slower = TrapezoidProfile(profile.speed * part, profile.acceleration * part)
+            self.legs[uid] = Leg(tracks[uid], goal, slower)
+
+    async def send_next(self) -> bool:
+        """Send one burst, with every servo that is on its way a slot further. A stream has no last one."""
+        try:
+            self._go_on()
+            sent = self.bursts.send(self.lease_id, self.prepared)
+        except HornbillError as error:
+            self.ended_summary = error.summary
+            raise
+        self.sent += 1
+        self.totals.sent += 1
+        self.worst_skew_s = max(self.worst_skew_s, sent.skew_s)
+        return False
+
+    def miss(self, slots: int) -> None:
+        """Count slots in which nothing was sent."""
+        self.misses += slots
+        self.totals.misses += slots
+
+    def interrupt(self, why: str) -> Happened:
+        """Keep why it ended."""
+        self.ended, self.ended_summary = why, self.ended_summary or why
+        return Happened("notice", "stream_ended", f"A stream to {len(self.uids)} servos has ended: {why}")
+
+    def _go_on(self) -> None:
+        if not self.legs:
+            return
+        values: dict[Uid, float] = {}
+        for uid, leg in list(self.legs.items()):
+            if leg.track.step(leg.goal, leg.profile, self.period_s):
+                del self.legs[uid]
+            # a turn-back at a lower acceleration than before may swing beyond what a burst carries
+            values[uid] = min(max(round(leg.track.at, 1), -HALF_TURN_DEG), HALF_TURN_DEG)
+        self.prepared = self.bursts.renewed(self.prepared, values, clamp=True)
+
+
+class Streams:
+    """Every stream runs under the lease it was begun with, and ends with it, with a stop, and with any servo of it that
+    may not be moved any more: then the servos stay under their last value while the lease lives.
+    """
+
+    def __init__(
+        self, services: HostServices, bursts: Bursts, runner: SetpointRunner, online: Callable[[], int]
+    ) -> None:
+        """`online` gives how many servos are on the bus."""
+        self._requests = services.requests
+        self._base = services.base
+        self._leases = services.leases
+        self._bursts = bursts
+        self._runner = runner
+        self._online = online
+        self._streams: dict[str, SetpointStream] = {}
+        self.totals = BurstTotals()
+
+    def all(self) -> list[SetpointStream]:
+        """Streams that run and the last that ended, oldest first."""
+        return list(self._streams.values())
+
+    def get(self, stream_id: str) -> SetpointStream:
+        """The stream of that id. Raises Unknown(unknown_stream)."""
+        found = self._streams.get(stream_id)
+        if found is None:
+            raise Unknown(
+                "unknown_stream", f"There is no stream {stream_id[:40]!r}.", request="GET /api/v1/streams lists them."
+            )
+        return found
+
+    def commands(self, uid: Uid) -> bool:
+        """Whether a running stream commands this servo."""
+        return any(one.ended is None and uid in one.uids for one in self._streams.values())
+
+    async def begin(self, lease_id: str | None, servos: Sequence[Servo], kind: str, rate_hz: float) -> SetpointStream:
+        """Hold every servo where it is (angle), or still (speed and torque 0), and go on at `rate_hz` from there.
+
+        Raises what Bursts.prepare raises, Busy for a servo of another stream, BusBudget with the rate that would fit.
+        """
+        lease = self._leases.require(lease_id, self._base.now())
+        for servo in servos:
+            if self.commands(servo.uid):
+                raise _other_stream(servo)
+        values = await asyncio.gather(*(self._rest(servo, kind) for servo in servos))
+        setpoints = [Setpoint(servo, kind, value) for servo, value in zip(servos, values, strict=True)]
+        # a horn may stand outside its limits with nobody holding it: it is held at the nearest (section 4.31)
+        prepared = await self._bursts.prepare(lease_id, setpoints, clamp=True)
+        share = self._check_budget(prepared, rate_hz)
+        for servo in servos:  # somebody else may have begun one while we asked
+            if self.commands(servo.uid):
+                raise _other_stream(servo)
+        made = SetpointStream(
+            1.0 / rate_hz, secrets.token_hex(6), lease.holder, lease.id, kind, rate_hz, prepared, share,
+            self._bursts, self.totals,
+        )  # fmt: skip
+        self._streams[made.id] = made
+        for old in [one.id for one in self._streams.values() if one.ended is not None][:-ENDED_KEPT]:
+            del self._streams[old]
+        self._runner.start(made)
+        return made
+
+    def put(
+        self, stream_id: str, lease_id: str | None, values: Mapping[str, float], profile: TrapezoidProfile | None = None
+    ) -> SetpointStream:
+        """New values (degrees, rpm or %) by uid, all or nothing; they leave with the next burst.
+
+        A value between two steps of its register becomes the nearer one: what is streamed was computed.
+        `profile`: go there at a limited speed, angles only; those with a shorter way go slower, so that all arrive at
+        one time. Raises Unknown, Busy once it has ended, LeaseRequired, LeaseHeld, OutOfRange, InvalidValue,
+        NeedsConfirmation.
+        """
+        stream = self.get(stream_id)
+        self._leases.require(lease_id, self._base.now())
+        if stream.ended is not None:
+            raise Busy(f"The stream has ended: {stream.ended} Begin a new one.")
+        uids = set(stream.uids)
+        foreign = next((uid for uid in values if uid not in uids), None)
+        if foreign is not None:
+            raise InvalidValue(f"{foreign[:40]!r} is no servo of this stream. Name some of those it was begun with.")
+        per_unit = {part.servo.uid: part.target.parameter.per_unit for part in stream.prepared.parts}
+        steps = {Uid(uid): round(value * per_unit[Uid(uid)]) / per_unit[Uid(uid)] for uid, value in values.items()}
+        there = self._bursts.renewed(stream.prepared, steps)
+        if profile is not None and stream.kind != "angle":
+            raise InvalidValue(f"A profile is for angles; a {stream.kind} has no way to go. Leave it out.")
+        if profile is None:
+            stream.prepared = there
+            for uid in steps:
+                stream.legs.pop(uid, None)
+        else:
+            stream.set_out(steps, profile)
+        return stream
+
+    async def end(self, stream_id: str, why: str) -> SetpointStream:
+        """End a stream. Its servos stay under their last value while the lease lives. Raises Unknown."""
+        stream = self.get(stream_id)
+        if stream.ended is None:
+            stream.interrupt(why)
+        self._runner.end(stream)
+        return stream
+
+    async def _rest(self, servo: Servo, kind: str) -> float:
+        if kind != "angle":
+            return 0.0
+        row = servo.registers.get("current_angle")
+        if row is None:
+            return 0.0  # of no known model: preparing it says so
+        return await self._requests.read(servo, row.parameter, READ) / row.parameter.per_unit
+
+    def _check_budget(self, prepared: Prepared, rate_hz: float) -> float:
+        """The share a stream takes; what others stream counts, and what is on the bus anyway."""
+        one = self._bursts.bus_s(prepared)
+        share = one * rate_hz
+        streaming = sum(other.share for other in self._streams.values() if other.ended is None)
+        left = min(SHARE, FULL - self._online() * BROADCASTS) - streaming
+        if share > left:
+            possible = max(0, math.floor(left / one))
+            raise BusBudget(
+                f"{len(prepared.parts)} servos at {rate_hz:g} Hz take {share:.0%} of the bus, and "
+                f"{max(0.0, left):.0%} is left for streams. {_remedy(possible)}",
+                request=" (PUT …/telemetry)." if possible < 1 else None,
+                bus_share=round(share, 4), left=round(max(0.0, left), 4), possible_hz=possible,
+            )  # fmt: skip
+        return share
+
+
+def _other_stream(servo: Servo) -> Busy:
+    text = f"{servo.title} is commanded by another stream. End that first."
+    return Busy(text, request=": DELETE /api/v1/streams/ID.")
+
+
+def _remedy(possible_hz: int) -> str:
+    if possible_hz < 1:
+        return "End another stream, or poll less."
+    return f"Up to {possible_hz} Hz would fit; or stream to fewer servos."

@@ -1,0 +1,231 @@
+"""How motion control passes from one holder to another: asked for, given, refused, or by force."""
+
+import asyncio
+import secrets
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from hornbill.errors import Busy, InvalidValue, Unknown
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.motion.motion import AUDITED_S, Motion
+from hornbill.servo.runtime.hub import Happened, LeaseChanged
+from hornbill.servo.runtime.leases import HeldLease
+from hornbill.store.audit import NewAuditEntry
+from hornbill.units import Instant
+
+PASS_S = 0.25
+"""A lease passes when every servo of the old holder has answered to torque off, or after this long: it has been
+written then, and is written on until it is answered."""
+
+GRACE_S = 5.0
+"""How long a lease that was asked for lasts until its first renewal: whoever asked has to hear of it."""
+
+SIGN_S = 5.0
+"""Whoever asks and is not heard of for so long, or for all of a shorter patience, is believed gone."""
+
+KEPT = 16
+"""Requests that can still be asked about after their end."""
+
+Outcome = Literal["waiting", "granted", "refused", "withdrawn"]
+
+
+@dataclass(slots=True)
+class TakeOverRequest:
+    """One request for motion control. `id` is known to whoever asked, and to nobody else; `shown_id` to all."""
+
+    by: str
+    ttl_s: float
+    reason: str
+    patience_s: float
+    at: Instant
+    seen_at: Instant
+    state: Outcome = "waiting"
+    lease: HeldLease | None = None
+    id: str = field(default_factory=lambda: secrets.token_hex(16))
+    shown_id: str = field(default_factory=lambda: secrets.token_hex(4))
+
+    @property
+    def due(self) -> Instant:
+        """When the lease passes unless the holder refuses."""
+        return self.at + self.patience_s
+
+
+class TakeOvers:
+    """Every lease begins and is given back here.
+
+    Before one passes, what the old holder commanded has ended and torque goes off on it.
+
+    Nothing here is in the way of a stop, which asks for no lease.
+    """
+
+    def __init__(self, services: HostServices, motion: Motion) -> None:
+        self._leases = services.leases
+        self._hub = services.hub
+        self._base = services.base
+        self._audit = services.audit
+        self._motion = motion
+        self._asked: OrderedDict[str, TakeOverRequest] = OrderedDict()
+        self._waiting: TakeOverRequest | None = None
+        self._passing: asyncio.Task[Any] | None = None
+
+    @property
+    def waiting(self) -> TakeOverRequest | None:
+        """The request the holder has not answered."""
+        return self._waiting
+
+    def take(self, holder: str, ttl_s: float) -> HeldLease:
+        """A lease while nobody has one. Raises LeaseHeld, Busy."""
+        lease = self._leases.grant(holder, ttl_s, self._base.now())
+        self._hub.tell(LeaseChanged())
+        detail = f"Motion control for {lease.ttl_s:g} s from each sign of life."
+        self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", detail=detail))
+        return lease
+
+    def release(self, lease_id: str, why: str) -> HeldLease:
+        """Give a lease back: torque goes off on what was commanded under it. `why`: a sentence with {holder} in it.
+
+        Raises Unknown once it has ended.
+        """
+        lease = self._leases.release(lease_id, self._base.now())
+        self._motion.lease_ended(lease, why.format(holder=lease.holder))
+        return lease
+
+    async def force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
+        """Take it from whoever has it. Raises InvalidValue without a reason, and Busy while it passes to somebody."""
+        if not reason.strip():
+            raise InvalidValue('To take motion control by force say why: "reason" is kept in the audit.')
+        if self._passing is not None:
+            raise Busy("Motion control is passing to somebody right now. Try again in a second.")
+        if self._leases.current(self._base.now()) is None and self._waiting is None:
+            return self.take(holder, ttl_s)
+        # A task of its own: half of it would leave nobody in control, and nothing in the audit.
+        task = self._passing = asyncio.get_running_loop().create_task(self._force(holder, ttl_s, reason.strip()))
+        return await asyncio.shield(task)
+
+    async def ask(self, by: str, ttl_s: float, reason: str, patience_s: float) -> TakeOverRequest:
+        """Ask the holder for motion control; without a holder it is granted at once.
+
+        Raises Busy while somebody else's request waits.
+        """
+        if self._waiting is not None or self._passing is not None:
+            who = "Somebody" if self._waiting is None else self._waiting.by
+            raise Busy(f"{who} has asked for motion control already. Wait until that is decided.")
+        now = self._base.now()
+        asked = TakeOverRequest(by, ttl_s, reason, patience_s, now, now)
+        self._asked[asked.id] = asked
+        while len(self._asked) > KEPT:
+            self._asked.popitem(last=False)
+        held = self._leases.current(now)
+        self._leases.promised_to, self._waiting = by, asked
+        if held is not None:
+            text = f"{by} asks {held.holder} for motion control{_because(reason)} "
+            text += f"It passes in {patience_s:g} s unless {held.holder} refuses."
+            self._hub.tell(Happened("notice", "lease_asked", text))
+            self._hub.tell(LeaseChanged())
+        await self.settle()
+        return asked
+
+    async def settle(self) -> None:
+        """Let the lease pass now if it can, and wait until it has."""
+        self.tick()
+        if self._passing is not None:
+            await asyncio.shield(self._passing)
+
+    def look(self, asked_id: str) -> TakeOverRequest:
+        """How the request went, for whoever made it; a sign that they are still there. Raises Unknown."""
+        asked = self._asked.get(asked_id)
+        if asked is None:
+            raise Unknown(
+                "unknown_lease",
+                "This request is not known any more. Ask anew.",
+                request=": POST /api/v1/leases/requests.",
+            )
+        asked.seen_at = self._base.now()
+        return asked
+
+    def withdraw(self, asked_id: str) -> TakeOverRequest:
+        """Ask no more. What was granted or refused stays so. Raises Unknown."""
+        asked = self.look(asked_id)
+        self._end(asked, "withdrawn", f"{asked.by} does not ask for motion control any more.")
+        return asked
+
+    def refuse(self, shown_id: str, lease_id: str | None) -> TakeOverRequest:
+        """The holder keeps motion control. Raises LeaseRequired, LeaseHeld, Unknown."""
+        lease = self._leases.require(lease_id, self._base.now())
+        asked = self._waiting
+        if asked is None or shown_id not in (asked.shown_id, asked.id):
+            raise Unknown("unknown_lease", "Nobody asks for motion control by this id any more.")
+        self._end(asked, "refused", f"{lease.holder} keeps motion control: {asked.by} was refused.")
+        return asked
+
+    def tick(self) -> None:
+        """Let the lease pass when its time has come, or nobody has it; call it often."""
+        asked = self._waiting
+        if asked is None or self._passing is not None:
+            return
+        now = self._base.now()
+        if now - asked.seen_at >= min(SIGN_S, asked.patience_s):
+            self._end(asked, "withdrawn", f"{asked.by} asked for motion control and is gone.")
+        elif now >= asked.due or self._leases.current(now) is None:
+            self._passing = asyncio.get_running_loop().create_task(self._pass(asked))
+
+    async def close(self) -> None:
+        """End what is under way."""
+        if self._passing is not None:
+            self._passing.cancel()
+            await asyncio.gather(self._passing, return_exceptions=True)
+
+    async def _pass(self, asked: TakeOverRequest) -> None:
+        try:
+            old = self._leases.current(self._base.now())
+            await self._let_go(asked.by, f"Motion control passes to {asked.by}, who asked for it.")
+            if asked.state != "waiting":
+                return  # withdrawn meanwhile
+            asked.lease = self._leases.hand_over(asked.by, asked.ttl_s, self._base.now(), grace_s=GRACE_S)
+            asked.state, self._waiting = "granted", None
+            self._tell_passed(asked.lease, old, "passed", asked.reason)
+        finally:
+            self._passing = None
+
+    async def _force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
+        try:
+            if self._waiting is not None:
+                self._end(self._waiting, "refused", f"{holder} took motion control by force.")
+            old = self._leases.current(self._base.now())
+            await self._let_go(holder, f"{holder} took motion control by force: {reason.rstrip('.')}.")
+            lease = self._leases.hand_over(holder, ttl_s, self._base.now(), grace_s=0.0)
+            self._tell_passed(lease, old, "forced", reason)
+            return lease
+        finally:
+            self._passing = None
+
+    async def _let_go(self, to: str, why: str) -> None:
+        """End whatever lease there is, and wait for torque to be off on what it commanded."""
+        self._leases.promised_to = to
+        self._motion.tick()  # one that ran out a moment ago
+        old = self._leases.take_away(self._base.now())
+        if old is not None:
+            self._motion.lease_ended(old, why)
+        await self._motion.torque_off.acknowledged(PASS_S)
+
+    def _end(self, asked: TakeOverRequest, state: Outcome, text: str) -> None:
+        if asked.state != "waiting":
+            return
+        asked.state, self._waiting, self._leases.promised_to = state, None, None
+        self._hub.tell(Happened("notice", f"lease_{state}", text))
+        self._hub.tell(LeaseChanged())
+
+    def _tell_passed(self, lease: HeldLease, old: HeldLease | None, how: str, reason: str) -> None:
+        self._hub.tell(LeaseChanged())
+        verb = "took motion control by force" if how == "forced" else "got motion control"
+        whose = "" if old is None else f" from {old.holder}"
+        level = "warning" if how == "forced" else "notice"
+        self._hub.tell(Happened(level, f"lease_{how}", f"{lease.holder} {verb}{whose}{_because(reason)}"))
+        before = None if old is None else old.holder
+        entry = NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, detail=reason)
+        self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)
+
+
+def _because(reason: str) -> str:
+    return f": {reason.rstrip('.')}." if reason.strip() else "."

@@ -1,0 +1,71 @@
+"""Temporary values of rows of a servo's RAM, each written back afterwards."""
+
+from collections.abc import Callable
+
+from hornbill.errors import BusDisconnected, HornbillError, NoAnswer, NotAsWanted
+from hornbill.schema import scale
+from hornbill.schema.parameter import Parameter
+from hornbill.servo.device.requests import READ, WRITE, Patience, ServoRequests
+from hornbill.servo.device.servo import Servo
+from hornbill.units import Raw
+
+_PATIENT = Patience(WRITE.priority, WRITE.timeout_s, READ.tries, kind="write")
+"""A row that is left behind changed is worse than a wait of 3 s."""
+
+
+class TemporaryValues:
+    """What is lent to one servo. It is of RAM alone: a restart ends it, and brings back what ROM holds (4.10)."""
+
+    def __init__(self, requests: ServoRequests, servo: Servo) -> None:
+        self._requests = requests
+        self._servo = servo
+        self._boots = servo.boots
+        self._rows: list[tuple[Parameter, Raw]] = []
+
+    async def lend(self, key: str, raw: Raw) -> None:
+        """Write a row that was just read, and remember what it held.
+
+        Raises NoAnswer, Refused, BusDisconnected, and NotAsWanted when the servo made another value of it.
+        """
+        register = self._servo.registers[key]
+        row, before = register.parameter, register.raw
+        assert before is not None, "read it first"
+        if before == raw:
+            return
+        self._rows.append((row, before))  # before the write: one that is not answered may have arrived
+        self._servo.lent[key] = before
+        held = await self._requests.write(self._servo, row, raw, _PATIENT)
+        if held != raw:
+            raise NotAsWanted(
+                f"{self._servo.title} took {scale.to_text(row, raw)} as {row.label.lower()} and holds "
+                f"{scale.to_text(row, held)}.",
+                key=key,
+            )
+
+    async def give_back(self, before_each: Callable[[], object] = lambda: None) -> list[str]:
+        """Write every row's own value back, the last one lent first; the keys that were not found to hold it again.
+
+        The first row that is not answered ends it: the servo is not there. Repeating it goes on with what is left.
+        `before_each` is called before every write, of which each may take 3 s.
+        """
+        failed: list[tuple[Parameter, Raw]] = []
+        while self._rows and self._servo.boots == self._boots:
+            row, before = self._rows[-1]
+            before_each()
+            try:
+                held = await self._requests.write(self._servo, row, before, _PATIENT)
+            except (NoAnswer, BusDisconnected):
+                break
+            except HornbillError:
+                held = None
+            self._rows.pop()
+            self._servo.lent.pop(row.key, None)
+            if held != before:
+                failed.append((row, before))
+        if self._servo.boots != self._boots:
+            self._rows.clear()
+            return []
+        self._rows = failed[::-1] + self._rows
+        for row, _ in self._rows:
+            self._servo.lent.pop(row.key, None)  # what is left behind is to be seen
+        return [row.key for row, _ in self._rows]

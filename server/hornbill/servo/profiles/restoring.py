@@ -1,0 +1,152 @@
+"""Owns Restoring: bringing a servo to what a snapshot, another servo, a profile or the defaults hold."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from hornbill.domain.change import LeftOut, Reason
+from hornbill.domain.fields import known
+from hornbill.errors import BadRequest, InvalidValue
+from hornbill.schema import scale
+from hornbill.schema.parameter import Parameter
+from hornbill.schema.scale import Value
+from hornbill.servo.configuration.changes import Changes, Edit, WriteOptions
+from hornbill.servo.device import permission
+from hornbill.servo.device.identification import read_rows
+from hornbill.servo.device.output import KEY, ON
+from hornbill.servo.device.requests import ServoRequests
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.profiles.comparing import Side
+from hornbill.units import Raw
+
+
+class Restoring:
+    """Turns a side into values for one servo and has Changes write them, all or nothing."""
+
+    def __init__(self, requests: ServoRequests, changes: Changes) -> None:
+        self._requests = requests
+        self._changes = changes
+
+    async def restore(
+        self,
+        servo: Servo,
+        side: Side,
+        options: WriteOptions,
+        *,
+        keys: Sequence[str] | None = None,
+        identity: bool = False,
+    ) -> tuple[Edit, list[LeftOut]]:
+        """Write (and save) what `side` holds, of `keys` or of every row the servo has; also the rows left out.
+
+        Without `keys`, identity rows (0x44 to 0x46) stay unless `identity`, and torque mode stays. Raises what
+        `choose` and Changes.edit raise, before anything is written.
+        """
+        if servo.model is None:
+            raise permission.unknown_series(servo)
+        for key in keys or ():
+            self._changes.row(servo, key)
+        rows = {key: one.parameter for key, one in servo.registers.items()}
+        units = [row.unit_when.parameter for row in rows.values() if row.unit_when is not None]
+        await read_rows(self._requests, servo, [key for key in units if servo.registers[key].at is None])
+        what = f"{servo.model.name} with firmware {servo.firmware_text or 'unknown'}"
+        values, left_out = choose(rows, servo.raws(), side, what, keys=keys, identity=identity, save=options.save)
+        if not values:
+            raise InvalidValue(
+                f"Nothing of {side.title} is left to be written to {servo.title}. Name the rows in keys.",
+                left_out=[{"key": one.key, "why": one.why} for one in left_out],
+            )
+        edit = await self._changes.edit(servo, values, replace(options, reason=_reason(side)))
+        return edit, left_out
+
+
+def _reason(side: Side) -> Reason:
+    form, _, number = side.name.partition(":")
+    params = known(side=side.title, snapshot=int(number) if form == "snapshot" and number.isdigit() else None)
+    return Reason(f"restore of {side.title}", "restore", params)
+
+
+def choose(
+    rows: Mapping[str, Parameter],
+    known: Mapping[str, Raw | None],
+    side: Side,
+    what: str,
+    *,
+    keys: Sequence[str] | None = None,
+    identity: bool = False,
+    save: bool = False,
+) -> tuple[dict[str, Value], list[LeftOut]]:
+    """The values of `side` that a servo of these `rows` takes, and the rows left out, each with the reason.
+
+    `known` is what its RAM holds, raw; `what` names its model in a sentence. Raises OutOfRange or InvalidValue
+    when a value is none of this model, or 0x36 would mean another unit: with the fact `problems`, all of them.
+    """
+    left_out: list[LeftOut] = []
+    values: dict[str, Value] = {}
+    for key in dict.fromkeys(side.values if keys is None else keys):
+        value = side.values.get(key)
+        why = _why_not(rows, key, side, what, identity) if keys is None else _check_named(rows, key, side)
+        if key == KEY and keys is not None and value == "on" and known.get(KEY) != ON and not save:
+            why = 'A restore never turns torque on. Save with it, or turn it on: POST …/torque {"mode": "on"}.'
+        if why is None:
+            values[key] = value
+        else:
+            left_out.append(LeftOut(key, why))
+    _check(rows, known, side, values)
+    return values, left_out
+
+
+def _why_not(rows: Mapping[str, Parameter], key: str, side: Side, what: str, identity: bool) -> str | None:
+    """Why a row nobody named is not written."""
+    if key not in rows:
+        return f"{what} does not have it."
+    if side.values[key] is None:
+        return f"It is not known what {side.title} holds."
+    if rows[key].identity and not identity:
+        return "It belongs to one servo. Name it in keys, or ask for identity."
+    if key == KEY:
+        return "A restore does not switch torque. To write off or brake, name it in keys."
+    return None
+
+
+def _check_named(rows: Mapping[str, Parameter], key: str, side: Side) -> None:
+    if not rows[key].rom or not rows[key].writable:
+        raise InvalidValue(f"{key} is no configuration, so nothing restores it. Take it out.", key=key)
+    if key not in side.values:
+        raise InvalidValue(f"{side.title} does not have {key}. Take it out.", key=key)
+    if side.values[key] is None:
+        raise InvalidValue(f"It is not known what {side.title} holds in {key}. Take it out.", key=key)
+
+
+def _check(
+    rows: Mapping[str, Parameter], known: Mapping[str, Raw | None], side: Side, values: Mapping[str, Value]
+) -> None:
+    """Raise all problems of `values` as one; a single one is raised as it is."""
+    now = dict(known)
+    problems: list[BadRequest] = []
+    for key, value in sorted(values.items(), key=lambda item: rows[item[0]].unit_when is not None):
+        row = rows[key]
+        try:
+            _check_unit(row, now, side)
+            now[key] = scale.to_raw(row, value, now)
+        except BadRequest as error:
+            error.facts.setdefault("key", key)
+            problems.append(error)
+    if not problems:
+        return
+    listed = [{"key": one.facts["key"], "code": one.code, "detail": one.detail} for one in problems]
+    first = problems[0]
+    first.facts["problems"] = listed
+    if len(problems) == 1:
+        raise first
+    shown = " ".join(f"{rows[str(one['key'])].label}: {one['detail']}" for one in listed)
+    raise type(first)(f"{len(listed)} rows of {side.title} do not fit this servo. {shown}", **first.facts)
+
+
+def _check_unit(row: Parameter, known: Mapping[str, Raw | None], side: Side) -> None:
+    other = row.unit_when
+    stated, unit = side.units.get(row.key), scale.unit_of(row, known)[0]
+    if other is not None and stated is not None and stated != unit:
+        raise InvalidValue(
+            f'{row.label} of {side.title} is in "{stated}", and here it is in "{unit}", for it follows '
+            f"{other.parameter}. Restore {other.parameter} with it.",
+            unit=unit,
+        )

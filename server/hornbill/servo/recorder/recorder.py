@@ -1,0 +1,272 @@
+"""Recorder: what happened in the last ten minutes, and the recording of it that is written when something fails."""
+
+import asyncio
+import logging
+import re
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+import orjson
+
+from hornbill.domain.recording import MARKS_MOST, Mark, Reason
+from hornbill.errors import Busy, HornbillError, InvalidValue, LogFailed
+from hornbill.node.tap import FrameTap
+from hornbill.schema.fault import bits_of
+from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.recorder.bundling import BeginDraft, Bundler, PendingRecording
+from hornbill.servo.recorder.frame_ring import KEPT_S, FrameRing
+from hornbill.servo.recorder.snapshot import KnownState
+from hornbill.servo.runtime.hub import BusChanged, Happened, LeaseChanged, ReadingChanged, StopChanged
+from hornbill.servo.torque_off.stop import Latch, StopControl
+from hornbill.units import Instant, Uid
+from hornbill.wire.port import RECORDINGS, CanPort, channel_name
+
+log = logging.getLogger(__name__)
+
+BEFORE_S: Final = 60.0
+LEAST_BEFORE_S: Final = 30.0
+AFTER_S: Final = 10.0
+LONGEST_S: Final = 60.0
+"""After its first mark a bundle takes in no more; what comes later begins another."""
+
+QUIET_S: Final = 60.0
+"""The same trouble of the same servo begins a bundle again only after this long without it: a loose plug would else
+fill the folder with itself, and push out what was seen first."""
+
+EVENTS_KEPT: Final = 20_000
+CLOSE_S: Final = 5.0
+
+
+class Recorder:
+    """Listens from `begin` on, and costs nothing before. What is played from a recording is not recorded again."""
+
+    def __init__(
+        self,
+        services: HostServices,
+        *,
+        tap: FrameTap,
+        fleet: Fleet,
+        stop: StopControl,
+        port: Callable[[], CanPort | None],
+        bundler: Bundler,
+    ) -> None:
+        """`port` is that of the bus connected now."""
+        self._base, self._hub, self._leases = services.base, services.hub, services.leases
+        self._tap, self._fleet, self._stop, self._port, self._bundler = tap, fleet, stop, port, bundler
+        self._draft: BeginDraft | None = None
+        self.before_s = BEFORE_S
+        """Seconds a bundle holds before its first mark."""
+        self.ring = FrameRing()
+        self._events: deque[tuple[Instant, bytes]] = deque(maxlen=EVENTS_KEPT)
+        self._failures: dict[Uid, int] = {}
+        self._latch: Latch | None = None
+        self._holder: str | None = None
+        self._address: str | None = None
+        self._deaf: Callable[[], None] = lambda: None
+        self._since: Instant = services.base.now()
+        self._last: dict[tuple[object, ...], Instant] = {}
+        self._pending: PendingRecording | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._closing = asyncio.Event()
+
+    def begin(self, draft: BeginDraft, *, before_s: float = BEFORE_S) -> None:
+        """Record from now on. Bundles go to `draft`, and hold `before_s` (30..600) seconds before their first mark."""
+        if not LEAST_BEFORE_S <= before_s <= KEPT_S:
+            raise InvalidValue(f"{before_s:g} s is outside {LEAST_BEFORE_S:g} to {KEPT_S:g} s.", requested=before_s)
+        assert self._draft is None
+        self._draft, self.before_s, self._since = draft, before_s, self._base.now()
+        hub = self._hub
+        hub.listen(self._on_happened, Happened)
+        hub.listen(self._on_reading, ReadingChanged)
+        hub.listen(self._on_stop, StopChanged)
+        hub.listen(self._on_lease, LeaseChanged)
+        hub.listen(self._on_bus, BusChanged)
+        self._deaf = self._tap.listen(self.ring.add)
+        self._on_bus(BusChanged())
+
+    @property
+    def recording(self) -> bool:
+        """Whether what happens is recorded now."""
+        return self._draft is not None and not self._recorded
+
+    @property
+    def reach_s(self) -> float:
+        """How many seconds back it remembers: since it began, at most ten minutes, less when memory was full."""
+        now = self._base.now()
+        self.ring.forget_old(now)
+        since = self._since if not self.ring.full else max(self._since, self.ring.since or self._since)
+        return max(0.0, min(KEPT_S, now - since))
+
+    @property
+    def pending(self) -> PendingRecording | None:
+        """The bundle that still takes in what happens."""
+        return self._pending
+
+    def by_hand(self, text: str, before_s: float | None = None) -> "asyncio.Future[str]":
+        """Write a bundle of now; the answer is its name once it is written, or LogFailed.
+
+        `before_s` is 1..600, as configured unless given. Raises LogFailed where there is no folder for it, and Busy
+        while a recording is played.
+        """
+        if self._draft is None:
+            raise LogFailed("Nothing is recorded: there is no folder for bundles.")
+        if self._recorded:
+            raise Busy("A recording is played. Connect a bus, and what happens there is recorded.")
+        self._mark("by_hand", text, slug=_slug(text), before_s=before_s)
+        assert self._pending is not None
+        return self._pending.done
+
+    async def close(self) -> None:
+        """Write at once what was still waiting for its end. Twice is harmless."""
+        self._deaf()
+        self._closing.set()
+        self._bundler.hurry = True
+        if self._tasks:
+            _, late = await asyncio.wait(self._tasks, timeout=CLOSE_S)
+            for task in late:
+                task.cancel()
+            await asyncio.gather(*late, return_exceptions=True)
+
+    @property
+    def _recorded(self) -> bool:
+        return self._address is not None and self._address.startswith(RECORDINGS)
+
+    def _on_bus(self, _change: BusChanged) -> None:
+        port = self._port()
+        address = None if port is None else port.address
+        if address == self._address:
+            return
+        before, self._address = self._recorded, address
+        if self._recorded and not before:
+            self._deaf()
+        elif before and not self._recorded:
+            self._deaf = self._tap.listen(self.ring.add)
+            self._since = self._base.now()  # samples of before are those of the recording
+        if address is not None:
+            self.ring.turn(channel_name(address))
+
+    def _on_happened(self, event: Happened) -> None:
+        self._note({
+            "type": "event", "level": event.level, "code": event.code, "text": event.text, "uid": event.uid,
+            "params": event.params,
+        })  # fmt: skip
+        if event.code == "offline":
+            self._mark("lost", event.text, event.uid)
+        elif event.code == "bus_lost" and event.level == "failure":
+            self._mark("bus_lost", event.text)
+
+    def _on_reading(self, change: ReadingChanged) -> None:
+        if change.key != "fault_failure" or self._recorded:
+            return
+        servo = self._fleet.find(change.uid)
+        word = 0 if servo is None else servo.raw(change.key) or 0
+        new = word & ~self._failures.get(change.uid, 0)
+        self._failures[change.uid] = word
+        if servo is not None and new:
+            labels = {bit.bit: bit.label for bit in self._fleet.catalog.faults if bit.parameter == change.key}
+            names = ", ".join(labels.get(bit, f"bit {bit}") for bit in sorted(bits_of(new)))
+            self._mark("failure", f"{servo.title} reports a failure: {names}.", change.uid, which=new)
+
+    def _on_stop(self, _change: StopChanged) -> None:
+        latch, before = self._stop.latch, self._latch
+        if latch is before:
+            return
+        self._latch = latch
+        if latch is None:
+            self._note({"type": "stop", "latched": False})
+            return
+        why = f": {latch.reason}" if latch.reason else ""
+        self._note({"type": "stop", "latched": True, "mode": latch.mode, "by": latch.by, "reason": latch.reason})
+        self._mark("stop", f"Stop by {latch.by}{why}.", which=id(latch))
+
+    def _on_lease(self, _change: LeaseChanged) -> None:
+        lease = self._leases.current(self._base.now())
+        holder = None if lease is None else lease.holder
+        if holder != self._holder:
+            self._holder = holder
+            self._note({"type": "lease", "holder": holder})
+
+    def _known(self) -> KnownState:
+        port = self._port()
+        return KnownState.of(self._fleet.met(), None if port is None else (port.address, port.bitrate))
+
+    def _note(self, what: dict[str, object]) -> None:
+        if not self._recorded:
+            now = self._base.now()
+            self._events.append((now, orjson.dumps({"time": round(self._base.utc(now), 6), **what})))
+
+    def _mark(
+        self,
+        reason: Reason,
+        text: str,
+        uid: Uid | None = None,
+        *,
+        which: object = None,
+        slug: str = "",
+        before_s: float | None = None,
+    ) -> None:
+        """Something happened: it goes into the bundle that is pending, or begins one."""
+        if self._draft is None or self._recorded or self._closing.is_set():
+            return
+        now, same = self._base.now(), (reason, uid, which)
+        last = self._last.get(same)
+        self._last[same] = now
+        mark = Mark(at=self._base.utc(now), reason=reason, text=text[:2000], uid=uid)
+        pending = self._pending
+        if pending is not None:
+            if len(pending.marks) < MARKS_MOST:
+                pending.marks.append(mark)
+            pending.until = max(pending.until, min(now + AFTER_S, pending.at + LONGEST_S))
+            if before_s is not None:
+                pending.since = min(pending.since, now - before_s)
+            return
+        if reason != "by_hand" and last is not None and now - last < QUIET_S:
+            return
+        self._last = {one: at for one, at in self._last.items() if now - at < QUIET_S}
+        pending = self._pending = PendingRecording(
+            reason, text[:2000], now, max(self._since, now - (before_s or self.before_s)), now + AFTER_S,
+            self._known(), slug or reason.replace("_", "-"), asyncio.get_running_loop().create_future(), [mark],
+        )  # fmt: skip
+        task = asyncio.get_running_loop().create_task(self._finish(pending, self._draft))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _finish(self, pending: PendingRecording, draft: BeginDraft) -> None:
+        """Wait for its end, and write it. What goes wrong is an event, and whoever waits is told."""
+        try:
+            while (left := pending.until - self._base.now()) > 0 and not self._closing.is_set():
+                try:
+                    async with asyncio.timeout(left):
+                        await self._closing.wait()
+                except TimeoutError:
+                    pass
+            pending.until = min(pending.until, self._base.now())
+            pending.snapshot = pending.snapshot.joined(self._known())
+            if self._pending is pending:
+                self._pending = None
+            name, size, dropped = await self._bundler.write(pending, draft, self.ring, list(self._events))
+        except asyncio.CancelledError:
+            pending.done.cancel()
+            raise
+        except Exception as error:
+            if not isinstance(error, HornbillError):
+                log.exception("a bundle could not be written")
+            detail = error.detail if isinstance(error, HornbillError) else f"The bundle cannot be written: {error}."
+            pending.done.set_exception(LogFailed(detail))
+            pending.done.exception()  # nobody may be waiting
+            self._tell("warning", "bundle_failed", f"{detail} Everything else goes on.")
+            return
+        pending.done.set_result(name)
+        self._tell("notice", "bundle_written", f"{pending.text.rstrip('.')}. Recorded in {name} ({size / 1e6:.1f} MB).")
+        if dropped:
+            self._tell("notice", "bundles_dropped", f"Room was made for it: {', '.join(dropped)} deleted.")
+
+    def _tell(self, level: str, code: str, text: str) -> None:
+        self._hub.tell(Happened(level, code, text))
+
+
+def _slug(text: str) -> str:
+    """A few plain letters of what somebody wrote, for the name of a file."""
+    return re.sub(r"[^a-z0-9]+", "-", text.lower())[:30].strip("-") or "by-hand"

@@ -1,0 +1,78 @@
+"""KnownState: what was known of every servo and of the bus at one instant, taken in no time and shown later."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hornbill.domain.recording import BundleReading, BundleServo
+from hornbill.schema import scale
+from hornbill.schema.parameter import Parameter
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Instant, Raw, Uid
+
+
+@dataclass(frozen=True, slots=True)
+class KeptServo:
+    """One servo as it was. `rows` are parameter, RAM as last read, when, and what ROM is known to hold."""
+
+    uid: Uid
+    node_id: int | None
+    name: str
+    label: str
+    title: str
+    model_number: int | None
+    hardware_version: int | None
+    firmware: int | None
+    serial_number: int | None
+    production_date: str | None
+    state: str
+    rows: tuple[tuple[Parameter, Raw | None, Instant | None, Raw | None], ...]
+
+    @classmethod
+    def of(cls, servo: Servo) -> "KeptServo":
+        """A servo as it is now."""
+        return cls(
+            servo.uid, servo.node_id, servo.name, servo.label, servo.title, servo.model_number,
+            servo.hardware_version, servo.firmware, servo.serial_number, servo.production_date, servo.state.value,
+            tuple((one.parameter, one.raw, one.at, one.rom) for one in servo.registers.values()),
+        )  # fmt: skip
+
+    def shown(self, base: TimeBase) -> BundleServo:
+        """The same, with values in their units."""
+        raws = {row.key: raw for row, raw, _, _ in self.rows}
+        return BundleServo(
+            uid=self.uid, node_id=self.node_id, name=self.name[:120], label=self.label[:120], title=self.title[:120],
+            model_number=self.model_number, hardware_version=self.hardware_version, firmware=self.firmware,
+            serial_number=self.serial_number, production_date=self.production_date, state=self.state,
+            readings={
+                row.key: BundleReading(
+                    raw=raw, value=scale.to_value(row, raw, raws), unit=scale.unit_of(row, raws)[0],
+                    at=None if at is None else base.utc(at),
+                )
+                for row, raw, at, _ in self.rows
+                if raw is not None
+            },
+            rom={row.key: rom for row, _, _, rom in self.rows if rom is not None},
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class KnownState:
+    """Every servo met, and address and bit rate of the bus, if there was one."""
+
+    servos: tuple[KeptServo, ...]
+    bus: tuple[str, int] | None
+
+    @classmethod
+    def of(cls, servos: Iterable[Servo], bus: tuple[str, int] | None) -> "KnownState":
+        """As it is now."""
+        return cls(tuple(KeptServo.of(servo) for servo in servos), bus)
+
+    def joined(self, later: "KnownState") -> "KnownState":
+        """With the servos met since, as they are then."""
+        known = {servo.uid for servo in self.servos}
+        return KnownState((*self.servos, *(servo for servo in later.servos if servo.uid not in known)), self.bus)
+
+    def uids(self) -> dict[int, str]:
+        """Who was on which node id."""
+        return {servo.node_id: servo.uid for servo in self.servos if servo.node_id is not None}

@@ -1,0 +1,1 @@
+"""One operation on many servos: profiles, matrix, commissioning, and the reports of jobs."""

@@ -1,0 +1,228 @@
+"""Job that brings many servos to one profile, one by one, each all or nothing."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+
+from hornbill.domain.change import LeftOut, Reason
+from hornbill.errors import Conflict, HornbillError, InvalidValue, NotAsWanted
+from hornbill.schema.scale import Value
+from hornbill.servo.configuration import torque_in_rom
+from hornbill.servo.configuration.changes import Changes, WriteOptions
+from hornbill.servo.configuration.restart_plan import RestartOptions
+from hornbill.servo.configuration.restarting import Restarting
+from hornbill.servo.device import permission
+from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.profiles.profiles import Profiles, ProfileValues
+from hornbill.servo.runs.fleet_run import SAVED, FleetJob, OnAnomaly, WrittenTarget, check_outcome, rows_written
+from hornbill.servo.runs.id_order import IDS
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.steps import Evidence, Step
+from hornbill.units import Uid
+
+
+@dataclass(frozen=True, slots=True)
+class ApplyOptions:
+    """How a profile is applied. `on_anomaly`: what follows the first servo that failed."""
+
+    dry_run: bool = False
+    save: bool = False
+    on_anomaly: OnAnomaly = "stop"
+    confirm: tuple[str, ...] = ()
+
+
+@dataclass(slots=True, kw_only=True)
+class ProfileTarget(WrittenTarget):
+    """One servo of the job and its progress."""
+
+    servo: Servo
+    values: dict[str, Value] = field(default_factory=dict[str, Value])
+    left_out: list[LeftOut] = field(default_factory=list[LeftOut])
+    job: str | None = None
+    saved: bool = False
+
+    @property
+    def title(self) -> str:
+        """Title of the servo."""
+        return self.servo.title
+
+    def shown(self) -> dict[str, object]:
+        """The target in the result of the job, as JSON."""
+        return {
+            "uid": self.uid, "outcome": self.outcome, "changes": [asdict(one) for one in self.changes],
+            "left_out": [asdict(one) for one in self.left_out], "saved": self.saved, "job": self.job,
+            "problem": None if self.problem is None else _problem(self.problem),
+            **({} if self.plan is None else self.plan.model_dump()),
+        }  # fmt: skip
+
+
+@dataclass(slots=True, kw_only=True)
+class ProfileRun(FleetJob[ProfileTarget]):
+    """One job of applying a profile."""
+
+    FAILED = "servos did not take the profile"
+
+    profile: ProfileValues
+    options: ApplyOptions
+    lease_id: str | None
+    by: str
+
+    def result(self) -> dict[str, object]:
+        """The result of the job as of now."""
+        return {
+            "profile": self.profile.name, "dry_run": self.options.dry_run,
+            "servos": [target.shown() for target in self.targets],
+        }  # fmt: skip
+
+    def write_options(self, confirm: tuple[str, ...]) -> WriteOptions:
+        """How each servo is written."""
+        return WriteOptions(
+            self.lease_id, self.options.dry_run, self.options.save, confirm=confirm, by=self.by, job=self.job.id,
+            reason=Reason(f"profile {self.profile.name}", "profile", {"profile": self.profile.name}),
+        )  # fmt: skip
+
+
+class ProfileJobs:
+    """Starts jobs of kind "profile"."""
+
+    def __init__(
+        self,
+        services: HostServices,
+        profiles: Profiles,
+        changes: Changes,
+        restarting: Restarting,
+        fleet: Fleet,
+    ) -> None:
+        self._profiles = profiles
+        self._changes = changes
+        self._restarting = restarting
+        self._jobs = services.jobs
+        self._leases = services.leases
+        self._fleet = fleet
+        self._base = services.base
+
+    def start(self, name: str, uids: Sequence[Uid], lease_id: str | None, options: ApplyOptions) -> RunningJob:
+        """Bring servos to a profile. Its result, whatever the end: `servos`, one entry each in the order given.
+
+        All are planned before the first is written to; a servo that cannot take its values ends the job there, or
+        with `continue` is left out. With `stop` one follows the other, and the first anomaly (a refusal, a roll-back,
+        a clamped value, a save that failed) ends the job. With `continue` all are written at once, then saved one
+        after the other, and the job fails at its end when any servo did. A servo with an anomaly is not saved.
+        Cancelling lets what is being written to a servo come to its end.
+
+        Raises Unknown (profile or servo), LeaseHeld, InvalidValue (a servo named twice), Conflict (a profile with an
+        id, for several servos), Busy (another such job is at one of them).
+        """
+        profile = self._profiles.get(name)
+        servos = [self._fleet.get(uid) for uid in uids]
+        if len(set(uids)) < len(uids):
+            raise InvalidValue("A servo is named twice. Name each once.")
+        given = [key for key in IDS if profile.values.get(key)]
+        if given and len(servos) > 1:
+            raise Conflict(
+                f'The profile "{name}" holds {given[0]}, which no two servos may share. Apply it to one servo only.',
+                key=given[0], requested=profile.values[given[0]],
+            )  # fmt: skip
+        now = self._base.now()
+        self._leases.allow_write(lease_id, now)
+        by = self._leases.who(lease_id, now)
+        self._jobs.check_apart(uids)
+        targets = [
+            ProfileTarget(uid=servo.uid, place=place, servo=servo) for place, servo in enumerate(servos, start=1)
+        ]
+
+        async def work(job: RunningJob) -> dict[str, object]:
+            run = ProfileRun(
+                job=job, targets=targets, on_anomaly=options.on_anomaly, profile=profile, options=options,
+                lease_id=lease_id, by=by,
+            )  # fmt: skip
+            return await run.work(self._execute(run))
+
+        return self._jobs.start("profile", None, _steps(targets, options), work)
+
+    async def _execute(self, run: ProfileRun) -> None:
+        for target in run.targets:
+            await run.step(target, "plan", self._plan)
+        for target in run.failed:
+            run.skip(target, Evidence("values_refused", "its values cannot be written"))
+        if run.stopped:
+            title = run.failed[0].title
+            text = f"nothing was written: {title} cannot take its values"
+            run.skip_all(Evidence("other_refused", text, {"servo": title}))
+        elif not run.options.dry_run:
+            await (self._in_order if run.on_anomaly == "stop" else self._together)(run)
+
+    async def _in_order(self, run: ProfileRun) -> None:
+        """Write and save one servo after the other, up to the first that fails."""
+        await run.each(run.targets, self._write_and_save)
+        if run.stopped:
+            title = run.failed[0].title
+            run.skip_all(Evidence("other_failed", f"{title} did not do as told", {"servo": title}))
+
+    async def _together(self, run: ProfileRun) -> None:
+        """Write to all accepted servos at once; save one after the other, because a save may move the horn."""
+        accepted = [target for target in run.targets if target.problem is None]
+        await run.together(accepted, "write", self._write, whole=True)
+        for target in run.failed:
+            run.skip(target, Evidence("failed_before", "it did not do as told"))
+        if run.options.save:
+            await run.each([target for target in accepted if target.problem is None], self._save_step)
+
+    async def _write_and_save(self, run: ProfileRun, target: ProfileTarget) -> None:
+        if await run.step(target, "write", self._write, whole=True) and run.options.save:
+            await self._save_step(run, target)
+
+    async def _save_step(self, run: ProfileRun, target: ProfileTarget) -> None:
+        await run.step(target, "save", self._save)
+
+    async def _plan(self, run: ProfileRun, target: ProfileTarget) -> Evidence:
+        permission.check_writable(target.servo)
+        target.values, target.left_out = self._profiles.values_for(run.profile, target.servo)
+        self._changes.plan(target.servo, target.values, confirm=run.options.confirm)
+        words = torque_in_rom.confirmed(run.options.confirm, target.values)
+        if run.options.save:
+            torque_in_rom.decide(target.servo, words, target.values)
+        if run.options.dry_run:
+            edit = await self._changes.edit(target.servo, target.values, run.write_options(words))
+            target.changes, target.plan = edit.outcome.changes, edit.plan
+            target.outcome = "planned"
+        left = f", {len(target.left_out)} left out" if target.left_out else ""
+        values = {"rows": len(target.values), "left_out": len(target.left_out)}
+        return Evidence("planned", f"{len(target.values)} rows{left}", values)
+
+    async def _write(self, run: ProfileRun, target: ProfileTarget) -> Evidence:
+        outcome = await self._changes.apply(target.servo, target.values, run.write_options(run.options.confirm))
+        target.outcome, target.changes = outcome.outcome, outcome.changes
+        check_outcome(target.title, outcome)
+        written = sum(one.verdict == "applied" for one in outcome.changes)
+        return rows_written(written, len(outcome.changes))
+
+    async def _save(self, run: ProfileRun, target: ProfileTarget) -> Evidence:
+        self._leases.allow_write(run.lease_id, self._base.now())
+        words = torque_in_rom.confirmed(run.options.confirm, target.values)
+        save = RestartOptions(run.lease_id, run.by, words, written=target.changes)
+        job = self._restarting.start(target.servo, "save", save)
+        target.job = job.id
+        told = f"Saving {target.title} was cancelled. What its ROM holds is not known."
+        await self._jobs.succeeded(job, NotAsWanted(told))
+        target.saved = True
+        return SAVED
+
+
+def _steps(targets: Sequence[ProfileTarget], options: ApplyOptions) -> list[Step]:
+    kinds: dict[str, str] = {}
+    if not options.dry_run:
+        kinds["write"] = "Written and read back"
+        if options.save:
+            kinds["save"] = "Saved"
+    first = [target.step("plan", "Values checked") for target in targets]
+    return first + [target.step(kind, text) for target in targets for kind, text in kinds.items()]
+
+
+def _problem(error: HornbillError) -> dict[str, object]:
+    """An error as the job's result holds it: code, title, detail, and what facts JSON can hold."""
+    plain: dict[str, object] = {
+        key: one for key, one in error.facts.items() if isinstance(one, str | int | float | list | dict)
+    }
+    return {**plain, "code": error.code, "title": error.title, "detail": error.detail, "summary": error.summary}

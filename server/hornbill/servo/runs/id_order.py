@@ -1,0 +1,104 @@
+"""Order in which servos get new IDs, so that no two share one on the way."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hornbill.errors import Conflict
+from hornbill.units import Uid
+
+IDS = ("servo_id", "node_id")
+"""Rows that hold one number a servo (sections 4.37, 4.38). 0 may be shared: unprovisioned, or dynamic."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdTurn:
+    """One servo's turn. `parked` None: all its rows become what they are to hold. Else only that row becomes 0, because
+    another servo gets its number first.
+    """
+
+    uid: Uid
+    parked: str | None = None
+
+
+def order_ids(
+    wanted: Mapping[Uid, Mapping[str, int | None]],
+    held: Mapping[str, Mapping[Uid, int | None]],
+    *,
+    first_yields: bool = False,
+) -> list[IdTurn]:
+    """The turns in their order, which is that of `wanted` as far as IDs allow.
+
+    `wanted`: by servo, the number of each row; None leaves it. `held`: by row, what each servo has now; the row that
+    takes longest to park comes first. A servo waits while another that is still to come has what it wants. Where all
+    wait, whoever the first waits for is parked, or with `first_yields` the first itself: an extra turn. No number may
+    be wanted twice, or stay with a servo that is not in `wanted`.
+    """
+    now = {row: {uid: number for uid, number in numbers.items() if number} for row, numbers in held.items()}
+    waiting = list(wanted)
+    found: list[IdTurn] = []
+    while waiting:
+        turn = _next_turn(waiting, wanted, now, first_yields=first_yields)
+        found.append(turn)
+        if turn.parked is None:
+            waiting.remove(turn.uid)
+        else:
+            del now[turn.parked][turn.uid]
+    return found
+
+
+def _next_turn(
+    waiting: list[Uid],
+    wanted: Mapping[Uid, Mapping[str, int | None]],
+    now: Mapping[str, Mapping[Uid, int]],
+    *,
+    first_yields: bool,
+) -> IdTurn:
+    def blocker(uid: Uid, row: str) -> Uid | None:
+        number = wanted[uid].get(row)
+        others = (other for other in waiting if other != uid and now[row].get(other) == number)
+        return next(others, None) if number else None
+
+    ready = waiting
+    for row in now:
+        free = [uid for uid in ready if blocker(uid, row) is None]
+        if not free:
+            yielding = ready[0] if first_yields else blocker(ready[0], row)
+            assert yielding is not None
+            return IdTurn(yielding, row)
+        ready = free
+    return IdTurn(ready[0])
+
+
+def moves(current: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> list[tuple[Uid, int]]:
+    """The numbers of one row to write, one after the other, so that at no moment two servos share one other than 0.
+
+    `current` are the numbers there are now, of servos that change and of those that stay; one that is in `wanted` alone
+    has 0. Raises as `check_ids`.
+    """
+    check_ids(current, wanted)
+    changing = {uid: {"id": number} for uid, number in wanted.items() if number != current.get(uid, 0)}
+    turns = order_ids(changing, {"id": current}, first_yields=True)
+    return [(turn.uid, wanted[turn.uid] if turn.parked is None else 0) for turn in turns]
+
+
+def check_ids(current: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> None:
+    """Raises Conflict when two servos want the same number of a row, or one wants what stays with another.
+
+    Facts: requested, owner, uids (who wants it).
+    """
+    stays = {number: uid for uid, number in current.items() if uid not in wanted}
+    wanting: dict[int, Uid] = {}
+    for uid, number in wanted.items():
+        if number == 0:
+            continue
+        if number in wanting:
+            raise Conflict(
+                f"Id {number} was asked for twice. Give each servo one of its own.",
+                requested=number, owner=wanting[number], uids=[wanting[number], uid],
+            )  # fmt: skip
+        wanting[number] = uid
+        if number in stays:
+            raise Conflict(
+                f"Id {number} belongs to another servo, which keeps it. Choose another, or change that one as well.",
+                requested=number, owner=stays[number], uids=[uid],
+            )  # fmt: skip

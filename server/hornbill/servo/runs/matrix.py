@@ -1,0 +1,355 @@
+"""Parameters × servos as one: read together, planned together, each servo changed all or nothing."""
+
+import asyncio
+from collections.abc import Awaitable, Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from hornbill.domain.change import Change, Reason
+from hornbill.errors import Conflict, HornbillError, NotAsWanted
+from hornbill.servo.configuration.changes import Changes, WriteOptions
+from hornbill.servo.configuration.restart_plan import RestartOptions
+from hornbill.servo.configuration.restarting import Restarting
+from hornbill.servo.configuration.writing import UNDO_WITHIN_S, Outcome
+from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.identification import read_rows
+from hornbill.servo.device.output import KEY
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runs.fleet_run import FleetRun, WrittenTarget
+from hornbill.servo.runs.id_order import IDS, check_ids, moves
+from hornbill.servo.runtime.hub import Happened, Hub
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.shielded import shielded
+from hornbill.units import Uid
+
+Values = Mapping[str, object]
+Ids = Mapping[Uid, int]
+REASON = Reason("matrix", "matrix")
+
+AGAIN_S = 0.25
+"""Interval of retries when IDs are put back: the other servos wait for the number."""
+
+
+@dataclass(slots=True, kw_only=True)
+class MatrixTarget(WrittenTarget):
+    """One servo of a batch. `job`: its save."""
+
+    values: Values
+    servo: Servo | None = None
+    job: RunningJob | None = None
+
+    @property
+    def title(self) -> str:
+        """Title of the servo."""
+        return f"servo {self.uid[:8]}" if self.servo is None else self.servo.title
+
+    @property
+    def accepted(self) -> bool:
+        """Whether it may be written."""
+        return self.outcome == "planned"
+
+    def wants(self, key: str) -> int | None:
+        """The requested ID, after planning. None if it does not change."""
+        asked = (one.requested for one in self.changes if one.key == key and one.requested != one.before)
+        return next((int(value) for value in asked if isinstance(value, int | float)), None)
+
+
+@dataclass(frozen=True, slots=True)
+class MatrixOptions:
+    """How a batch is written; see `Changes.apply`."""
+
+    lease_id: str | None
+    revisions: Mapping[str, str]
+    confirm: Collection[str] = ()
+    dry_run: bool = False
+    save: bool = False
+    all_or_none: bool = False
+
+
+@dataclass(slots=True, kw_only=True)
+class MatrixRun(FleetRun[MatrixTarget]):
+    """One batch. `leaving`: servos whose IDs do not count as taken, because it moves them. `tied`: those that pass IDs
+    to one another, and are changed all or none.
+    """
+
+    options: MatrixOptions
+    leaving: Sequence[Uid]
+    tied: Collection[Uid] = ()
+
+    @property
+    def accepted(self) -> list[MatrixTarget]:
+        """The targets that may be written."""
+        return [target for target in self.targets if target.accepted]
+
+    def write_options(self, target: MatrixTarget) -> WriteOptions:
+        """How a servo is written."""
+        return WriteOptions(
+            self.options.lease_id, save=self.options.save, revision=self.options.revisions.get(target.uid),
+            confirm=self.options.confirm, leaving=self.leaving, reason=REASON,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """One write of an ID row: its value before and after."""
+
+    servo: Servo
+    key: str
+    before: int
+    number: int
+
+
+class Swap:
+    """Exchange of IDs among servos, all or none. `move` is one write, proved by a read-back."""
+
+    def __init__(self, hub: Hub, move: Callable[[Moved], Awaitable[Outcome]]) -> None:
+        self._hub = hub
+        self._move = move
+
+    async def run(self, servos: Mapping[Uid, Servo], ids: Mapping[str, tuple[Ids, Ids]]) -> HornbillError | None:
+        """`ids`: by row, what the servos have now and what they want. None, or why everything was put back."""
+        made: list[Moved] = []
+        for key, (current, wanted) in ids.items():
+            now = dict(current)
+            for uid, number in moves(current, wanted):
+                one = Moved(servos[uid], key, now[uid], number)
+                made.append(one)
+                failure = await self._try(one)
+                if failure is not None:
+                    await self._back(made)
+                    return failure
+                now[uid] = number
+        return None
+
+    async def _back(self, made: list[Moved]) -> None:
+        """Put back, last first, through the same states; also the failed write, because it may have arrived."""
+        held: set[tuple[str, int]] = set()  # numbers that could not be left, and so not be given
+        stuck: list[str] = []
+        until = asyncio.get_running_loop().time() + UNDO_WITHIN_S
+        for one in reversed(made):
+            taken = one.before != 0 and (one.key, one.before) in held
+            if taken or not await self._put_back(Moved(one.servo, one.key, one.number, one.before), until):
+                held.add((one.key, one.number))
+                stuck.append(f"{one.servo.title} ({one.key} {one.number} instead of {one.before})")
+        if stuck:
+            text = f"Ids that could not be put back: {', '.join(stuck)}. Read these servos, and write their ids anew."
+            self._hub.tell(Happened("failure", "not_rolled_back", text))
+
+    async def _put_back(self, one: Moved, until: float) -> bool:
+        while await self._try(one) is not None:
+            if asyncio.get_running_loop().time() >= until:
+                return False
+            await asyncio.sleep(AGAIN_S)
+        return True
+
+    async def _try(self, one: Moved) -> HornbillError | None:
+        try:
+            return (await self._move(one)).failure
+        except HornbillError as error:
+            return error
+
+
+class Matrix:
+    """Reads and changes many servos. Those that pass ids to one another are changed all or none."""
+
+    def __init__(
+        self,
+        services: HostServices,
+        fleet: Fleet,
+        changes: Changes,
+        restarting: Restarting,
+    ) -> None:
+        self._requests = services.requests
+        self._hub = services.hub
+        self._base = services.base
+        self._leases = services.leases
+        self._fleet = fleet
+        self._changes = changes
+        self._restarting = restarting
+
+    async def read(self, uids: Sequence[Uid], keys: Collection[str] | None) -> dict[Uid, HornbillError]:
+        """Read rows (all unless named) of many servos from the bus at once; the problem of each that has one."""
+
+        async def one(uid: Uid) -> HornbillError | None:
+            try:
+                servo = self._fleet.get(uid)
+                await read_rows(self._requests, servo, [key for key in servo.registers if keys is None or key in keys])
+            except HornbillError as error:
+                return error
+            return None
+
+        found = await asyncio.gather(*(one(uid) for uid in uids))
+        return {uid: problem for uid, problem in zip(uids, found, strict=True) if problem is not None}
+
+    async def write(self, values: Mapping[Uid, Values], options: MatrixOptions) -> Sequence[MatrixTarget]:
+        """Plan every servo, then write those that were not rejected; what became of each, in the same order.
+
+        Raises LeaseHeld, before anything was sent; every other problem is the servo's.
+        """
+        self._leases.allow_write(options.lease_id, self._base.now())
+        targets = [
+            MatrixTarget(uid=uid, place=place, values=asked) for place, (uid, asked) in enumerate(values.items(), 1)
+        ]
+        run = MatrixRun(targets=targets, options=options, leaving=list(values))
+        await self._plan_all(run)
+        if options.all_or_none and run.failed:
+            for target in run.accepted:
+                target.outcome, target.changes = "not_tried", []
+        elif not options.dry_run:
+            accepted = run.accepted
+            await shielded(self._write_all(run, accepted))  # ids are not left half way
+            if options.save:
+                self._save(run, accepted)
+        return targets
+
+    async def _plan_all(self, run: MatrixRun) -> None:
+        """Plan until no rejection changes another plan: a rejected servo keeps the ID that another one wants."""
+        await run.together(run.targets, "plan", self._plan)
+        while True:
+            self._check_ids(run)
+            run.leaving = _leaving(run.accepted)
+            moving = [target for target in run.accepted if any(target.wants(key) for key in IDS)]
+            await run.together(moving, "plan", self._plan)
+            if all(target.accepted for target in moving):
+                return
+
+    async def _plan(self, run: MatrixRun, target: MatrixTarget) -> None:
+        target.servo = self._fleet.get(target.uid)
+        options = replace(run.write_options(target), dry_run=True)
+        if run.options.dry_run:
+            edit = await self._changes.edit(target.servo, target.values, options)
+            target.changes, target.plan = edit.outcome.changes, edit.plan
+        else:
+            if run.options.save:
+                save = RestartOptions(run.options.lease_id, confirm=run.options.confirm, values=target.values)
+                self._restarting.check(target.servo, "save", save)
+            target.changes = (await self._changes.apply(target.servo, target.values, options)).changes
+        target.outcome = "planned"
+
+    @staticmethod
+    def _check_ids(run: MatrixRun) -> None:
+        """Reject servos that want an ID which another one wants, or has and keeps."""
+        for key in IDS:
+            while True:
+                accepted = run.accepted
+                try:
+                    check_ids(_ids(run.targets, key), _wanted(accepted, key))
+                    break
+                except Conflict as conflict:
+                    conflict.facts["key"] = key
+                    for target in accepted:
+                        if target.uid in conflict.facts["uids"]:  # pyright: ignore[reportOperatorIssue] - a list
+                            target.fail(conflict)
+
+    async def _write_all(self, run: MatrixRun, accepted: Sequence[MatrixTarget]) -> None:
+        run.leaving = _leaving(accepted)
+        run.tied = {uid for key in IDS for uid in _tied(_ids(accepted, key), _wanted(accepted, key))}
+        await run.together(accepted, "write", self._write)
+        tied = [target for target in accepted if target.uid in run.tied]
+        if tied:
+            await self._swap(run, tied)
+
+    async def _write(self, run: MatrixRun, target: MatrixTarget) -> None:
+        """Write the rows of one servo; of tied servos without the IDs, which are written last."""
+        later = [change for change in target.changes if change.key in IDS and target.uid in run.tied]
+        values = {key: value for key, value in target.values.items() if key not in IDS or target.uid not in run.tied}
+        written: list[Change] = []
+        if values:
+            outcome = await self._apply(target, values, run.write_options(target))
+            if outcome.failure is not None:
+                target.outcome, target.changes = outcome.outcome, outcome.changes
+                raise outcome.failure
+            written = outcome.changes
+        target.outcome, target.changes = "applied", [*written, *later]
+
+    async def _swap(self, run: MatrixRun, tied: list[MatrixTarget]) -> None:
+        """Write the IDs of tied servos after all their other rows. On a failure all of it is put back."""
+        run.options = replace(run.options, revisions={})
+        failure = next((one.problem for one in tied if one.outcome != "applied"), None)
+        titles = ", ".join(one.title for one in tied)
+        if failure is None:
+            swap = Swap(self._hub, partial(self._move, run, {one.uid: one for one in tied}))
+            ids = {key: (_ids(tied, key), _wanted(tied, key)) for key in IDS}
+            failure = await swap.run({one.uid: one.servo for one in tied if one.servo is not None}, ids)
+        if failure is None:
+            for one in tied:
+                one.changes = _with_ids(one, "applied")
+            return
+        for one in tied:
+            if one.outcome == "applied":
+                await self._put_back(run, one)
+                one.problem = Conflict(
+                    f"{titles} pass ids to one another, and it failed: {failure.detail}", cause=failure.code
+                )
+                one.outcome = "rolled_back"
+
+    async def _put_back(self, run: MatrixRun, one: MatrixTarget) -> None:
+        """Put back the rows other than IDs; IDs are put back by the swap."""
+        before = {change.key: change.before for change in one.changes if change.verdict in ("applied", "clamped")}
+        before = {key: value for key, value in before.items() if key not in IDS and value is not None}
+        if before.get(KEY) == "on":  # what it took stays away: a servo is never energised to undo something
+            del before[KEY]
+        verdict = "rolled_back"
+        if before:
+            try:
+                outcome = await self._apply(one, before, replace(run.write_options(one), leaving=()))
+                verdict = "rolled_back" if outcome.failure is None else "no_answer"
+            except HornbillError:
+                verdict = "no_answer"
+        one.changes = [
+            replace(change, after=change.before if verdict == "rolled_back" else None, verdict=verdict)
+            if change.key in before else change
+            for change in _with_ids(one, "rolled_back")
+        ]  # fmt: skip
+
+    async def _move(self, run: MatrixRun, tied: Mapping[Uid, MatrixTarget], moved: Moved) -> Outcome:
+        target = tied[moved.servo.uid]
+        outcome = await self._apply(target, {moved.key: moved.number}, run.write_options(target))
+        if outcome.failure is None and any(change.verdict == "clamped" for change in outcome.changes):
+            raise NotAsWanted(f"{target.title} did not take {moved.number} as {moved.key}.", key=moved.key)
+        return outcome
+
+    async def _apply(self, target: MatrixTarget, values: Values, options: WriteOptions) -> Outcome:
+        assert target.servo is not None
+        return await self._changes.apply(target.servo, values, options)
+
+    def _save(self, run: MatrixRun, accepted: Sequence[MatrixTarget]) -> None:
+        for target in accepted:
+            if target.outcome == "applied" and target.servo is not None:
+                try:
+                    save = RestartOptions(run.options.lease_id, confirm=run.options.confirm, written=target.changes)
+                    target.job = self._restarting.start(target.servo, "save", save)
+                except HornbillError as problem:  # what was written stays written, and that is what must be said
+                    target.problem = problem
+
+
+def _ids(entries: Sequence[MatrixTarget], key: str) -> dict[Uid, int]:
+    return {one.uid: one.servo.raw(key) or 0 for one in entries if one.servo is not None}
+
+
+def _wanted(entries: Sequence[MatrixTarget], key: str) -> dict[Uid, int]:
+    return {one.uid: number for one in entries if (number := one.wants(key)) is not None}
+
+
+def _leaving(entries: Sequence[MatrixTarget]) -> list[Uid]:
+    return [one.uid for one in entries if any(one.wants(key) is not None for key in IDS)]
+
+
+def _tied(ids: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> set[Uid]:
+    """Servos that want an ID which another one has now, and those that have it."""
+    found: set[Uid] = set()
+    for uid, number in wanted.items():
+        holders = {other for other, held in ids.items() if number and held == number and other != uid}
+        found |= holders | {uid} if holders else set()
+    return found
+
+
+def _with_ids(one: MatrixTarget, verdict: str) -> list[Change]:
+    done = verdict == "applied"
+    return [
+        replace(change, after=change.requested if done else change.before, verdict=verdict)
+        if change.key in IDS and change.requested != change.before
+        else replace(change, verdict="unchanged") if change.key in IDS else change
+        for change in one.changes
+    ]  # fmt: skip

@@ -1,0 +1,343 @@
+"""Job that switches outputs on again, one by one, after a stop, a lease or a command switched them off."""
+
+import asyncio
+from collections.abc import Collection, Sequence
+from copy import copy
+from dataclasses import dataclass
+
+from hornbill.domain.fields import known
+from hornbill.errors import (
+    BusDisconnected,
+    Busy,
+    DidNotMove,
+    HornbillError,
+    LeaseHeld,
+    LeaseRequired,
+    NeedsConfirmation,
+    NoAnswer,
+    OutOfRange,
+    Refused,
+    Stopped,
+)
+from hornbill.servo.configuration.following import RestartFollower
+from hornbill.servo.device import permission
+from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.output import KEY, ON, SESSION, taken_by
+from hornbill.servo.device.requests import READ
+from hornbill.servo.device.services import HostServices
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.motion.cautions import needs_feeding
+from hornbill.servo.motion.motion import AT_REST_RPM, Motion
+from hornbill.servo.runs.fleet_run import FleetJob, RunTarget
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.servo.runtime.steps import Evidence, Step
+from hornbill.servo.torque_off.stop import Latch, StopControl
+from hornbill.store.audit import NewAuditEntry
+from hornbill.units import Uid
+
+WORD = "load"
+"""Confirms that a servo under load is switched on."""
+
+LOADED_PCT = 20
+"""A torque reading above this is a load on the horn."""
+
+LOOK_S = 0.15
+STAYED_DEG = 2.0
+"""A horn that is this far from where it stood after LOOK_S was moved by its output, which is taken again."""
+
+_ENDS = (Stopped, BusDisconnected, LeaseRequired, LeaseHeld)
+"""Problems that concern every servo, and end the job."""
+
+_DECIDING = (
+    KEY, "current_angle", "current_torque", "current_speed", "timeout_action", "fault_warning", "angle_limit_cw",
+    "angle_limit_ccw",
+)  # fmt: skip
+"""Rows read before an output is switched on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prospect:
+    """One servo as a dry run finds it. `problem` is why it would stay off."""
+
+    servo: Servo
+    under_load: bool
+    needs_lease: bool
+    problem: HornbillError | None
+
+
+@dataclass(slots=True, kw_only=True)
+class OutputTarget(RunTarget):
+    """One servo of the job. `outcome`: not_tried, on, failed. `kept_by`: lease (off when it ends) or servo."""
+
+    servo: Servo
+    outcome: str = "not_tried"
+    kept_by: str | None = None
+    angle_deg: float | None = None
+
+    @property
+    def title(self) -> str:
+        """Title of the servo."""
+        return self.servo.title
+
+    def fail(self, problem: HornbillError) -> None:
+        """Record the problem that kept its output off."""
+        self.outcome, self.problem = "failed", problem
+
+    def shown(self) -> dict[str, object]:
+        """The target in the result of the job, as JSON."""
+        problem = None
+        if self.problem is not None:
+            problem = {"code": self.problem.code, "detail": self.problem.detail, "summary": self.problem.summary}
+        return {
+            "uid": self.uid, "title": self.title, "outcome": self.outcome, "kept_by": self.kept_by,
+            "angle_deg": self.angle_deg, "problem": problem,
+        }  # fmt: skip
+
+
+@dataclass(slots=True, kw_only=True)
+class OutputRun(FleetJob[OutputTarget]):
+    """One job of restoring outputs."""
+
+    ENDS = _ENDS
+
+    lease_id: str | None
+    by: str
+
+    def result(self) -> dict[str, object]:
+        """The result of the job as of now."""
+        return {"servos": [target.shown() for target in self.targets]}
+
+    def summary(self, failed: Sequence[OutputTarget]) -> str:
+        """Which outputs stayed off."""
+        titles = ", ".join(target.title for target in failed)
+        return f"{len(failed)} of {len(self.targets)} outputs stayed off: {titles}. "
+
+
+class RestoreOutputJobs:
+    """Starts jobs of kind "restore_output". Nothing moves: each horn is held where it stands.
+
+    Under a lease the servos are under command and kept alive; they are off when it ends. Without one nobody commands
+    them afterwards: that is for servos whose own timeout holds (0x26).
+    """
+
+    def __init__(
+        self,
+        services: HostServices,
+        motion: Motion,
+        stop: StopControl,
+        fleet: Fleet,
+        follow: RestartFollower,
+    ) -> None:
+        self._requests = services.requests
+        self._base = services.base
+        self._jobs = services.jobs
+        self._leases = services.leases
+        self._motion = motion
+        self._stop = stop
+        self._fleet = fleet
+        self._follow = follow
+        self._audit = services.audit
+
+    def candidates(self) -> list[Servo]:
+        """Servos whose output a stop, a lease or a command took, and which were on before as configured."""
+        return [one for one in self._fleet.all() if one.online and _was_switched(one)]
+
+    async def plan(self, uids: Sequence[Uid] | None, lease_id: str | None) -> list[Prospect]:
+        """What `start` would do to which servo, after reading it; nothing is sent but reads.
+
+        `uids`: None for `candidates`. Raises Unknown, LeaseHeld, LeaseRequired for a lease that has ended, Busy.
+        """
+        servos = self.candidates() if uids is None else [self._fleet.get(uid) for uid in dict.fromkeys(uids)]
+        self._check_lease(lease_id)
+        found = await asyncio.gather(*(self._prospect(servo, lease_id) for servo in servos))
+        self._check_lease(lease_id)
+        self._jobs.check_apart([one.uid for one in servos])
+        for servo in servos:
+            permission.check_free(servo, self._jobs)
+        return found
+
+    async def start(
+        self, uids: Sequence[Uid] | None, lease_id: str | None, *, by: str, confirm: Collection[str] = ()
+    ) -> RunningJob:
+        """Clear the latch if it is set, then switch the outputs on, one after the other.
+
+        A servo that fails stays off and is named; the others follow. Its result has `servos`, one entry each. Stop ends
+        it at once. Raises as `plan`, and before anything is sent but reads: LeaseRequired (for servos that their own
+        timeout would switch off again), NeedsConfirmation (load).
+        """
+        latch = self._stop.latch
+        found = await self.plan(uids, lease_id)
+        _require_lease([one.servo for one in found if one.needs_lease])
+        if WORD not in confirm:
+            _require_word([one.servo for one in found if one.under_load])
+        targets = [OutputTarget(uid=one.servo.uid, place=place, servo=one.servo) for place, one in enumerate(found, 1)]
+        steps = [Step("clear", "Stop cleared"), *(target.step("restore", "output on") for target in targets)]
+
+        async def work(job: RunningJob) -> dict[str, object]:
+            run = OutputRun(job=job, targets=targets, lease_id=lease_id, by=by)
+            return await run.work(self._execute(run, latch))
+
+        return self._jobs.start("restore_output", None, steps, work)
+
+    async def _execute(self, run: OutputRun, latch: Latch | None) -> None:
+        try:
+            self._clear(run, latch)
+            await self._follow.unless_stopped(run.each(run.targets, self._restore_step))
+        finally:
+            self._audit.note(*(self._entry(run, one) for one in run.targets if one.outcome != "not_tried"))
+
+    def _clear(self, run: OutputRun, latch: Latch | None) -> None:
+        run.job.begin("clear")
+        if self._stop.latch is not latch:  # pressed since: nobody agreed to clear that one
+            self._stop.check()
+        if self._stop.latched:
+            self._stop.clear(run.by)
+            run.job.done("clear", Evidence("latch_cleared", "the latch was set"))
+        else:
+            run.job.skip("clear", Evidence("not_latched", "nothing was latched"))
+
+    async def _restore_step(self, run: OutputRun, target: OutputTarget) -> None:
+        await run.step(target, "restore", self._restore)
+
+    async def _restore(self, run: OutputRun, target: OutputTarget) -> Evidence:
+        """Switch one output on. On any problem it is off, or on the brake, as before."""
+        servo, lease_id = target.servo, run.lease_id
+        async with servo.changing:
+            await self._read(servo)
+            self._check_lease(lease_id)
+            if servo.output_state.state == "on":
+                target.angle_deg = _angle(servo)
+                target.kept_by = "lease" if self._motion.driven(servo.uid) else "servo"
+            else:
+                self._check(servo)
+                await self._switch_on(run, target)
+                target.kept_by = "servo" if lease_id is None else "lease"
+        target.outcome = "on"
+        kept = "under command: off when motion control ends" if target.kept_by == "lease" else "it holds by itself"
+        text = f"held at {target.angle_deg:+.1f}°; {kept}"
+        return Evidence("held", text, known(angle_deg=target.angle_deg, kept_by=target.kept_by))
+
+    async def _switch_on(self, run: OutputRun, target: OutputTarget) -> None:
+        """Switch on and check that the horn stays. On any problem the output is switched off again."""
+        servo, lease_id = target.servo, run.lease_id
+        before, found, taken, stood = servo.raw(KEY), copy(servo.output), servo.output.taken, _angle(servo)
+        try:
+            if lease_id is not None:
+                await self._motion.torque_on(servo, lease_id)
+            else:
+                await self._motion.energise(servo, run.by)
+            await asyncio.sleep(LOOK_S)
+            await self._read(servo)
+            target.angle_deg = _angle(servo)
+            self._check_stays(servo, lease_id, stood, target.angle_deg)
+        except BaseException:
+            under_other = lease_id is None and self._motion.driven(servo.uid)
+            if not self._stop.latched and servo.output.taken == taken and not under_other:
+                self._motion.hand_back(servo)
+                self._motion.torque_off.require(servo, found.reason, found.by, taken_by(before))
+            raise
+
+    def _check_stays(self, servo: Servo, lease_id: str | None, stood: float, angle: float) -> None:
+        """Raises when the output is not on any more, or the horn did not stay where it stood."""
+        if lease_id is not None:
+            self._motion.may_move(servo, lease_id)
+        if servo.output_state.state != "on" or (lease_id is not None and not self._motion.driven(servo.uid)):
+            raise Refused(f"The output of {servo.title} did not stay on.", key=KEY)
+        if abs(angle - stood) > STAYED_DEG:
+            raise DidNotMove(
+                f"{servo.title} was to hold its horn at {stood:.1f}°, and it went to {angle:.1f}°. Its output is taken "
+                "again. Look what moves it.",
+                angle_deg=angle, target_deg=stood,
+            )  # fmt: skip
+
+    async def _prospect(self, servo: Servo, lease_id: str | None) -> Prospect:
+        problem = None
+        try:
+            await self._read(servo)
+            if servo.output_state.state != "on":
+                self._check(servo)
+        except _ENDS:
+            raise
+        except HornbillError as error:
+            problem = error
+        return Prospect(servo, _is_loaded(servo), lease_id is None and needs_feeding(servo), problem)
+
+    def _check_lease(self, lease_id: str | None) -> None:
+        """Raises LeaseHeld while another client has motion control, LeaseRequired if the given lease has ended."""
+        if lease_id is None:
+            self._leases.allow_write(None, self._base.now())
+        else:
+            self._leases.require(lease_id, self._base.now())
+
+    def _check(self, servo: Servo) -> None:
+        """Check whether one output may be switched on, by the rows just read. The latch is not checked."""
+        permission.check_movable(servo)
+        if self._motion.torque_off.pending(servo.uid):
+            raise NoAnswer(f"{servo.title} has not confirmed that its output is off: that is still being written.")
+        speed = servo.raw("current_speed") or 0
+        if abs(speed) > AT_REST_RPM:
+            raise Busy(f"The horn of {servo.title} turns at {speed} rpm. Let it come to rest.")
+        row = permission.row_for(servo, "angle")
+        low, high = (limit / row.per_unit for limit in permission.bounds(servo, row))
+        angle = _angle(servo)
+        if not low <= angle <= high:
+            raise OutOfRange(
+                f"The horn of {servo.title} stands at {angle:.1f}°, outside its angle limits of {low:g}° to {high:g}°: "
+                "its output would move it. Turn it inside, or widen the limits.",
+                minimum=low, maximum=high, unit=row.unit, requested=angle,
+            )  # fmt: skip
+
+    async def _read(self, servo: Servo) -> None:
+        for key in _DECIDING:
+            if key in servo.registers:
+                await self._requests.read(servo, servo.registers[key].parameter, READ)
+
+    def _entry(self, run: OutputRun, target: OutputTarget) -> NewAuditEntry:
+        outcome = "succeeded" if target.outcome == "on" else "failed"
+        detail = "" if target.problem is None else target.problem.detail
+        after = "on" if target.outcome == "on" else None
+        return NewAuditEntry(
+            run.by, "restore_output", outcome, target.uid, KEY, after=after, detail=detail, job=run.job.id
+        )  # fmt: skip
+
+
+def _was_switched(servo: Servo) -> bool:
+    state = servo.output_state
+    configured = servo.configured(KEY)
+    before = servo.output.last_configured if configured is None else configured
+    return state.state in ("off", "brake") and state.reason in SESSION and before == ON
+
+
+def _angle(servo: Servo) -> float:
+    row = servo.registers["current_angle"]
+    if row.raw is None or row.at is None:
+        raise NoAnswer(f"{servo.title} does not tell its angle. Check its supply and the wiring.")
+    return row.raw / row.parameter.per_unit
+
+
+def _is_loaded(servo: Servo) -> bool:
+    torque, speed = servo.raw("current_torque") or 0, servo.raw("current_speed") or 0
+    return servo.output_state.state == "brake" or abs(torque) > LOADED_PCT or abs(speed) > AT_REST_RPM
+
+
+def _require_lease(servos: Sequence[Servo]) -> None:
+    if servos:
+        titles = ", ".join(one.title for one in servos)
+        raise LeaseRequired(
+            f"{titles}: the servo's own timeout (0x26, 0x27) would switch the output off again. Take motion control "
+            "(POST /api/v1/leases) and send its ID in the header 'Lease': then the output is kept on until it ends.",
+            summary=f"{titles}: the servo's own timeout (0x26, 0x27) would switch the output off again. Take motion "
+            "control: then the output is kept on until it ends.",
+            uids=[one.uid for one in servos],
+        )
+
+
+def _require_word(servos: Sequence[Servo]) -> None:
+    if servos:
+        titles = ", ".join(one.title for one in servos)
+        raise NeedsConfirmation(
+            f"The horn may be under load on {titles}: braked, turning, or with more than {LOADED_PCT} % torque. It is "
+            "held where it stands.",
+            request=f'If that is safe, send it again with confirm: ["{WORD}"].',
+            confirm=WORD, uids=[one.uid for one in servos],
+        )  # fmt: skip

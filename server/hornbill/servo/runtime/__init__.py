@@ -1,0 +1,1 @@
+"""Event hub, jobs, audit and time base: what every chapter uses."""

@@ -1,0 +1,52 @@
+"""Owns Spread and Counts: what the servo layer counts for as long as the process lives, for whoever watches it."""
+
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Sequence
+
+from hornbill.servo.runtime.hub import Happened, Hub, JobChanged
+
+
+class Histogram:
+    """How often durations fell between fixed bounds: a histogram that costs a microsecond a duration."""
+
+    __slots__ = ("bounds", "counts", "total_s")
+
+    def __init__(self, bounds: Sequence[float]) -> None:
+        """`bounds` in seconds, rising; a duration counts to the first bound it does not exceed."""
+        self.bounds = bounds
+        self.counts = [0] * (len(bounds) + 1)
+        self.total_s = 0.0
+
+    def add(self, took_s: float) -> None:
+        """One more, in seconds."""
+        self.counts[bisect_left(self.bounds, took_s)] += 1
+        self.total_s += took_s
+
+    def rising(self) -> list[tuple[str, float]]:
+        """Upper bound and how many were within it, as Prometheus wants its buckets: the last is all of them."""
+        found: list[tuple[str, float]] = []
+        seen = 0
+        for bound, count in zip((*map(str, self.bounds), "+Inf"), self.counts, strict=True):
+            seen += count
+            found.append((bound, seen))
+        return found
+
+
+class Counts:
+    """Counts what the hub tells."""
+
+    def __init__(self, hub: Hub) -> None:
+        self.events: Counter[tuple[str, str]] = Counter()
+        """Entries of the event log, by level and code."""
+        self.jobs: Counter[tuple[str, str]] = Counter()
+        """Jobs that have ended, by kind and state."""
+        hub.listen(self._on_event, Happened)
+        hub.listen(self._on_job, JobChanged)
+
+    def _on_event(self, event: Happened) -> None:
+        self.events[event.level, event.code] += 1
+
+    def _on_job(self, change: JobChanged) -> None:
+        if change.job.ended:
+            self.jobs[change.job.kind, change.job.state] += 1

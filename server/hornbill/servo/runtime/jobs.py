@@ -1,0 +1,312 @@
+"""Owns Job and Jobs: things that take time, with visible steps, evidence and one ending, kept beyond the process."""
+
+import asyncio
+import logging
+import secrets
+from collections.abc import Awaitable, Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from hornbill.errors import Busy, HornbillError, Interrupted, Unknown
+from hornbill.servo.runtime import steps as document
+from hornbill.servo.runtime.steps import Evidence, Step
+from hornbill.store.jobs import KEPT, StoredJob, StoredJobs
+from hornbill.store.tables import Json
+from hornbill.units import Uid
+
+log = logging.getLogger(__name__)
+
+NOT_KNOWN = "the server ended here: whether the servo acted is not known"
+"""Evidence of a step that was running when the server ended."""
+
+Work: TypeAlias = "Callable[[RunningJob], Awaitable[dict[str, object]]]"
+Resumer: TypeAlias = "Callable[[RunningJob], Work]"
+
+
+@dataclass(slots=True)
+class RunningJob:
+    """`state`: queued, running, succeeded, failed or cancelled. `error` is the problem that ended it.
+
+    `request` is what it takes to go on with it in another process, None if that cannot be. `lease_id` is the lease
+    of who resumed it; it is not kept.
+    """
+
+    id: str
+    kind: str
+    uid: Uid | None
+    steps: list[Step]
+    created_at: float
+    clock: Callable[[], float]
+    on_change: Callable[["RunningJob"], None]
+    state: str = "queued"
+    result: dict[str, object] | None = None
+    error: HornbillError | None = None
+    ended_at: float | None = None
+    request: Mapping[str, Json] | None = None
+    lease_id: str | None = field(default=None, repr=False)
+    resumers: Mapping[str, Resumer] = field(default_factory=dict[str, Resumer], repr=False)
+    task: "asyncio.Task[None] | None" = field(default=None, repr=False)
+
+    @property
+    def step(self) -> str | None:
+        """Name of the running step."""
+        return next((step.name for step in self.steps if step.state == "running"), None)
+
+    @property
+    def progress(self) -> float:
+        """Share of the steps that are behind us, 0..1."""
+        behind = sum(step.state in ("done", "skipped") for step in self.steps)
+        return behind / len(self.steps) if self.steps else 1.0
+
+    @property
+    def ended(self) -> bool:
+        """Whether the job has come to its one ending."""
+        return self.ended_at is not None
+
+    @property
+    def resumable(self) -> bool:
+        """Whether `Jobs.resume` can go on with it."""
+        return self.state in ("failed", "cancelled") and self.request is not None and self.kind in self.resumers
+
+    def begin(self, name: str) -> None:
+        """Start a step; the one before it must have ended."""
+        step = self._find(name)
+        step.state, step.started_at = "running", self.clock()
+        self.on_change(self)
+
+    def done(self, name: str, evidence: Evidence | None = None) -> None:
+        """End a step well."""
+        step = self._find(name)
+        step.state, step.ended_at = "done", self.clock()
+        step.observe(evidence)
+        self.on_change(self)
+
+    def fail(self, name: str, why: Evidence) -> None:
+        """End a step that did not do what it was for, while the job goes on."""
+        step = self._find(name)
+        step.state, step.ended_at = "failed", self.clock()
+        step.observe(why)
+        self.on_change(self)
+
+    def skip(self, name: str, why: Evidence) -> None:
+        """Leave a step out, with the reason as its evidence."""
+        step = self._find(name)
+        step.state = "skipped"
+        step.observe(why)
+        self.on_change(self)
+
+    def _find(self, name: str) -> Step:
+        return next(step for step in self.steps if step.name == name)
+
+
+class Jobs:
+    """Runs jobs on the event loop. How each stands is in the store after every step; a store that fails stops none."""
+
+    def __init__(self, on_change: Callable[[RunningJob], None], clock: Callable[[], float], kept: StoredJobs) -> None:
+        """`clock` gives seconds since 1970 (UTC). Jobs the last server did not end are failed now, and not resumed."""
+        self._on_change = on_change
+        self._clock = clock
+        self._kept = kept
+        self._keeping = True
+        self._closing = False
+        self.resumers: dict[str, Resumer] = {}
+        """By kind: makes the work that goes on with a job of it, from its request and the states of its steps.
+
+        It may refuse with a HornbillError, before anything has changed. Work it makes must ask the servo what a step
+        that is "waiting" may have done already.
+        """
+        self._jobs: dict[str, RunningJob] = {}
+        self._recall()
+
+    def all(self) -> list[RunningJob]:
+        """Newest last."""
+        return list(self._jobs.values())
+
+    def get(self, job_id: str) -> RunningJob:
+        """The job of that id. Raises Unknown(unknown_job)."""
+        try:
+            return self._jobs[job_id]
+        except KeyError:
+            raise Unknown("unknown_job", f"There is no job {job_id!r}.") from None
+
+    def running(self, uid: Uid) -> RunningJob | None:
+        """The job under way on this servo."""
+        return next((job for job in self._jobs.values() if job.uid == uid and not job.ended), None)
+
+    def check_apart(self, uids: Collection[Uid]) -> None:
+        """Raises Busy while a job over several servos is under way that has one of these among them."""
+        for job in self._jobs.values():
+            both = next((step.uid for step in job.steps if step.uid is not None and step.uid in uids), None)
+            if both is not None and not job.ended:
+                raise Busy(f"A {job.kind} job is under way over servo {both[:8]}, too. Wait for its end.", job=job.id)
+
+    def start(
+        self, kind: str, uid: Uid | None, steps: list[Step], work: Work, request: Mapping[str, Json] | None = None
+    ) -> RunningJob:
+        """Run `work(job)`; what it answers is the result, a HornbillError it raises is the job's error.
+
+        With a `request` it can be resumed, also by another process, if its kind has a resumer.
+        """
+        job = RunningJob(
+            id=secrets.token_hex(8), kind=kind, uid=uid, steps=steps, created_at=self._clock(),
+            clock=self._clock, on_change=self._changed, request=request, resumers=self.resumers,
+        )  # fmt: skip
+        self._jobs[job.id] = job
+        for old in [known.id for known in self._jobs.values() if known.ended][:-KEPT]:
+            del self._jobs[old]
+        self._keep(job)
+        job.task = asyncio.get_running_loop().create_task(self._run(job, work))
+        return job
+
+    def resume(self, job_id: str, lease_id: str | None = None) -> RunningJob:
+        """Go on with a job that failed, was cancelled or was cut off: the same job, with its done steps behind it.
+
+        Steps that are neither done nor skipped wait again. `lease_id` is for the work to use. Raises Unknown
+        (unknown_job), Busy when it cannot be resumed (now), and what its resumer refuses with.
+        """
+        job = self.get(job_id)
+        if not job.resumable:
+            raise Busy(f"The {job.kind} job {job.id} cannot be resumed: {_why_not(job)}", job=job.id, state=job.state)
+        other = None if job.uid is None else self.running(job.uid)
+        if other is not None:
+            raise Busy(f"A {other.kind} job is under way on this servo. Wait for its end, then resume.", job=other.id)
+        before, job.lease_id = job.lease_id, lease_id
+        try:
+            work = self.resumers[job.kind](job)
+        except BaseException:
+            job.lease_id = before
+            raise
+        job.state, job.result, job.error, job.ended_at = "queued", None, None, None
+        for step in job.steps:
+            if step.state not in ("done", "skipped"):
+                step.state, step.started_at, step.ended_at = "waiting", None, None
+                step.observe(None)
+        job.task = asyncio.get_running_loop().create_task(self._run(job, work))
+        self._changed(job)
+        return job
+
+    async def _run(self, job: RunningJob, work: Work) -> None:
+        job.state = "running"
+        self._changed(job)
+        try:
+            job.result = await work(job)
+            job.state = "succeeded"
+        except asyncio.CancelledError:
+            self._cut_off(job)
+        except HornbillError as error:
+            job.state, job.error = "failed", error
+        except Exception as error:  # a defect of ours must end the job visibly, not leave it running for ever
+            log.exception("the %s job %s failed", job.kind, job.id)
+            job.state, job.error = "failed", HornbillError(f"hornbill itself failed: {error!r}. Report this.")
+        finally:
+            self._end(job)
+
+    async def wait(self, job: RunningJob) -> RunningJob:
+        """Answer when the job has ended, however it ended."""
+        if job.task is not None:
+            await asyncio.wait([job.task])
+        return job
+
+    async def succeeded(self, child: RunningJob, cancelled: HornbillError) -> None:
+        """Wait for a job that is a part of another. Raises what it failed with, or `cancelled`."""
+        await self.wait(child)
+        if child.error is not None:
+            raise child.error
+        if child.state != "succeeded":
+            raise cancelled
+
+    async def cancel(self, job_id: str) -> RunningJob:
+        """Cancel a job that is under way; one that has ended stays as it is."""
+        job = self.get(job_id)
+        if job.task is not None and not job.ended:
+            if job.state == "queued":  # what was set aside for it when it was started is given back by its work alone
+                await asyncio.sleep(0)
+            job.task.cancel()
+            await asyncio.wait([job.task])
+        return job
+
+    async def close(self) -> None:
+        """End everything under way: whoever asked for it did not cancel it, so it failed, Interrupted."""
+        self._closing = True
+        for job in self.all():
+            await self.cancel(job.id)
+
+    def _cut_off(self, job: RunningJob) -> None:
+        if self._closing:
+            job.state, job.error = "failed", _interrupted(job)
+        else:
+            job.state = "cancelled"
+
+    def _end(self, job: RunningJob) -> None:
+        job.ended_at = self._clock()
+        for step in job.steps:
+            if step.state == "running":
+                step.state, step.ended_at = "failed", job.ended_at
+                if isinstance(job.error, Interrupted):
+                    step.observe(Evidence("interrupted", NOT_KNOWN))
+        self._changed(job)
+
+    def _changed(self, job: RunningJob) -> None:
+        self._keep(job)
+        self._on_change(job)
+
+    def _keep(self, job: RunningJob) -> None:
+        try:
+            self._kept.put(
+                StoredJob(
+                    job.id, job.kind, job.uid, job.state, job.created_at, job.ended_at, job.request,
+                    document.write(job.steps, job.result, job.error),
+                )
+            )  # fmt: skip
+            self._keeping = True
+        except Exception:  # a full disk must not end a save half way
+            if self._keeping:
+                self._keeping = False
+                log.exception("jobs cannot be kept; the %s job %s goes on", job.kind, job.id)
+
+    def _recall(self) -> None:
+        for one in self._kept.all():
+            try:
+                steps, result, error = document.read(one.document)
+            except Exception:  # a row that cannot be read must not keep the server from starting
+                log.exception("the kept %s job %s cannot be read", one.kind, one.id)
+                continue
+            job = RunningJob(
+                one.id, one.kind, one.uid, steps, one.created_at, self._clock, self._changed, one.state, result, error,
+                one.ended_at, one.request, resumers=self.resumers,
+            )  # fmt: skip
+            self._jobs[job.id] = job
+            if not job.ended:
+                _begin_next(job)
+                job.state, job.error = "failed", _interrupted(job)
+                self._end(job)
+
+
+def _begin_next(job: RunningJob) -> None:
+    """Take the step after the last one done for begun: that it began may not have reached the database."""
+    if job.state == "running" and all(step.state != "running" for step in job.steps):
+        step = next((one for one in job.steps if one.state == "waiting"), None)
+        if step is not None:
+            step.state = "running"
+
+
+def _interrupted(job: RunningJob) -> Interrupted:
+    """What is known of a job the server's end cut off, without a claim about the step it was in."""
+    done = [_titled(step) for step in job.steps if step.state in ("done", "skipped")]
+    begun = [_titled(step) for step in job.steps if step.state == "running"]
+    text = f"The server ended while this was under way. Done: {', '.join(done) or 'nothing'}. "
+    if begun:
+        text += f"Begun, and whether the servo acted is not known: {', '.join(begun)}. "
+    return Interrupted(text + "What is not done was not begun.")
+
+
+def _titled(step: Step) -> str:
+    return step.text if step.uid is None else f"{step.text} ({step.uid[:8]}…)"
+
+
+def _why_not(job: RunningJob) -> str:
+    if not job.ended:
+        return "it is under way."
+    if job.state == "succeeded":
+        return "it has succeeded."
+    return "this kind is started anew instead."

@@ -1,0 +1,1 @@
+"""Torque off until the servo acknowledges: stop, and retries after a lost servo or process."""

@@ -1,0 +1,287 @@
+"""Retries torque off, or the brake, until the servo acknowledges: for stop, a lease that ended, a lost bus, a save."""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from hornbill.errors import HornbillError
+from hornbill.servo.device.fleet import Fleet
+from hornbill.servo.device.output import KEY, MODES, Reason
+from hornbill.servo.device.requests import STOP, ServoRequests
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.hub import Happened, Hub, ServoChanged
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.units import Instant, Raw, Uid
+
+log = logging.getLogger(__name__)
+
+AGAIN_S: Final = 0.02
+AGAIN_LATER_S: Final = 0.25
+AGAIN_ABSENT_S: Final = 1.0
+"""Pauses between two tries: at first; of a servo that is heard and does not answer; of one that is not even heard,
+which may be switched off for good. It is written at once when it comes back."""
+
+SOON: Final = 25
+"""Tries at the first pause, half a second in all."""
+
+UNANSWERED_S: Final = 10.0
+"""An order other than a stop that is not acknowledged for so long is reported as a failure, once; it goes on."""
+
+LOOK_S: Final = 1.0
+"""How often torque is taken again, for a stop that lasts, from a node that is not polled because it is unidentified."""
+
+LOOK_BRAKED_S: Final = 0.33
+"""The same with the brake: a third of the timeout (0x27) as delivered, which may let the brake go (section 4.19)."""
+
+LONGEST_BRAKED_S: Final = 60.0
+_OFF: Final[Raw] = 1
+
+_AT_ONCE = replace(STOP, timeout_s=STOP.timeout_s * 2, tries=10)
+
+
+@dataclass(slots=True, eq=False)
+class TorqueOffOrder:
+    """Torque off or brake for a servo, or for a node ID that may be one, with the reason and who wants it.
+
+    `settled` is done at the first acknowledgement, or when the order is cancelled. `named`: reported as unanswered.
+    """
+
+    to: Servo | int
+    mode: str
+    reason: Reason
+    by: str | None
+    since: Instant
+    on_held: Callable[[], None] | None
+    lasting: Callable[[], bool]
+    on_gone: Callable[[], None]
+    settled: asyncio.Future[None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
+    task: asyncio.Task[None] | None = None
+    named: bool = False
+    tries: int = 0
+
+    @property
+    def key(self) -> Uid | int:
+        """The unique ID of the servo, or the node ID."""
+        return self.to if isinstance(self.to, int) else self.to.uid
+
+
+class TorqueOffRetries:
+    """One order per servo, written with the priority of stop, past every queue, through a lost bus and a change of bus.
+
+    It ends when the servo acknowledges. A command under a lease cancels it, unless it is of a stop.
+    """
+
+    def __init__(self, requests: ServoRequests, hub: Hub, base: TimeBase, fleet: Fleet) -> None:
+        self._requests = requests
+        self._hub = hub
+        self._base = base
+        self._fleet = fleet
+        self._row = fleet.catalog.by_key[KEY]
+        self._orders: dict[Uid | int, TorqueOffOrder] = {}
+        self._hurry = asyncio.Event()
+        self._hurried = 0
+
+    def servos(self) -> list[Servo]:
+        """Servos that have not acknowledged an order other than a stop."""
+        pending = (one for one in self._orders.values() if one.reason != "stop" and not one.settled.done())
+        return [one.to for one in pending if isinstance(one.to, Servo)]
+
+    def pending(self, to: Uid | int) -> bool:
+        """Whether this servo or node has not acknowledged yet; also of a stop that was cleared."""
+        order = self._orders.get(to)
+        return order is not None and not order.settled.done()
+
+    def pending_servos(self) -> set[Uid]:
+        """Every servo that has not acknowledged yet."""
+        return {key for key in self._orders if isinstance(key, str) and self.pending(key)}
+
+    def order(
+        self,
+        to: Servo | int,
+        mode: str,
+        reason: Reason,
+        by: str | None,
+        *,
+        on_held: Callable[[], None] | None = None,
+        lasting: Callable[[], bool] = lambda: False,
+        on_gone: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Write `mode` (off or brake) from the next turn of the event loop on, instead of what was ordered before.
+
+        `on_held` is called with every acknowledgement. While `lasting`, the brake of a servo and the torque mode of a
+        node are written again and again afterwards. `on_gone`: the node is not taken for a servo any more.
+        """
+        order = TorqueOffOrder(to, mode, reason, by, self._base.now(), on_held, lasting, on_gone)
+        self.cancel(order.key)
+        self._orders[order.key] = order
+        order.task = asyncio.get_running_loop().create_task(self._write(order))
+
+    def require(self, servo: Servo, reason: Reason, by: str | None, mode: str = "off") -> None:
+        """As `order`, but an order that is pending stays: the brake holds what off would drop."""
+        old = self._orders.get(servo.uid)
+        if old is None:
+            self.order(servo, mode, reason, by)
+            asyncio.get_running_loop().call_later(UNANSWERED_S, self._name, self._orders[servo.uid])
+        elif old.settled.done():
+            self.order(servo, old.mode, old.reason, old.by, on_held=old.on_held, lasting=old.lasting)
+
+    async def write(self, servo: Servo, mode: str, reason: Reason, by: str | None, *, insist: bool) -> Raw:
+        """Write `mode` now, with ten tries, and return what the servo holds then.
+
+        `insist`: if that fails, go on until it acknowledges. Raises NoAnswer, Refused, BusDisconnected.
+        """
+        servo.output.switch(MODES[mode], reason, by)
+        try:
+            return await self._requests.write(servo, self._row, MODES[mode], _AT_ONCE)
+        except (HornbillError, asyncio.CancelledError):
+            if insist:
+                self.require(servo, reason, by, mode)
+            raise
+
+    def cancel_for_command(self, uid: Uid) -> None:
+        """Cancel the order for a servo that is commanded again, unless it is of a stop."""
+        order = self._orders.get(uid)
+        if order is not None and order.reason != "stop":
+            self.cancel(uid)
+
+    def release_brake(self, uid: Uid) -> None:
+        """Do not write the brake of an acknowledged stop again: it is released for this servo."""
+        if not self.pending(uid):
+            self.cancel(uid)
+
+    def cancel(self, to: Uid | int) -> None:
+        """End the order for a servo or node, if there is one."""
+        order = self._orders.pop(to, None)
+        if order is not None:
+            self._settle(order)
+            if order.task is not None:
+                order.task.cancel()
+
+    def cancel_all(self) -> None:
+        """End every order."""
+        for to in list(self._orders):
+            self.cancel(to)
+
+    def hurry(self) -> None:
+        """Write at once, and often, to what has not acknowledged: the bus is back, or a servo is."""
+        self._hurried += 1
+        self._hurry.set()
+        self._hurry = asyncio.Event()
+
+    async def acknowledged(self, within_s: float) -> None:
+        """Return when everything ordered has been acknowledged, or after that time, s."""
+        waiting = [one.settled for one in self._orders.values() if not one.settled.done()]
+        if waiting:
+            await asyncio.wait(waiting, timeout=within_s)
+
+    def name_unanswered(self) -> None:
+        """Report the servos that have not acknowledged, a stop apart, each once."""
+        for order in self._orders.values():
+            self._name(order)
+
+    async def close(self) -> None:
+        """End every order, and wait for it."""
+        tasks = [one.task for one in self._orders.values() if one.task is not None]
+        self.cancel_all()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _name(self, order: TorqueOffOrder) -> None:
+        if order.named or order.settled.done() or order.reason == "stop" or isinstance(order.to, int):
+            return
+        order.named = True
+        text = f"{order.to.title} did not answer to torque {order.mode}; it is written until it does."
+        self._hub.tell(Happened("failure", "no_answer", f"{text} If it can move, cut its supply.", order.to.uid))
+
+    @staticmethod
+    def _settle(order: TorqueOffOrder) -> None:
+        if not order.settled.done():
+            order.settled.set_result(None)
+
+    async def _write(self, order: TorqueOffOrder) -> None:
+        try:
+            while True:
+                if isinstance(order.to, Servo):
+                    order.to.output.switch(MODES[order.mode], order.reason, order.by)
+                order.tries = 0
+                while True:
+                    hurried = self._hurried
+                    if order.settled.done() and not order.lasting():
+                        return
+                    if isinstance(order.to, int) and order.to not in self._fleet.suspects():
+                        order.on_gone()
+                        return
+                    if await self._try(order):
+                        break
+                    order.tries = 0 if await self._hurried_within(order, hurried) else order.tries + 1
+                self._held(order)
+                if not await self._needed_again(order):
+                    return
+        finally:
+            self._settle(order)
+            if self._orders.get(order.key) is order:
+                del self._orders[order.key]
+
+    async def _try(self, order: TorqueOffOrder) -> bool:
+        """Write once; whether it is held now.
+
+        While a servo is offline another may use its node ID and answer instead of it: that does not count.
+        """
+        wanted = MODES[order.mode]
+        try:
+            if isinstance(order.to, int):
+                self._fleet.imposed(order.to)
+                return await self._requests.impose(order.to, self._row, wanted, STOP) == wanted
+            if await self._requests.write(order.to, self._row, wanted, STOP) == wanted:
+                if order.to.online:
+                    return True
+                order.tries = SOON
+        except HornbillError as error:
+            log.debug("%s: torque %s: %s", order.key, order.mode, error.detail)
+        except Exception:  # whatever it is, the servo still has to be stopped
+            log.exception("%s: torque %s", order.key, order.mode)
+        return False
+
+    async def _hurried_within(self, order: TorqueOffOrder, hurried: int) -> bool:
+        """The pause after a try that failed; whether there was hurry since that try began."""
+        tries, absent = order.tries + 1, isinstance(order.to, Servo) and not order.to.online
+        pause = AGAIN_S if tries <= SOON else AGAIN_ABSENT_S if absent else AGAIN_LATER_S
+        if hurried != self._hurried:
+            pause = AGAIN_S
+        try:
+            async with asyncio.timeout(pause):
+                await self._hurry.wait()
+        except TimeoutError:
+            return hurried != self._hurried
+        return True
+
+    def _held(self, order: TorqueOffOrder) -> None:
+        if order.on_held is not None:
+            order.on_held()
+        elif isinstance(order.to, Servo):
+            if order.named:
+                order.named, where = False, "off" if order.mode == "off" else "on the brake"
+                text = f"Torque is {where} on {order.to.title} now."
+                self._hub.tell(Happened("notice", "torque_off", text, order.to.uid))
+            self._hub.tell(ServoChanged(order.to.uid))
+        self._settle(order)
+
+    async def _needed_again(self, order: TorqueOffOrder) -> bool:
+        """Wait until an acknowledged order has to be written again; False if it has not.
+
+        A node may have restarted. The brake is written at a third of the servo's own timeout (0x27): section 4.19 does
+        not say that the timeout leaves a brake alone, and 0x20 counts as a command; with 0x26 at off it could let go
+        of what the brake holds. Writing 2 energises nothing.
+        """
+        while order.lasting():
+            if isinstance(order.to, int):
+                await asyncio.sleep(LOOK_BRAKED_S if order.mode == "brake" else LOOK_S)
+                return order.to not in self._fleet.suspects() or order.lasting()
+            if order.mode != "brake":
+                return False
+            timeout_s = (order.to.raw("timeout_time") or 1000) / 1000
+            await asyncio.sleep(max(AGAIN_S, min(LONGEST_BRAKED_S, timeout_s / 3)))
+            if order.lasting() and order.to.raw("timeout_action") in (None, _OFF):
+                return True
+        return False

@@ -1,0 +1,150 @@
+"""Stores what must be off after a restart of the server: the stop, and outputs that came on for a save."""
+
+import asyncio
+import logging
+from collections.abc import Mapping
+from typing import NamedTuple, cast
+
+from hornbill.servo.device.output import MODES, OutputState, Reason, taken_by
+from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.hub import Happened, Hub, StopChanged
+from hornbill.servo.runtime.timebase import TimeBase
+from hornbill.servo.torque_off.retries import TorqueOffRetries
+from hornbill.servo.torque_off.stop import Latch, StopControl
+from hornbill.store.store import Store
+from hornbill.store.tables import Json
+from hornbill.units import Raw
+
+log = logging.getLogger(__name__)
+
+STOP_KEY = "stop"
+SAVES_KEY = "energised_for_save"
+
+WAITS_S = 0.25
+"""The latch is stored once every servo has confirmed, or after this long: a server killed sooner forgets the stop."""
+
+STARTED_S = 2.0
+"""An uptime in whole seconds shows a start this much later than it was, at most."""
+
+
+class StoredMode(NamedTuple):
+    """The stored form: torque mode (off or brake), why, for whom, and since when in seconds since 1970 UTC."""
+
+    mode: str
+    reason: str
+    by: str | None
+    at: float | None
+
+    @classmethod
+    def of(cls, stored: object) -> "StoredMode | None":
+        """What was stored; None for anything else."""
+        if not isinstance(stored, dict):
+            return None
+        found = cast("Mapping[str, object]", stored)
+        mode, by, at = found.get("mode"), found.get("by"), found.get("at")
+        return cls(
+            mode if isinstance(mode, str) and mode in MODES else "off",
+            str(found.get("reason") or ""),
+            None if by is None else str(by),
+            at if isinstance(at, int | float) else None,
+        )
+
+    def to_json(self) -> Json:
+        """As it is stored."""
+        return dict(self._asdict())
+
+
+class StoredTorqueOff:
+    """Both are kept under one name of the settings each, as `StoredMode`. A store that fails delays nothing."""
+
+    def __init__(self, store: Store, stop: StopControl, retries: TorqueOffRetries, base: TimeBase, hub: Hub) -> None:
+        self._store = store
+        self._stop = stop
+        self._retries = retries
+        self._base = base
+        self._hub = hub
+        self._task: asyncio.Task[None] | None = None
+        self._latch: Latch | None = None
+        """The latch that is stored now. One that was restored is stored as it was pressed."""
+        self._found = self._saves()
+        hub.listen(self._on_stop, StopChanged)
+
+    def restore_stop(self) -> None:
+        """Be stopped if the server before this one was. Call it before a bus is joined. Raises StoreFailed."""
+        note = StoredMode.of(self._store.settings.get(STOP_KEY))
+        if note is not None:
+            at = self._base.utc_now() if note.at is None else note.at
+            self._stop.restore(note.mode, note.by or "somebody", note.reason, at - self._base.utc_offset)
+            self._latch = self._stop.latch
+
+    async def energising(self, servo: Servo, raw: Raw | None, before: OutputState) -> None:
+        """The output of a servo is about to come on for a save; `raw` is the 0x20 it goes back to, `before` why.
+
+        The note is in the database when this returns.
+        """
+        note = StoredMode(taken_by(raw), before.reason, before.by, self._base.utc_now())
+        self._put_saves({**self._saves(), servo.uid: note.to_json()})
+        await self._store.settled()
+
+    def over(self, servo: Servo) -> None:
+        """ROM was written, or the output is switched back by whoever began it."""
+        saves = self._saves()
+        if saves.pop(servo.uid, None) is not None:
+            self._put_saves(saves)
+
+    def on_arrival(self, servo: Servo) -> None:
+        """Switch back what an earlier server left on, unless the servo has restarted since.
+
+        Call it as soon as it is known which servo is there.
+        """
+        note = StoredMode.of(self._found.pop(servo.uid, None))
+        if note is None or servo.status is None:
+            return
+        self.over(servo)
+        if servo.status.uptime_sec + STARTED_S >= self._base.utc_now() - (note.at or 0.0):
+            self._retries.require(servo, cast("Reason", note.reason), note.by, note.mode)
+
+    async def close(self) -> None:
+        """Store the latch now if that still waits. Call it when everything has been stopped."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+        await self._keep()
+
+    def _on_stop(self, _change: StopChanged) -> None:
+        if self._stop.latch is not self._latch and (self._task is None or self._task.done()):
+            self._task = asyncio.get_running_loop().create_task(self._keep_soon())
+
+    async def _keep_soon(self) -> None:
+        await self._retries.acknowledged(WAITS_S)
+        await self._keep()
+
+    async def _keep(self) -> None:
+        """A store that fails is reported, because the next start would not be stopped."""
+        settings = self._store.settings
+        try:
+            while (latch := self._stop.latch) is not self._latch:  # it may change while the store is waited for
+                if latch is None:
+                    await self._store.run(settings.drop, STOP_KEY)
+                else:
+                    note = StoredMode(latch.mode, latch.reason, latch.by, self._base.utc(latch.at))
+                    await self._store.run(settings.put, STOP_KEY, note.to_json())
+                self._latch = latch
+        except Exception:
+            log.exception("the stop could not be kept")
+            text = "The stop cannot be kept. It holds now, and a server started anew would not know of it: check the "
+            self._hub.tell(Happened("warning", "store_failed", text + "data folder and its disk."))
+
+    def _saves(self) -> dict[str, Json]:
+        try:
+            kept = self._store.settings.get(SAVES_KEY)
+        except Exception:
+            log.exception("which outputs are on for a save could not be read")
+            return {}
+        return dict(kept) if isinstance(kept, dict) else {}
+
+    def _put_saves(self, saves: dict[str, Json]) -> None:
+        try:
+            self._store.settings.put(SAVES_KEY, saves) if saves else self._store.settings.drop(SAVES_KEY)
+        except Exception:
+            log.exception("which outputs are on for a save could not be kept")

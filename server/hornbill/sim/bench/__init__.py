@@ -1,0 +1,1 @@
+"""Simulated servos at work on an event loop."""

@@ -1,0 +1,181 @@
+"""Owns Bench: simulated servos at work on an event loop, each with a port of its own."""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from typing import Final
+
+from hornbill.errors import BusDisconnected, Unknown
+from hornbill.schema.catalog import Catalog
+from hornbill.sim.bench.demo import demo_fleet
+from hornbill.sim.bench.recipe import Recipe
+from hornbill.sim.servo import SimulatedServo
+from hornbill.units import Instant, Uid
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import CanPort
+
+__all__ = ["Bench", "demo_fleet"]
+
+log = logging.getLogger(__name__)
+
+_NEVER: Final = float("inf")
+
+
+class Bench:
+    """Drives servos by the loop's clock. `port_factory` opens a port by name, on whatever bus there is.
+
+    Servos added before `start` are switched on by it, later ones at once. `seed` decides everything that
+    recipes leave open. All methods are called on the event loop.
+    """
+
+    def __init__(self, port_factory: Callable[[str], CanPort], catalog: Catalog, seed: int = 1) -> None:
+        self._open = port_factory
+        self._catalog = catalog
+        self._seed = seed
+        self._drivers: dict[Uid, _Driver] = {}
+        self._added = 0
+        self._running = False
+
+    @property
+    def servos(self) -> dict[Uid, SimulatedServo]:
+        """Every servo on the bench by its unique id, in the order they came."""
+        return {uid: driver.servo for uid, driver in self._drivers.items()}
+
+    def add(self, recipe: Recipe) -> SimulatedServo:
+        """Put a servo on the bench.
+
+        Raises InvalidValue for an unknown model or firmware, ValueError for values ROM cannot hold or a
+        unique id that is there already.
+        """
+        servo = recipe.build(self._catalog, f"{self._seed}/{self._added}")
+        uid = Uid(servo.uid.hex())
+        if uid in self._drivers:
+            raise ValueError(f"There is a servo {uid} on the bench already.")
+        self._added += 1
+        driver = _Driver(servo, f"servo{self._added}", recipe.story)
+        if self._running:
+            driver.start(self._open)
+        self._drivers[uid] = driver
+        return servo
+
+    def servo(self, uid: Uid) -> SimulatedServo:
+        """The servo with this unique id. Raises Unknown."""
+        return self._driver(uid).servo
+
+    def story(self, uid: Uid) -> str:
+        """Why this servo is on the bench, for people; empty for a plain one. Raises Unknown."""
+        return self._driver(uid).story
+
+    async def remove(self, uid: Uid) -> None:
+        """Take a servo off the bench and the bus. Raises Unknown."""
+        driver = self._driver(uid)
+        del self._drivers[uid]  # first: closing takes turns of the loop, in which it may be asked for again
+        await driver.close()
+
+    async def start(self) -> None:
+        """Open a port for every servo and switch them on. Twice is harmless."""
+        if not self._running:
+            self._running = True
+            for driver in self._drivers.values():
+                driver.start(self._open)
+
+    async def rest(self) -> None:
+        """Switch every servo off and close its port, until `start`. What only RAM held is gone. Twice is harmless."""
+        if not self._running:
+            return
+        self._running = False
+        for driver in list(self._drivers.values()):
+            driver.servo.power_off(driver.now())
+            await driver.close()
+
+    async def close(self) -> None:
+        """Take every servo off the bus. Twice is harmless; the bench cannot be started again."""
+        self._running = False
+        drivers, self._drivers = self._drivers, {}
+        for driver in drivers.values():
+            await driver.close()
+
+    def power(self, uid: Uid, on: bool) -> None:
+        """Switch the supply of a servo. Raises Unknown."""
+        driver = self._driver(uid)
+        now = driver.now()
+        if on:
+            driver.servo.power_on(now)
+        else:
+            driver.servo.power_off(now)
+        driver.go_on(now)
+
+    def turn_by_hand(self, uid: Uid, angle_deg: float) -> bool:
+        """Turn a horn whose motor has no output until 0x08 would read `angle_deg`; False: it has. Raises Unknown."""
+        driver = self._driver(uid)
+        now = driver.now()
+        turned = driver.servo.turn_by_hand(angle_deg, now)
+        driver.go_on(now)
+        return turned
+
+    def _driver(self, uid: Uid) -> "_Driver":
+        driver = self._drivers.get(uid)
+        if driver is None:
+            raise Unknown("unknown_servo", f"There is no simulated servo {uid}.", uid=uid)
+        return driver
+
+
+class _Driver:
+    """One servo, its port, and the alarm for what it does next."""
+
+    def __init__(self, servo: SimulatedServo, name: str, story: str) -> None:
+        self.servo = servo
+        self.story = story
+        self._name = name
+        self._port: CanPort | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._alarm: asyncio.TimerHandle | None = None
+
+    def now(self) -> Instant:
+        loop = self._loop or asyncio.get_running_loop()
+        return loop.time()
+
+    def start(self, open_port: Callable[[str], CanPort]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._port = open_port(self._name)
+        self._port.listen(self._on_frames)
+        now = self._loop.time()
+        self.servo.power_on(now)
+        self.go_on(now)
+
+    async def close(self) -> None:
+        if self._alarm is not None:
+            self._alarm.cancel()
+            self._alarm = None
+        port, self._port = self._port, None
+        if port is not None:
+            await port.close()
+
+    def go_on(self, now: Instant) -> None:
+        """Send what the servo has to say, and set the alarm for its next act. It may ring too early, never late."""
+        port, loop = self._port, self._loop
+        if port is None or loop is None:
+            return
+        frames = self.servo.take_outbox()
+        if frames:
+            try:
+                port.send(frames)
+            except BusDisconnected as error:
+                log.debug("%s could not send: %s", self._name, error.detail)
+        due = self.servo.next_due()
+        if self._alarm is not None:
+            if self._alarm.when() <= due:
+                return
+            self._alarm.cancel()
+        self._alarm = None if due == _NEVER else loop.call_at(max(due, now), self._ring)
+
+    def _on_frames(self, frames: list[Frame]) -> None:
+        now = self.now()
+        self.servo.on_frames(frames, now)
+        self.go_on(now)
+
+    def _ring(self) -> None:
+        self._alarm = None
+        now = self.now()
+        self.servo.advance(now)
+        self.go_on(now)

@@ -1,0 +1,107 @@
+"""Owns Recipe: what is particular about one simulated servo, before there is one."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from random import Random
+from typing import Final
+
+from hornbill.errors import InvalidValue
+from hornbill.schema.catalog import Catalog
+from hornbill.schema.firmware import from_text
+from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.mechanics.conditions import ROOM_C
+from hornbill.sim.servo import SimulatedServo
+from hornbill.units import Raw
+
+_UID_BYTES = 16
+IDENTITY: Final = frozenset(("model_number", "firmware_version", "hardware_version"))
+"""The registers a servo is recognised by."""
+_STILL_BUILT: Final = "2025-12"
+"""The last month of a version that is still built, so that equal seeds give equal servos."""
+
+
+def _none() -> dict[str, Raw]:
+    return {}
+
+
+def _months(year_and_month: str) -> int:
+    """Months since January of year 0."""
+    year, month = year_and_month.split("-")
+    return int(year) * 12 + int(month) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """A servo as it was delivered and saved: `model` as in the tables, `firmware` as "1.300".
+
+    `servo_id` and `node_id` 0 are a new servo's: not to be addressed, and asking for a node id. `rom` is what
+    else was saved, by key, raw. `angle_deg` is where the horn stands, `serial` 0 takes one from the seed. `story`
+    says to people why it is there; `room_c`, `load_pct` and `load_inertia` are its surroundings; unless
+    `rom_sound`, power failed once while ROM was written. `any_firmware` allows one the model was never built with,
+    in the tables or not; `reads` is what identity registers read instead, by key, as those of an unknown servo would.
+    """
+
+    model: str = "BLA21-06U-A0"
+    firmware: str = "1.300"
+    servo_id: int = 0
+    node_id: int = 0
+    rom: Mapping[str, Raw] = field(default_factory=_none)
+    angle_deg: float = 0.0
+    uid: bytes | None = None
+    serial: int = 0
+    behaviour: Behaviour | None = None
+    story: str = ""
+    room_c: float = ROOM_C
+    load_pct: float = 0.0
+    load_inertia: float = 0.0
+    rom_sound: bool = True
+    any_firmware: bool = False
+    reads: Mapping[str, Raw] = field(default_factory=_none)
+
+    def build(self, catalog: Catalog, seed: int | str) -> SimulatedServo:
+        """The servo, switched off. Everything not said is drawn from `seed`.
+
+        Raises InvalidValue for a model or firmware that does not exist, or never did together (section 5), unless
+        `any_firmware`; ValueError for values ROM cannot hold.
+        """
+        model = catalog.models.get(self.model)
+        if model is None:
+            raise InvalidValue(f'There is no model "{self.model}". Give one of {", ".join(catalog.models)}.')
+        if self.firmware not in catalog.firmware_steps and not self.any_firmware:
+            steps = ", ".join(catalog.firmware_steps)
+            raise InvalidValue(f'There is no firmware "{self.firmware}". Give one of {steps}.')
+        if self.firmware not in model.firmware and not self.any_firmware:
+            raise InvalidValue(
+                f"{self.model} was never built with firmware {self.firmware}. Give one of {', '.join(model.firmware)}, "
+                "or allow any_firmware for a test."
+            )
+        if not self.reads.keys() <= IDENTITY:
+            raise InvalidValue(f"Only {', '.join(sorted(IDENTITY))} can read something else.")
+        random = Random(f"{seed}")
+        uid = random.randbytes(_UID_BYTES)
+        serial = random.randrange(1, 1_000_000)
+        step = next((one for one in catalog.firmware if one.version == self.firmware), catalog.firmware[-1])
+        month = random.randint(_months(step.first), _months(step.last or _STILL_BUILT))
+        production = (
+            month // 12, month % 12 + 1, random.randrange(1, 29),
+            random.randrange(8, 18), random.randrange(60),
+        )  # fmt: skip
+        identity = {"servo_id": self.servo_id, "node_id": self.node_id}
+        made = SimulatedServo(
+            model,
+            from_text(self.firmware),
+            uid if self.uid is None else self.uid,
+            faults=catalog.faults_of(model.pwm),
+            serial=self.serial or serial,
+            production=production,
+            rom=identity | dict(self.rom),
+            seed=random.getrandbits(32),
+            angle_deg=self.angle_deg,
+            behaviour=self.behaviour,
+        )
+        made.conditions.temperature_c = self.room_c
+        made.conditions.load_pct = self.load_pct
+        made.conditions.load_inertia = self.load_inertia
+        made.memory.rom_sound = self.rom_sound
+        made.memory.disguise(self.reads)
+        return made

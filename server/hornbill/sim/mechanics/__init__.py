@@ -1,0 +1,1 @@
+"""The horn, its load and its surroundings, in fixed steps."""

@@ -1,0 +1,302 @@
+"""Owns HornMotion: the horn in time, under a controller, friction and a load; a fixed-step integration."""
+
+from enum import IntEnum
+from math import exp
+from typing import Final, NamedTuple
+
+from hornbill.sim.mechanics.plant import (
+    BACKLASH_DEG,
+    BREAKAWAY,
+    COULOMB,
+    STEP_S,
+    TORQUE_LAG_S,
+    VISCOUS,
+    WEAK_BRAKE,
+    Plant,
+)
+from hornbill.units import Instant
+
+_SMOOTHING_S: Final = 0.04
+_TORQUE_KEPT: Final = exp(-STEP_S / TORQUE_LAG_S)
+"""What is left of the gap between the torque there is and the torque asked for after a step."""
+_TORQUE_MEAN: Final = TORQUE_LAG_S / STEP_S * (1.0 - _TORQUE_KEPT)
+"""The same as a mean over the step."""
+_SAME_TORQUE: Final = 1e-4
+
+_INNER_DAMPING: Final = 2.4
+"""Speed feedback of the angle loop without 0x25, as a share of back-EMF: it keeps that loop from swinging."""
+
+
+class Controller(IntEnum):
+    """What moves the horn: nothing, the weak brake, or one of the controllers of 4.18."""
+
+    OFF = 0
+    BRAKE = 1
+    ANGLE_DIRECT = 2
+    ANGLE_CASCADE = 3
+    SPEED = 4
+    TORQUE = 5
+
+
+_ARRIVED: Final = {
+    Controller.OFF: 0.0,
+    Controller.BRAKE: 0.0,
+    Controller.ANGLE_DIRECT: 0.01,
+    Controller.ANGLE_CASCADE: 0.01,
+    Controller.SPEED: 1.0,
+    Controller.TORQUE: 0.001,
+}
+"""How near smoothing comes to a target before it is there, in the unit of the target."""
+
+
+class Orders(NamedTuple):
+    """What the controller works with, in the plant's own direction (+ clockwise), degrees and °/s.
+
+    `target` is an angle, a speed or a torque share, by `controller`. `angle_p` is °/s per ° in the cascade, torque
+    per ° without; `volts` is the supply over nominal; `load` a torque on the horn; torque is a share of stall.
+    `inertia` on the horn is a multiple of the servo's own.
+    """
+
+    controller: Controller = Controller.OFF
+    target: float = 0.0
+    smooth: bool = False
+    angle_p: float = 0.0
+    angle_d: float = 0.0
+    dead_band: float = 0.0
+    boost: float = 0.0
+    speed_p: float = 0.0
+    speed_i: float = 0.0
+    speed_dead_band: float = 0.0
+    speed_i_limit: float = 0.0
+    speed_low: float = 0.0
+    speed_high: float = 0.0
+    torque_low: float = 0.0
+    torque_high: float = 0.0
+    current_limit: float = 1.0
+    volts: float = 1.0
+    load: float = 0.0
+    inertia: float = 0.0
+
+
+class HornMotion:
+    """Angle (°, turns counted) of one horn, speed (°/s, as the horn sees it) and torque (share of stall) of its motor.
+
+    The motor has inertia, dry and viscous friction, and torque that lags behind what is asked for; the horn follows
+    through the play of the gear, or lies where a load pushes it. Time is advanced lazily: `advance(now)` integrates
+    what has passed since the last call in steps of STEP_S, the controllers once a step.
+    A horn at rest with nothing to do sleeps: it costs nothing until other orders come or a hand turns it.
+    """
+
+    __slots__ = (
+        "_asleep",
+        "_at",
+        "_heat",
+        "_integral",
+        "_motor",
+        "_orders",
+        "_plant",
+        "_point",
+        "angle",
+        "limited_speed",
+        "limited_torque",
+        "speed",
+        "torque",
+    )
+
+    def __init__(self, plant: Plant, angle: float, now: Instant = 0.0) -> None:
+        self._plant = plant
+        self._orders = Orders()
+        self._at: float = now
+        self._point: float = 0.0
+        self._integral: float = 0.0
+        self._heat: float = 0.0
+        self._asleep = False
+        self._motor: float = angle
+        self.angle: float = angle
+        self.speed: float = 0.0
+        self.torque: float = 0.0
+        self.limited_speed = 0
+        """+1 or -1 while the speed limit of that side holds the controller back (4.32)."""
+        self.limited_torque = 0
+        """+1 or -1 while the torque limit of that side holds the controller back (4.33)."""
+
+    @property
+    def asleep(self) -> bool:
+        """Whether the horn rests and nothing is left to integrate."""
+        return self._asleep
+
+    def obey(self, orders: Orders) -> None:
+        """Follow other orders from the last `advance` on; a controller that takes over begins where the horn is."""
+        before = self._orders
+        if orders == before:
+            return
+        if orders.controller != before.controller:
+            self._integral = 0.0
+            starts = {
+                Controller.ANGLE_DIRECT: self.angle,
+                Controller.ANGLE_CASCADE: self.angle,
+                Controller.SPEED: self.speed,
+            }
+            self._point = starts.get(orders.controller, 0.0)
+        self._orders = orders
+        self._asleep = False
+
+    def turn(self, angle: float) -> None:
+        """A hand sets the horn to `angle`, at rest. What the controller makes of it is its business."""
+        self.angle = self._motor = angle
+        self.speed = 0.0
+        self._asleep = False
+
+    def heat(self) -> float:
+        """Integral of the squared torque over time since the last call, in seconds at stall: what warms the board."""
+        heat, self._heat = self._heat, 0.0
+        return heat
+
+    def advance(self, now: Instant) -> None:
+        """Integrate up to `now`, less than one step short of it."""
+        steps = int((now - self._at) / STEP_S)
+        if steps <= 0:
+            return
+        self._at += steps * STEP_S
+        if self._asleep:
+            self._heat += self.torque * self.torque * steps * STEP_S
+            return
+        (
+            controller, target, smooth, angle_p, angle_d, dead_band, boost, speed_p, speed_i, speed_dead_band,
+            speed_i_limit, speed_low, speed_high, torque_low, torque_high, current_limit, volts, load, inertia,
+        ) = self._orders  # fmt: skip
+        plant = self._plant
+        emf = 1.0 / plant.synchronous
+        damping = _INNER_DAMPING * emf
+        viscous = VISCOUS * emf
+        # Viscous friction by the trapezoidal rule: stable, and exact to a fraction of a per mille at this step.
+        acceleration = plant.gain / (1.0 + inertia)
+        drag = acceleration * viscous * STEP_S / 2.0
+        slowed, kick = (1.0 - drag) / (1.0 + drag), acceleration * STEP_S / (1.0 + drag)
+        smoothing = 1.0 - exp(-STEP_S / _SMOOTHING_S)
+        speed_i *= STEP_S
+        half, gap = STEP_S / 2.0, BACKLASH_DEG / 2.0
+        lean = gap if load > COULOMB else -gap if load < -COULOMB else 0.0
+        angle, speed, point, integral, torque = self.angle, self.speed, self._point, self._integral, self.torque
+        motor = self._motor
+        heat = 0.0
+        limited_speed = limited_torque = 0
+        near = _ARRIVED[controller]
+        if not smooth:
+            point = target
+        for done in range(1, steps + 1):
+            settled = point == target
+            if not settled:
+                ahead = target - point
+                point = target if -near < ahead < near else point + ahead * smoothing
+            if controller == 2:
+                error = point - angle
+                voltage = -damping * speed
+                if error > dead_band:
+                    voltage += angle_p * error + boost
+                elif error < -dead_band:
+                    voltage += angle_p * error - boost
+                if voltage > volts:
+                    voltage = volts
+                elif voltage < -volts:
+                    voltage = -volts
+                demand = voltage - speed * emf
+            elif controller >= 3:
+                limited_torque = 0
+                growth = 0.0
+                if controller >= 4 and point == 0.0:
+                    # 4.2 and 4.3: speed or torque 0 does not turn, it brakes.
+                    wish = integral = 0.0
+                    braked = True
+                elif controller == 5:
+                    wish = point
+                    braked = False
+                else:
+                    braked = False
+                    push = 0.0
+                    if controller == 4:
+                        wanted = point
+                    else:
+                        error = point - angle
+                        if error > dead_band:
+                            wanted = angle_p * error - angle_d * speed
+                            push = boost
+                        elif error < -dead_band:
+                            wanted = angle_p * error - angle_d * speed
+                            push = -boost
+                        else:
+                            wanted = 0.0
+                    limited_speed = 0
+                    if wanted > speed_high:
+                        wanted, limited_speed = speed_high, 1
+                    elif wanted < speed_low:
+                        wanted, limited_speed = speed_low, -1
+                    deviation = wanted - speed
+                    wish = integral + push
+                    if deviation > speed_dead_band or deviation < -speed_dead_band:
+                        wish += speed_p * deviation
+                        growth = speed_i * deviation
+                    elif wanted == 0.0:
+                        # What pushed the horn here must not let it creep on, below what the speed dead band sees.
+                        growth = speed_i * deviation
+                if wish > torque_high:
+                    wish, limited_torque, growth = torque_high, 1, 0.0
+                elif wish < torque_low:
+                    wish, limited_torque, growth = torque_low, -1, 0.0
+                if braked:
+                    demand = -speed * emf
+                else:
+                    voltage = wish + speed * emf
+                    if voltage > volts:
+                        voltage, growth = volts, 0.0
+                    elif voltage < -volts:
+                        voltage, growth = -volts, 0.0
+                    demand = voltage - speed * emf
+                if growth:
+                    integral += growth
+                    if integral > speed_i_limit:
+                        integral = speed_i_limit
+                    elif integral < -speed_i_limit:
+                        integral = -speed_i_limit
+                    settled = False
+            elif controller == 1:
+                demand = -WEAK_BRAKE * speed * emf
+            else:
+                demand = 0.0
+            if demand > current_limit:
+                demand = current_limit
+            elif demand < -current_limit:
+                demand = -current_limit
+            missing = torque - demand
+            force = demand + missing * _TORQUE_MEAN
+            torque = demand + missing * _TORQUE_KEPT
+            heat += force * force
+            force += load
+            before = speed
+            if speed > 0.0:
+                speed = speed * slowed + kick * (force - COULOMB)
+                if speed <= 0.0:
+                    speed = 0.0
+            elif speed < 0.0:
+                speed = speed * slowed + kick * (force + COULOMB)
+                if speed >= 0.0:
+                    speed = 0.0
+            elif force > BREAKAWAY:
+                speed = kick * (force - COULOMB)
+            elif force < -BREAKAWAY:
+                speed = kick * (force + COULOMB)
+            elif settled and -_SAME_TORQUE < missing < _SAME_TORQUE:
+                self._asleep = True
+                heat += torque * torque * (steps - done)
+                break
+            motor += (before + speed) * half
+            if lean:
+                angle = motor + lean
+            elif motor - angle > gap:
+                angle = motor - gap
+            elif angle - motor > gap:
+                angle = motor + gap
+        self.angle, self.speed, self._point, self._integral, self.torque = angle, speed, point, integral, torque
+        self._motor = motor
+        self._heat += heat * STEP_S
+        self.limited_speed, self.limited_torque = limited_speed, limited_torque

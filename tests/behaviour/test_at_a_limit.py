@@ -1,0 +1,26 @@
+"""A bit of temperature or supply is set at the limit already, where output stays on (4.7, 4.8, 4.12)."""
+
+import asyncio
+from dataclasses import replace
+
+from behaviour.rig import PLAIN, Rig, json, play
+from hornbill.servo.device.servo import State
+
+WARM = replace(PLAIN, rom={"temperature_limit_upper": 60, "soft_start": 0, "timeout_action": 0})
+
+
+def test_a_servo_at_its_limit_is_ready_and_moves_and_one_beyond_it_is_protected() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        lease = await rig.lease()
+        path = f"/servos/{servo.uid}"
+        rig.sim(servo).conditions.temperature_c = 60.0
+        await asyncio.sleep(4)
+        assert servo.raw("fault_warning") == 1 << 8
+        assert (servo.state, servo.output_state.state, rig.sim(servo).output) == (State.READY, "on", 0)
+        json(await rig.call("POST", f"{path}/command", {"type": "angle", "value": 10, "wait": "settled"}, lease=lease))
+        rig.sim(servo).conditions.temperature_c = 61.0
+        await asyncio.sleep(6)
+        assert (servo.state, servo.output_state.reason, rig.sim(servo).output) == (State.PROTECTED, "protection", 1)
+
+    play(scene, WARM)

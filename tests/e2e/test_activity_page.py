@@ -1,0 +1,92 @@
+"""What a servo does is said alike in list, head and panel: saturation is marked, a speed command is a speed."""
+
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+
+import pytest
+from playwright.sync_api import Page, ViewportSize, expect
+
+from e2e.conftest import Demo, ready_demo
+from e2e.looks import complaints
+from e2e.test_technician import wait_for
+
+pytestmark = pytest.mark.alone
+
+WIDE: ViewportSize = {"width": 1440, "height": 900}
+
+
+@pytest.fixture(scope="module")
+def demo() -> Iterator[Demo]:
+    """A demo of this file's own: one servo hunts, another turns."""
+    with ready_demo(2, 40) as one:
+        yield one
+
+
+def activity(demo: Demo, uid: str) -> str | None:
+    found = demo.api.get(f"/servos/{uid}")
+    return found.json()["activity"]["state"] if found.is_success else None
+
+
+@contextmanager
+def servo(demo: Demo, **rom: int) -> Generator[str]:
+    """A servo that goes on under its last command, ready; gone afterwards."""
+    body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": 63}
+    uid = str(demo.api.post("/sim/servos", json={**body, "rom": {"timeout_action": 0, **rom}}).json()["uid"])
+    try:
+        wait_for(lambda: demo.api.get(f"/servos/{uid}").json().get("state") == "ready", 40, "it is not ready")
+        yield uid
+    finally:
+        demo.api.delete(f"/sim/servos/{uid}")
+
+
+def marked(page: Page, demo: Demo, uid: str, says: str) -> None:
+    """On Servos and in the head of Motion, as a warning."""
+    page.goto(demo.url + "servos")
+    row = page.get_by_test_id(f"servo-row-{uid}")
+    expect(row).to_have_attribute("data-kind", "warning")
+    expect(row).to_contain_text(says)
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    head = page.get_by_test_id("servo-state")
+    expect(head).to_have_attribute("data-kind", "warning")
+    expect(head).to_contain_text(says)
+    assert complaints(page) == []
+
+
+def test_a_servo_that_pushes_at_its_limit_at_rest_is_marked_until_the_load_goes(page: Page, demo: Demo) -> None:
+    with servo(demo, soft_start=0) as uid:
+        demo.api.patch(f"/sim/servos/{uid}", json={"load_pct": 92.0}).raise_for_status()
+        wait_for(lambda: activity(demo, uid) == "saturated", 40, "the server does not call it saturated")
+        marked(page, demo, uid, "saturated, torque")
+        demo.api.patch(f"/sim/servos/{uid}", json={"load_pct": 20.0}).raise_for_status()
+        head = page.get_by_test_id("servo-state")
+        expect(head).to_have_attribute("data-kind", "ok", timeout=20_000)
+        expect(head).to_contain_text("Holding")
+
+
+def test_a_servo_that_hunts_at_rest_is_marked(page: Page, demo: Demo) -> None:
+    gains = {"speed_torque_control": 1, "angle_p_gain": 100, "angle_d_gain": 0, "angle_dead_band": 0}
+    with servo(demo, **gains) as uid:
+        heavy = {"load_inertia": 3.0, "external_angle_deg": 60.0}
+        for change in ({"power": "off"}, heavy, {"power": "on"}):
+            demo.api.patch(f"/sim/servos/{uid}", json=change).raise_for_status()
+        wait_for(lambda: activity(demo, uid) == "hunting", 60, "the server does not call it hunting")
+        marked(page, demo, uid, "hunting, ")
+        expect(page.get_by_test_id("servo-state")).to_contain_text("peak to peak")
+
+
+def test_under_a_speed_command_head_and_side_panel_say_the_same(page: Page, demo: Demo) -> None:
+    with servo(demo, speed_torque_control=1, soft_start=0) as uid:
+        page.set_viewport_size(WIDE)
+        page.goto(f"{demo.url}servos/{uid}/motion")
+        page.get_by_test_id("enable-motion").click()
+        page.get_by_role("button", name="Speed", exact=True).click()
+        page.get_by_test_id("hold-free").check()
+        page.get_by_test_id("hold-value").fill("30")
+        page.get_by_test_id("hold-cw").hover()
+        page.mouse.down()
+        expect(page.get_by_test_id("jog-command")).to_contain_text("+30")
+        expect(page.get_by_test_id("command-readout")).to_contain_text("+30\u202frpm")
+        expect(page.get_by_test_id("servo-state")).to_contain_text("Turning", timeout=10_000)
+        expect(page.get_by_test_id("servo-state")).not_to_contain_text("Holding")
+        page.mouse.up()
+        expect(page.get_by_test_id("servo-state")).not_to_contain_text("Turning", timeout=10_000)

@@ -1,0 +1,104 @@
+"""Addresses: Back and a reload bring the page as it was, and one that leads nowhere says so."""
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo
+
+STRANGER = "f" * 32
+
+
+def test_back_and_a_reload_bring_search_filter_sort_and_view_of_the_list(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "servos")
+    rows = page.locator(".servo-row")
+    expect(rows).to_have_count(6)
+    model = str(demo.api.get("/servos").json()[0]["model"])
+    page.get_by_test_id("filter-model").select_option(model)
+    page.get_by_test_id("sort-name").dblclick()
+    page.get_by_role("searchbox").fill("6")
+    names = page.locator(".servo-row .row-link").all_inner_texts()
+    assert 0 < len(names) < 6
+
+    def as_it_was() -> None:
+        expect(page.get_by_role("searchbox")).to_have_value("6")
+        expect(page.get_by_test_id("filter-model")).to_have_value(model)
+        expect(page.get_by_role("columnheader", name="Servo", exact=True)).to_have_attribute("aria-sort", "descending")
+        expect(page.locator(".servo-row .row-link")).to_have_text(names)
+
+    as_it_was()
+    page.reload()
+    as_it_was()
+    rows.first.locator(".row-link").click()
+    expect(page.get_by_role("tablist")).to_be_visible()
+    page.go_back()
+    as_it_was()
+    page.get_by_role("searchbox").fill("nothing is called so")
+    page.get_by_role("button", name="Show all", exact=True).click()
+    expect(rows).to_have_count(6)
+    assert page.url == demo.url + "servos?sort=-name"
+
+
+def test_back_and_a_reload_bring_the_tab_and_the_filter_and_another_servo_keeps_the_tab(page: Page, demo: Demo) -> None:
+    one, other = (servo["uid"] for servo in demo.api.get("/servos").json()[:2])
+    page.goto(f"{demo.url}servos/{one}/parameters")
+    limits = page.get_by_test_id("tab-limit")
+    limits.click()
+    expect(page.get_by_test_id("row-angle_limit_cw")).to_be_visible()
+    page.get_by_role("link", name="Motion", exact=True).click()
+    expect(page.get_by_test_id("enable-motion")).to_be_visible()
+    page.go_back()
+    expect(limits).to_have_attribute("aria-selected", "true")
+    page.reload()
+    expect(limits).to_have_attribute("aria-selected", "true")
+    page.get_by_test_id("choose-servo").select_option(other)
+    expect(page).to_have_url(f"{demo.url}servos/{other}/parameters?tab=limit")
+    expect(limits).to_have_attribute("aria-selected", "true")
+
+    page.goto(f"{demo.url}servos/{one}/parameters#angle_limit_cw")
+    expect(limits).to_have_attribute("aria-selected", "true")
+    page.get_by_role("tab").first.click()
+    page.reload()
+    expect(page.get_by_role("tab").first).to_have_attribute("aria-selected", "true")
+    page.get_by_role("button", name="Changed", exact=False).click()
+    page.reload()
+    expect(page.get_by_role("button", name="Changed", exact=False)).to_have_attribute("aria-pressed", "true")
+
+
+def test_a_reload_brings_the_filters_of_monitor_matrix_and_audit(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "bus#monitor")
+    page.get_by_test_id("monitor-filter").fill("type:NodeStatus")
+    page.reload()
+    expect(page.get_by_test_id("monitor-filter")).to_have_value("type:NodeStatus")
+
+    page.goto(demo.url + "servos/matrix?q=angle")
+    expect(page.get_by_role("searchbox")).to_have_value("angle")
+    page.get_by_role("searchbox").fill("torque")
+    page.reload()
+    expect(page.get_by_role("searchbox")).to_have_value("torque")
+
+    page.goto(demo.url + "records#audit")
+    uid = str(demo.api.get("/servos").json()[0]["uid"])
+    page.get_by_test_id("audit-servo").select_option(uid)
+    page.reload()
+    expect(page.get_by_test_id("audit-servo")).to_have_value(uid)
+
+
+@pytest.mark.parametrize("path", ["nothing", "servos/12/parameters", f"servos/{STRANGER}/nothing"])
+def test_an_address_without_a_page_says_so_with_a_way_back(page: Page, demo: Demo, path: str) -> None:
+    page.goto(demo.url + path)
+    expect(page.get_by_test_id("missing-page")).to_contain_text(f"/{path}")
+    page.get_by_role("button", name="Go to Servos").click()
+    expect(page.locator(".servo-row")).to_have_count(6)
+
+
+@pytest.mark.parametrize("part", ["parameters", "motion", "tune", "faults"])
+def test_an_unknown_servo_is_called_unknown_with_a_way_back(page: Page, demo: Demo, part: str) -> None:
+    page.goto(f"{demo.url}servos/{STRANGER}/{part}")
+    expect(page.get_by_test_id("missing-servo")).to_contain_text(STRANGER)
+    page.get_by_role("button", name="Go to Servos").click()
+    expect(page.locator(".servo-row")).to_have_count(6)
+
+
+def test_an_address_with_a_stray_percent_sign_opens(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "bus#50%")
+    expect(page.get_by_test_id("bus-page")).to_be_visible()

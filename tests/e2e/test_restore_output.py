@@ -1,0 +1,137 @@
+"""Restore output after a stop: a dry run, a dialog that names who is under load, and each horn held where it stands."""
+
+import time
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from e2e.servers import Server, running, serving, until
+from e2e.test_output_story import SLOW_MS, WAYS, Hand, confirmed, hand_of, made
+
+pytestmark = pytest.mark.alone
+
+HOLDS, LETS_GO = 0, 1
+"""Values of 0x26."""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A bus with simulated servos."""
+    with running(*serving(tmp_path_factory.mktemp("restore"), "--sim-api")) as one:
+        yield one
+
+
+@pytest.fixture(params=WAYS)
+def hand(request: pytest.FixtureRequest, browser: Browser, server: Server) -> Iterator[Hand]:
+    """A page, and one way to press what is on it; servos of before are gone."""
+    clear(server)
+    with hand_of(browser, request.param) as one:
+        yield one
+
+
+@pytest.fixture
+def mouse(browser: Browser, server: Server) -> Iterator[Hand]:
+    """The same by mouse alone."""
+    clear(server)
+    with hand_of(browser, "mouse") as one:
+        yield one
+
+
+def clear(server: Server) -> None:
+    server.api.delete("/stop")
+    for one in server.api.get("/sim/servos").json():
+        server.api.delete(f"/sim/servos/{one['uid']}")
+        until(lambda uid=one["uid"]: not server.api.get(f"/servos/{uid}").json()["online"], 10, "it is still there")
+        server.api.delete(f"/inventory/{one['uid']}")
+
+
+def output(server: Server, uid: str) -> str:
+    return str(server.api.get(f"/sim/servos/{uid}").json()["output"])
+
+
+def angle(server: Server, uid: str) -> float:
+    return float(server.api.get(f"/servos/{uid}/parameters/current_angle?fresh=true").json()["value"])
+
+
+def name(server: Server, uid: str, label: str) -> str:
+    server.api.patch(f"/servos/{uid}", json={"label": label}).raise_for_status()
+    return label
+
+
+def test_outputs_come_on_again_after_a_dialog_that_names_who_is_under_load(server: Server, hand: Hand) -> None:
+    page = hand.page
+    uids = [made(server, servo_id, timeout_action=HOLDS) for servo_id in (31, 32, 33)]
+    rudder, arm, bay = uids
+    for uid, label in zip(uids, ("Rudder", "Arm", "Bay door"), strict=True):
+        name(server, uid, label)
+    page.goto(server.url + "servos")
+    expect(page.get_by_test_id(f"servo-row-{bay}")).to_be_visible()
+    hand.stop()
+    for uid in uids:
+        until(confirmed(server, uid), 5, "the stop is not confirmed")
+    server.api.post(f"/servos/{arm}/torque", json={"mode": "brake"}).raise_for_status()
+    server.api.patch(f"/sim/servos/{rudder}", json={"external_angle_deg": 25.0}).raise_for_status()
+    until(lambda: abs(angle(server, rudder) - 25.0) < 1, 10, "the horn was not turned")
+    stood = [angle(server, uid) for uid in uids]
+    assert [output(server, uid) for uid in uids] == ["off", "brake", "off"]
+
+    hand.on("restore-all")
+    dialog = page.get_by_test_id("restore-dialog")
+    expect(dialog).to_contain_text("Restore output of 3 servos?", timeout=SLOW_MS)
+    expect(page.get_by_test_id("restore-load")).to_contain_text("Under load: Arm.")
+    expect(page.get_by_test_id(f"restore-{arm}")).to_have_attribute("data-load", "true")
+    expect(page.get_by_test_id(f"restore-{rudder}")).to_have_attribute("data-load", "false")
+    assert [output(server, uid) for uid in uids] == ["off", "brake", "off"], "a look changes nothing"
+    assert server.api.get("/stop").json()["latched"]
+
+    hand.on("restore-go")
+    expect(page.get_by_test_id("restore-job")).to_have_attribute("data-state", "succeeded", timeout=SLOW_MS)
+    expect(dialog).to_contain_text("Output is on: 3 servos")
+    hand.on("restore-close")
+    expect(page.get_by_test_id("stop-band")).to_have_count(0)
+    expect(page.get_by_test_id("outputs-off")).to_have_count(0)
+    assert [output(server, uid) for uid in uids] == ["on", "on", "on"]
+    assert [angle(server, uid) for uid in uids] == [pytest.approx(one, abs=0.5) for one in stood]
+    assert server.api.get("/leases").json() == [], "they hold by themselves"
+
+
+def test_a_servo_that_lets_go_by_itself_is_kept_on_until_motion_is_turned_off(server: Server, mouse: Hand) -> None:
+    page, uid = mouse.page, made(server, 34, timeout_action=LETS_GO, timeout_time=500)
+    page.goto(server.url + "servos")
+    expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
+    mouse.stop_and_clear()
+    mouse.on("restore-all")
+    expect(page.get_by_test_id("restore-dialog")).to_contain_text("this page takes motion control")
+    mouse.on("restore-go")
+    expect(page.get_by_test_id("restore-job")).to_have_attribute("data-state", "succeeded", timeout=SLOW_MS)
+    mouse.on("restore-close")
+    expect(page.get_by_test_id("kept-band")).to_contain_text("Output is on for 1 servo")
+    end = time.monotonic() + 4  # a lease of 3 s, a timeout of 0.5 s
+    while time.monotonic() < end:
+        assert output(server, uid) == "on"
+        time.sleep(0.1)
+    mouse.on("kept-off")
+    until(lambda: output(server, uid) == "off", 5, "the output is still on")
+    expect(page.get_by_test_id("kept-band")).to_have_count(0)
+
+
+def test_the_dialog_opens_only_after_the_server_agreed_and_not_for_a_stop_pressed_since(
+    server: Server, mouse: Hand
+) -> None:
+    page, uid = mouse.page, made(server, 35, timeout_action=HOLDS)
+    page.goto(server.url + "servos")
+    expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
+    mouse.stop()
+    until(confirmed(server, uid), 5, "the stop is not confirmed")
+    lease = server.api.post("/leases", json={"holder": "Ben", "ttl_s": 30}).json()["id"]
+    mouse.on("restore-all")
+    expect(page.get_by_test_id("stop-band")).to_contain_text("Ben has motion control")
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    server.api.delete(f"/leases/{lease}").raise_for_status()
+    mouse.on("restore-all")
+    expect(page.get_by_test_id("restore-dialog")).to_be_visible(timeout=SLOW_MS)
+    server.api.post("/stop?by=Ben").raise_for_status()
+    expect(page.get_by_test_id("restore-refused")).to_contain_text("Stop was pressed again")
+    expect(page.get_by_test_id("restore-go")).to_be_disabled()
+    assert output(server, uid) == "off"

@@ -1,0 +1,300 @@
+"""Wiggle, restart, default and factory reset on the page: by mouse, by touch, by keys alone; and what refuses them."""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from e2e.looks import complaints, too_small
+from e2e.servers import Server, running, serving, until
+
+pytestmark = pytest.mark.alone
+
+SIX = 6
+LARGE, TABLET = {"width": 1440, "height": 900}, {"width": 820, "height": 1180}
+SLOW_MS = 30_000
+HELD = {"angle_p_gain": 70, "servo_id": 7}
+"""What the servo that is reset has in ROM: one value that goes, one that stays."""
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    """Six new servos of one model: nothing on the page tells which is which."""
+    with running(*serving(tmp_path, "--sim-api")) as one:
+        for _ in range(SIX):
+            body = {"model": "BLA21-06U-A0", "firmware": "1.300"}
+            one.api.post("/sim/servos", json=body).raise_for_status()
+        one.ready(SIX)
+        yield one
+
+
+@dataclass(frozen=True)
+class Hand:
+    """How somebody works the page: `press` something, `type` into a box."""
+
+    name: str
+    page: Page
+
+    def press(self, where: str | Locator, key: str = "Enter") -> None:
+        """Press what has this test id, or this element; by keys: go there by Tab, then `key`."""
+        found = self.page.get_by_test_id(where) if isinstance(where, str) else where
+        expect(found).to_be_enabled()
+        if self.name == "mouse":
+            found.click()
+        elif self.name == "touch":
+            found.tap()
+        else:
+            self._tab_to(found)
+            self.page.keyboard.press(key)
+
+    def choose(self, item: str) -> None:
+        """Choose from the menu of the servo; by keys with its arrows."""
+        self.press("servo-menu")
+        found = self.page.get_by_test_id(item)
+        if self.name != "keys":
+            self.press(found)
+            return
+        while not found.evaluate("one => one === document.activeElement"):
+            self.page.keyboard.press("ArrowDown")
+        self.page.keyboard.press("Enter")
+
+    def type(self, where: str, text: str) -> None:
+        """Put `text` into a box."""
+        found = self.page.get_by_test_id(where)
+        if self.name == "keys":
+            self._tab_to(found)
+            self.page.keyboard.press("Control+a")
+            self.page.keyboard.type(text)
+        else:
+            found.fill(text)
+
+    def _tab_to(self, found: Locator) -> None:
+        found.wait_for(state="attached")
+        for _ in range(250):
+            if found.evaluate("one => one === document.activeElement || one.contains(document.activeElement)"):
+                return
+            self.page.keyboard.press("Tab")
+        raise AssertionError(f"Tab does not lead to {found}")
+
+
+@pytest.fixture(params=["mouse", "touch", "keys"])
+def hand(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Hand]:
+    """A page and a way to work it."""
+    touch = request.param == "touch"
+    context = browser.new_context(
+        viewport=TABLET if touch else LARGE,  # pyright: ignore[reportArgumentType]
+        has_touch=touch,
+    )
+    context.set_default_timeout(15_000)
+    yield Hand(request.param, context.new_page())
+    context.close()
+
+
+def angles(server: Server) -> dict[str, float]:
+    """Where the horns really are."""
+    return {one["uid"]: one["angle_deg"] for one in server.api.get("/sim/servos").json()}
+
+
+def reading(server: Server, uid: str, key: str) -> dict[str, Any]:
+    return server.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]
+
+
+def seen_moving(server: Server, page: Page) -> list[str]:
+    """The servos in the order the page marks them while it wiggles; each time that horn and no other has moved."""
+    order: list[str] = []
+    at_rest = angles(server)
+    end = time.monotonic() + 60
+    while len(order) < SIX:
+        assert time.monotonic() < end, f"only {order} wiggled"
+        marked = page.locator("[data-wiggles=true]").evaluate_all("all => all.map(one => one.dataset.testid)")
+        now = angles(server)
+        moved = [uid for uid, angle in now.items() if abs(angle - at_rest[uid]) > 2]
+        if not moved or moved[0] in order:
+            continue
+        assert marked == [f"servo-row-{moved[0]}"], "the row that is marked is not the horn that moves"
+        assert len(moved) == 1
+        order += moved
+    return order
+
+
+def test_six_identical_servos_are_told_apart_one_restarts_one_row_gets_its_default_and_one_is_reset(
+    hand: Hand, server: Server
+) -> None:
+    page = hand.page
+    told: list[str] = []
+    page.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: told.append(str(error)))
+    page.goto(server.url)
+    expect(page.locator("[data-testid^=servo-row-]")).to_have_count(SIX, timeout=SLOW_MS)
+
+    # which horn is which: all in turn, the row says whose turn it is
+    hand.press("select-all", "Space")
+    if hand.name == "keys":
+        page.keyboard.press("w")
+    else:
+        hand.press("wiggle-selected")
+    order = seen_moving(server, page)
+    expect(page.get_by_test_id("selection-says")).to_contain_text("6 wiggled", timeout=SLOW_MS)
+    listed = page.locator("[data-testid^=servo-row-]").evaluate_all("all => all.map(one => one.dataset.testid)")
+    assert [f"servo-row-{uid}" for uid in order] == listed
+    if hand.name == "touch":
+        assert too_small(page) == []
+
+    # a value in RAM only, and the restart that says it is lost
+    uid = order[2]
+    standard = reading(server, uid, "angle_p_gain")["default"]
+    hand.press(page.locator(f"[data-testid=servo-row-{uid}] a.row-link"))
+    tune_gain(hand, server, uid, 55)
+    hand.choose("menu-restart")
+    expect(page.get_by_test_id("lost-angle_p_gain")).to_contain_text("55")
+    expect(page.get_by_test_id("lost-angle_p_gain")).to_contain_text(str(standard))
+    assert reading(server, uid, "angle_p_gain")["value"] == 55, "the question changes nothing"
+    looks(hand)
+    boots = server.api.get(f"/servos/{uid}").json()["uptime_s"]
+    agree(hand)
+    hand.press("restart-go")
+    over(page)
+    expect(page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done")
+    assert reading(server, uid, "angle_p_gain")["value"] == standard
+    assert server.api.get(f"/servos/{uid}").json()["uptime_s"] < boots + 5
+    looks(hand)
+    hand.press("servo-job-close")
+
+    # one row to its default: staged by one press, sent by Apply
+    tune_gain(hand, server, uid, 60)
+    hand.press("default-angle_p_gain")
+    expect(page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "staged")
+    expect(page.get_by_test_id("input-angle_p_gain")).to_have_value(str(standard))
+    assert reading(server, uid, "angle_p_gain")["value"] == 60, "staged is not sent"
+    apply(hand)
+    until(lambda: reading(server, uid, "angle_p_gain")["value"] == standard, 10, "the default was not written")
+
+    # everything to its default, but who it is
+    uid = order[4]
+    saved = server.api.patch(f"/servos/{uid}/parameters", json={"values": HELD, "save": True}).json()
+    until(lambda: server.api.get(f"/jobs/{saved['job']}").json()["state"] == "succeeded", 30, "not saved")
+    server.api.patch(f"/servos/{uid}", json={"label": "Winch"}).raise_for_status()
+    page.goto(f"{server.url}servos/{uid}/motion")
+    hand.choose("menu-factory-reset")
+    expect(page.get_by_test_id("reset-angle_p_gain")).to_contain_text("70")
+    expect(page.get_by_test_id("reset-dialog")).to_contain_text("Keep servo ID 7")
+    expect(page.get_by_test_id("reset-go")).to_be_disabled()
+    looks(hand)
+    agree(hand)
+    hand.type("reset-name", "Winch")
+    hand.press("reset-go")
+    over(page)
+    expect(page.get_by_test_id("step-verify")).to_have_attribute("data-state", "done")
+    assert (reading(server, uid, "angle_p_gain")["rom"], reading(server, uid, "servo_id")["rom"]) == (standard, 7)
+    hand.press("servo-job-close")
+    expect(page.get_by_test_id("servo-job-dialog")).to_have_count(0)
+    assert told == []
+
+
+def tune_gain(hand: Hand, server: Server, uid: str, value: int) -> None:
+    """Into RAM, through the page."""
+    if "#angle_p_gain" not in hand.page.url:
+        hand.page.goto(f"{server.url}servos/{uid}/parameters#angle_p_gain")
+    hand.type("input-angle_p_gain", str(value))
+    apply(hand)
+    until(lambda: reading(server, uid, "angle_p_gain")["value"] == value, 10, f"{value} was not written")
+    expect(hand.page.get_by_test_id("row-angle_p_gain")).to_have_attribute("data-state", "applied")
+
+
+def apply(hand: Hand) -> None:
+    expect(hand.page.get_by_test_id("apply")).to_be_enabled()
+    if hand.name == "keys":
+        hand.page.keyboard.press("Control+Enter")
+    else:
+        hand.press("apply")
+
+
+def agree(hand: Hand) -> None:
+    """Says that the horn is free, where that is asked."""
+    if hand.page.get_by_test_id("horn-free").count():
+        hand.press("horn-free", "Space")
+
+
+def over(page: Page) -> None:
+    expect(page.get_by_test_id("servo-job-dialog").locator("[data-state=over]")).to_be_visible(timeout=SLOW_MS)
+
+
+def looks(hand: Hand) -> None:
+    assert complaints(hand.page) == []
+    if hand.name == "touch":
+        assert too_small(hand.page) == []
+
+
+@pytest.fixture
+def mouse(browser: Browser) -> Iterator[Page]:
+    """A page whose console tells of what was refused, as it should."""
+    context = browser.new_context(viewport=LARGE)  # pyright: ignore[reportArgumentType]
+    context.set_default_timeout(15_000)
+    yield context.new_page()
+    context.close()
+
+
+def test_what_is_refused_is_said_where_it_was_pressed_and_no_dialog_opens(mouse: Page, server: Server) -> None:
+    uid = server.ready(SIX)[0]
+    mouse.goto(f"{server.url}servos/{uid}/parameters")
+    says = mouse.get_by_test_id("servo-says")
+
+    def each(why: str) -> None:
+        for item, told in (("menu-restart", "Not restarted"), ("menu-factory-reset", "Not reset")):
+            mouse.get_by_test_id("servo-menu").click()
+            mouse.get_by_test_id(item).click()
+            expect(says).to_contain_text(f"{told}. ")
+            expect(says).to_contain_text(why)
+            expect(mouse.get_by_role("dialog")).to_have_count(0)
+        mouse.get_by_test_id("wiggle").click()
+        expect(says).to_contain_text("Not wiggled. ")
+        expect(says).to_contain_text(why)
+
+    lease = server.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 60}).json()["id"]
+    each("Rig 3")
+    server.api.delete(f"/leases/{lease}")
+    server.api.post("/stop")
+    each("Stopped")
+    server.api.delete("/stop")
+    assert server.api.get("/jobs").json() == []
+
+    # motion that is on here: turn it off first
+    mouse.goto(f"{server.url}servos/{uid}/motion")
+    mouse.get_by_test_id("enable-motion").click()
+    expect(mouse.get_by_test_id("motion-band")).to_be_visible()
+    mouse.get_by_test_id("servo-menu").click()
+    mouse.get_by_test_id("menu-restart").click()
+    expect(says).to_contain_text("under command")
+    expect(mouse.get_by_role("dialog")).to_have_count(0)
+
+
+def test_several_are_restarted_in_turn_and_the_one_that_is_off_is_left_out(mouse: Page, server: Server) -> None:
+    known = {str(one["uid"]): str(one["serial"]) for one in server.servos()}
+    uids = sorted(known, key=lambda uid: known[uid])  # as the list has servos without an ID
+    server.api.patch(f"/servos/{uids[0]}/parameters", json={"values": {"angle_p_gain": 55}}).raise_for_status()
+    server.api.patch(f"/sim/servos/{uids[1]}", json={"power": "off"}).raise_for_status()
+    until(lambda: server.api.get(f"/servos/{uids[1]}").json()["state"] == "offline", 15, "it is still there")
+    mouse.goto(server.url)
+    for uid in uids[:3]:
+        mouse.get_by_test_id(f"select-{uid}").check()
+    mouse.get_by_test_id("restart-selected").click()
+    dialog = mouse.get_by_test_id("restart-dialog")
+    expect(dialog).to_contain_text("Restart 2 servos?")
+    expect(mouse.get_by_test_id(f"restart-{uids[0]}")).to_contain_text("P gain")
+    expect(dialog).to_contain_text("is offline")
+    expect(mouse.get_by_test_id("selection-refusals")).to_contain_text("is offline")
+    if mouse.get_by_test_id("horn-free").count():
+        mouse.get_by_test_id("horn-free").check()
+    mouse.get_by_test_id("restart-go").click()
+    over(mouse)
+    for uid in (uids[0], uids[2]):
+        expect(mouse.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done")
+    jobs = [one for one in server.api.get("/jobs", params={"kind": "restart"}).json() if one["state"] == "succeeded"]
+    first, second = sorted(jobs, key=lambda job: job["created_at"])
+    assert [first["uid"], second["uid"]] == [uids[0], uids[2]]
+    assert second["created_at"] >= first["ended_at"], "one after the other"
+    assert server.api.get(f"/servos/{uids[0]}").json()["unsaved"] == []

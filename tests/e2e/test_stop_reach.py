@@ -1,0 +1,304 @@
+"""Stop in every window: seen whole from 320 px on, however it is turned or enlarged; and the keys that stop."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, ViewportSize, expect
+
+from e2e.conftest import Demo
+from e2e.looks import complaints, too_small
+from e2e.test_technician import servo_of, wait_for
+
+pytestmark = pytest.mark.alone
+
+WINDOWS: dict[str, tuple[int, int]] = {
+    "small phone": (320, 568),
+    "small phone on its side": (568, 320),
+    "phone": (390, 844),
+    "phone on its side": (844, 390),
+    "half of a tablet": (507, 1180),
+    "where it used to be outside": (631, 800),
+    "small window": (640, 480),
+    "last of the narrow ones": (767, 1024),
+    "tablet": (820, 1180),
+    "tablet on its side": (1180, 820),
+    "laptop": (1440, 900),
+    "laptop at 200 %": (720, 450),
+    "laptop at 400 %": (360, 225),
+    "wide": (1920, 1080),
+}
+
+SEEN = """() => {
+  const stop = document.querySelector('[data-testid=stop]');
+  const box = stop.getBoundingClientRect();
+  const view = visualViewport;
+  const [left, top] = [view.offsetLeft, view.offsetTop];
+  const inside = box.left >= left - 1 && box.top >= top - 1
+    && box.right <= left + view.width + 1 && box.bottom <= top + view.height + 1;
+  const points = [[.02, .06], [.98, .06], [.5, .5], [.02, .94], [.98, .94]];
+  const hit = points.every(([x, y]) =>
+    stop.contains(document.elementFromPoint(box.left + x * box.width, box.top + y * box.height)));
+  return { inside, hit, width: box.width * view.scale, height: box.height * view.scale,
+    cut: stop.scrollWidth > stop.clientWidth };
+}"""
+"""Stop against what is seen of the page: inside it, uncovered at its corners, its words whole, its size."""
+
+BEYOND = """() => { const { scrollWidth, scrollHeight } = document.scrollingElement;
+  return [scrollWidth - innerWidth, scrollHeight - innerHeight]; }"""
+"""How far a script or a focus could scroll the window, Stop with it, px."""
+
+
+def stop_is_seen(page: Page, where: str) -> None:
+    found = page.evaluate(SEEN)
+    assert (found["inside"], found["hit"], found["cut"]) == (True, True, False), f"{where}: {found}"
+    assert found["width"] >= 170, f"{where}: {found}"
+    assert found["height"] >= 55, f"{where}: {found}"
+
+
+@pytest.fixture
+def stops(demo: Demo) -> Iterator[None]:
+    """Nobody has motion control and nothing is stopped, before and after."""
+    yield
+    wait_for(lambda: demo.api.get("/leases").json() == [], 6, "motion control was not given back")
+    demo.api.delete("/stop").raise_for_status()
+
+
+def latched(demo: Demo) -> bool:
+    return demo.api.get("/stop").json()["latched"]
+
+
+@pytest.mark.usefixtures("stops")
+@pytest.mark.parametrize(
+    ("window", "language"),
+    [*((window, "en") for window in WINDOWS), *((window, "ja") for window in ("small phone", "tablet", "laptop"))],
+)
+def test_stop_is_seen_whole_in_every_window_and_stops_at_a_touch(
+    window: str, language: str, browser: Browser, demo: Demo
+) -> None:
+    width, height = WINDOWS[window]
+    size: ViewportSize = {"width": width, "height": height}
+    context = browser.new_context(viewport=size, has_touch=True)
+    try:
+        page = context.new_page()
+        page.set_default_timeout(15_000)
+        page.add_init_script(f"localStorage.setItem('hornbill.language', '{language}')")
+        uid = servo_of(demo, "BLA21-12U-A0")
+        for path in ("servos", f"servos/{uid}/parameters", "bus"):
+            page.goto(demo.url + path)
+            expect(page.get_by_test_id("stop")).to_be_visible()
+            stop_is_seen(page, path)
+        page.goto(f"{demo.url}servos/{uid}/motion")
+        page.get_by_test_id("enable-motion").tap()
+        expect(page.get_by_test_id("motion-band")).to_be_visible()
+        stop_is_seen(page, "motion")
+        page.get_by_test_id("jog-zero").scroll_into_view_if_needed()
+        stop_is_seen(page, "scrolled")
+        assert page.evaluate(BEYOND) == [0, 0], "the window itself can be scrolled"
+        page.get_by_test_id("stop").tap()
+        expect(page.get_by_test_id("stop-band")).to_be_visible()
+        stop_is_seen(page, "stopped")
+        assert latched(demo)
+        page.get_by_test_id("clear-stop").tap()
+        expect(page.get_by_test_id("clear-dialog")).to_be_visible()
+        stop_is_seen(page, "under a dialog")
+        page.get_by_test_id("confirm-clear").tap()
+        expect(page.get_by_test_id("stop-band")).to_have_count(0)
+    finally:
+        context.close()
+
+
+@pytest.mark.usefixtures("stops")
+@pytest.mark.parametrize("scale", [2.0, 4.0])
+def test_stop_stays_in_sight_of_a_page_that_is_pinched_larger(scale: float, browser: Browser, demo: Demo) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    try:
+        page = context.new_page()
+        uid = servo_of(demo, "BLA21-12U-A0")
+        page.goto(f"{demo.url}servos/{uid}/motion")
+        page.get_by_test_id("enable-motion").tap()
+        expect(page.get_by_test_id("motion-band")).to_be_visible()
+        devtools = context.new_cdp_session(page)
+        devtools.send("Emulation.setPageScaleFactor", {"pageScaleFactor": scale})
+        wait_for(lambda: page.evaluate("visualViewport.scale") > 0.95 * scale, 5, "it was not enlarged")
+        page.wait_for_timeout(700)
+        stop_is_seen(page, "enlarged")
+        expect(page.get_by_test_id("motion-band")).to_have_count(1)
+    finally:
+        context.close()
+
+
+@pytest.mark.usefixtures("stops")
+def test_motion_is_refused_and_ends_where_stop_does_not_fit(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    expect(page.get_by_test_id("enable-motion")).to_be_enabled()
+    page.set_viewport_size({"width": 390, "height": 40})
+    expect(page.get_by_test_id("enable-motion")).to_be_disabled()
+    expect(page.get_by_test_id("motion-hindrance")).to_contain_text("Stop is not fully visible in this window.")
+    expect(page.get_by_test_id("motion-hindrance")).to_contain_text("Enlarge the window or zoom out")
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("motion-band")).to_be_visible()
+    page.set_viewport_size({"width": 390, "height": 40})
+    expect(page.get_by_test_id("motion-band")).to_have_count(0)
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.get_by_test_id("motion-refusal")).to_contain_text("Stop was no longer fully visible")
+    mode = f"/servos/{uid}/parameters/torque_mode"
+    wait_for(lambda: demo.api.get(mode).json()["value"] == "off", 4, "torque stayed on")
+
+
+@pytest.mark.usefixtures("stops")
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_phone_shows_motion_without_scrolling_and_every_target_is_large_enough(
+    theme: str, browser: Browser, demo: Demo
+) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True)
+    try:
+        page = context.new_page()
+        page.add_init_script(f"localStorage.setItem('hornbill.theme', '{theme}')")
+        uid = servo_of(demo, "BLA21-12U-A0")
+        page.goto(demo.url + "servos")
+        expect(page.locator(".servo-row").nth(5)).to_be_visible()
+        assert complaints(page) == []
+        assert too_small(page) == []
+        page.goto(f"{demo.url}servos/{uid}/motion")
+        page.get_by_test_id("enable-motion").tap()
+        for testid in ("jog-step-1", "jog-zero", "jog-torque-off", "disable-motion"):
+            expect(page.get_by_test_id(testid)).to_be_in_viewport(ratio=1)
+        assert complaints(page) == []
+        assert too_small(page) == []
+        stop = page.get_by_test_id("stop").bounding_box()
+        assert stop is not None
+        assert stop == {"x": 0, "y": 0, "width": 390, "height": 72}
+        # under Stop, only what goes the same way may be pressed
+        under = "document.elementFromPoint(%d, 100).closest('button, a')?.dataset.testid"
+        assert {page.evaluate(under % x) for x in range(5, 390, 20)} <= {None, "disable-motion"}
+    finally:
+        context.close()
+
+
+def test_stop_is_first_for_the_keyboard(page: Page, demo: Demo) -> None:
+    page.goto(demo.url)
+    expect(page.locator(".servo-row").nth(5)).to_be_visible()
+    page.keyboard.press("Tab")  # to the content
+    page.keyboard.press("Tab")
+    expect(page.get_by_test_id("stop")).to_be_focused()
+
+
+@pytest.mark.usefixtures("stops")
+def test_esc_closes_while_nothing_moves_and_stops_when_pressed_twice(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-06U-A0")
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_limit_cw")
+    expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
+    box = page.get_by_test_id("input-angle_limit_cw")
+    before = box.input_value()
+    box.fill("55")
+    expect(page.get_by_test_id("apply-save")).to_be_enabled()
+    page.keyboard.press("Control+s")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+    expect(page.get_by_test_id("stop")).to_contain_text("Esc again")
+    expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
+    box.focus()
+    box.fill("56")
+    page.keyboard.press("Escape")
+    assert box.input_value() != "56", "what was typed is taken back"
+    page.wait_for_timeout(1100)
+    page.locator("main").focus()
+    page.keyboard.press("/")
+    page.keyboard.type("gain")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("searchbox")).to_have_value("")
+    expect(page.locator("main")).to_be_focused()
+    assert latched(demo) is False
+    page.wait_for_timeout(1100)
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    assert latched(demo)
+    page.get_by_test_id("discard").click()
+    expect(box).to_have_value(before)
+
+
+@pytest.mark.usefixtures("stops")
+def test_space_stops_only_while_motion_is_on(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    expect(page.get_by_test_id("enable-motion")).to_be_enabled()
+    page.locator("main").focus()
+    page.keyboard.press("Space")
+    assert latched(demo) is False
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("stop")).to_contain_text("Esc or Space")
+    page.get_by_role("slider").focus()
+    page.keyboard.press("Space")
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    assert latched(demo)
+
+
+@pytest.mark.usefixtures("stops")
+def test_esc_stops_at_once_in_any_tab_while_somebody_moves_a_horn(page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-06U-A0")
+    page.goto(f"{demo.url}servos")
+    expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
+    page.get_by_role("searchbox").focus()
+    lease = demo.api.post("/leases", json={"holder": "Rig 3", "ttl_s": 10}).json()["id"]
+    expect(page.get_by_test_id("stop")).not_to_contain_text("twice")
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("stop-band")).to_be_visible()
+    assert latched(demo)
+    demo.api.delete(f"/leases/{lease}")
+    demo.api.delete("/stop").raise_for_status()
+    expect(page.get_by_test_id("stop")).to_contain_text("Esc twice")
+    # nobody's motion control, and it turns all the same: by hand, by its PWM input, by another program
+    demo.api.post(f"/servos/{uid}/torque", json={"mode": "off"}).raise_for_status()
+
+    def turned() -> bool:
+        for angle in (40, 0):
+            demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": angle}).raise_for_status()
+            page.wait_for_timeout(200)
+        return "twice" not in page.get_by_test_id("stop").inner_text()
+
+    wait_for(turned, 5, "a horn that turns is not noticed")
+    demo.api.patch(f"/sim/servos/{uid}", json={"external_angle_deg": 0}).raise_for_status()
+
+
+@pytest.mark.usefixtures("stops")
+@pytest.mark.parametrize("motion", [False, True], ids=["at rest", "with motion on"])
+def test_esc_and_enter_of_an_input_method_do_nothing(motion: bool, page: Page, demo: Demo) -> None:
+    uid = servo_of(demo, "BLA21-12U-A0")
+    name = demo.api.get(f"/servos/{uid}").json()["label"]
+    if motion:
+        page.goto(f"{demo.url}servos/{uid}/motion")
+        page.get_by_test_id("enable-motion").click()
+        box = page.get_by_test_id("jog-value")
+    else:
+        page.goto(demo.url + "servos")
+        page.get_by_test_id(f"rename-{uid}").click()
+        box = page.get_by_test_id(f"nickname-{uid}")
+    box.fill("")
+    devtools = page.context.new_cdp_session(page)
+    for key, code in (("Escape", 27), ("Enter", 13)):
+        compose = {"text": "かぜ", "selectionStart": 2, "selectionEnd": 2}
+        devtools.send("Input.imeSetComposition", compose)
+        devtools.send(
+            "Input.dispatchKeyEvent", {"type": "rawKeyDown", "key": key, "code": key, "windowsVirtualKeyCode": code}
+        )
+        devtools.send(
+            "Input.dispatchKeyEvent", {"type": "keyUp", "key": key, "code": key, "windowsVirtualKeyCode": code}
+        )
+        expect(box).to_have_value("かぜ")
+        # the last key, as Safari tells it: after the composition, known by its code alone
+        devtools.send("Input.imeSetComposition", {"text": "", "selectionStart": 0, "selectionEnd": 0})
+        devtools.send(
+            "Input.dispatchKeyEvent", {"type": "rawKeyDown", "key": key, "code": key, "windowsVirtualKeyCode": 229}
+        )
+        expect(box).to_be_focused()
+    assert latched(demo) is False
+    assert demo.api.get(f"/servos/{uid}").json()["label"] == name
+    if motion:
+        expect(page.get_by_test_id("motion-band")).to_be_visible()
+        page.keyboard.press("Escape")
+        expect(page.get_by_test_id("stop-band")).to_be_visible()

@@ -1,0 +1,170 @@
+"""Tests of the pause between the frames of one transfer: in the address, on the bus, and never in the way of a stop."""
+
+import asyncio
+from collections.abc import Callable
+
+import pytest
+
+from behaviour.rig import Rig, json, play, problem
+from hornbill.app.bus_ports import BusPorts, with_frame_gap
+from hornbill.bus.embedded.memory import MemoryBus
+from hornbill.bus.ports.frame_gap import FrameGap, parse_frame_gap
+from hornbill.bus.reopening import ReopeningPort, adapter_port
+from hornbill.errors import BusDisconnected, PortOpenFailed
+from hornbill.wire.frame import Frame
+from hornbill.wire.port import CanPort, PortStatistics, same_device
+from jumping_clock import run
+
+GAP_S = 0.003
+FIRST, MIDDLE, LAST, ALONE = b"\x80", b"\x20", b"\x40", b"\xc0"
+
+
+def transfer(can_id: int, frames: int) -> list[Frame]:
+    tails = [FIRST, *[MIDDLE] * (frames - 2), LAST] if frames > 1 else [ALONE]
+    return [Frame(can_id, bytes([number]) + tail) for number, tail in enumerate(tails)]
+
+
+class Log:
+    """What left, and when."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[float, int, int]] = []
+        self.lost = False
+
+    def send(self, frames: list[Frame]) -> None:
+        if self.lost:
+            raise BusDisconnected("gone")
+        now = asyncio.get_running_loop().time()
+        self.sent += [(round(now, 4), frame.id, frame.data[0]) for frame in frames]
+
+
+def played(
+    scene: Callable[[FrameGap, Log], None], seconds: float = 1.0, gap_s: float = GAP_S
+) -> list[tuple[float, int, int]]:
+    async def main() -> list[tuple[float, int, int]]:
+        log = Log()
+        began = asyncio.get_running_loop().time()
+        scene(FrameGap(gap_s, log.send), log)  # pyright: ignore[reportArgumentType]
+        await asyncio.sleep(seconds)
+        return [(round(at - began, 4), can_id, number) for at, can_id, number in log.sent]
+
+    return run(main())
+
+
+def test_frames_of_one_transfer_leave_a_pause_apart() -> None:
+    sent = played(lambda gap, _log: gap.send(transfer(1, 4)))
+    assert sent == [(0.0, 1, 0), (0.003, 1, 1), (0.006, 1, 2), (0.009, 1, 3)]
+
+
+def test_single_frames_and_other_transfers_do_not_wait() -> None:
+    def scene(gap: FrameGap, _log: Log) -> None:
+        gap.send(transfer(7, 3))
+        gap.send(transfer(1, 1))
+        gap.send(transfer(2, 2))
+
+    assert played(scene) == [
+        (0.0, 7, 0), (0.0, 1, 0), (0.0, 2, 0), (0.003, 7, 1), (0.003, 2, 1), (0.006, 7, 2),
+    ]  # fmt: skip
+
+
+def test_transfers_of_one_identifier_keep_their_order_and_do_not_mix() -> None:
+    def scene(gap: FrameGap, _log: Log) -> None:
+        gap.send(transfer(7, 2) + transfer(7, 1))
+        gap.send(transfer(7, 2))
+
+    assert played(scene) == [(0.0, 7, 0), (0.003, 7, 1), (0.003, 7, 0), (0.003, 7, 0), (0.006, 7, 1)]
+
+
+def test_a_transfer_cut_off_by_a_lost_bus_never_goes_on() -> None:
+    def scene(gap: FrameGap, log: Log) -> None:
+        gap.send(transfer(7, 3))
+        log.lost = True
+        asyncio.get_running_loop().call_later(0.004, setattr, log, "lost", False)
+
+    assert played(scene) == [(0.0, 7, 0)]
+
+
+@pytest.mark.parametrize(
+    ("address", "plain", "gap_s"),
+    [
+        ("slcan:/dev/ttyUSB0@1000000?frame_gap_ms=3", "slcan:/dev/ttyUSB0@1000000", 0.003),
+        ("socketcan:can0?frame_gap_ms=0.5", "socketcan:can0", 0.0005),
+        ("socketcan:can0?frame_gap_ms=0", "socketcan:can0", 0.0),
+        ("slcan:loop://?logging=debug", "slcan:loop://?logging=debug", 0.0),
+    ],
+)
+def test_the_pause_is_an_option_of_the_address(address: str, plain: str, gap_s: float) -> None:
+    assert parse_frame_gap(address) == (plain, gap_s)
+
+
+@pytest.mark.parametrize("text", ["", "fast", "-1", "21", "nan", "inf"])
+def test_a_pause_that_cannot_be_is_refused_with_the_range(text: str) -> None:
+    with pytest.raises(PortOpenFailed, match=r"is not 0 to 20 ms\. Enter the pause"):
+        adapter_port(f"virtual:x?frame_gap_ms={text}")
+
+
+def test_options_make_no_other_device() -> None:
+    assert same_device("slcan:/dev/ttyUSB0@115200", "slcan:/dev/ttyUSB0?frame_gap_ms=3")
+    assert not same_device("slcan:/dev/ttyUSB0", "slcan:/dev/ttyUSB1")
+
+
+def test_the_setting_of_the_server_is_for_adapters_without_one_of_their_own() -> None:
+    assert with_frame_gap("socketcan:can0", 3) == "socketcan:can0?frame_gap_ms=3"
+    assert with_frame_gap("socketcan:can0?frame_gap_ms=1", 3) == "socketcan:can0?frame_gap_ms=1"
+    assert with_frame_gap("file:bus.log", 3) == "file:bus.log"
+    assert with_frame_gap("socketcan:can0", None) == "socketcan:can0"
+
+
+def test_a_reopening_port_keeps_its_pause_and_drops_what_waits_when_it_is_closed() -> None:
+    async def main() -> None:
+        bus = MemoryBus(history=100)
+        other = bus.port("other")
+
+        async def opener(statistics: PortStatistics) -> CanPort:
+            inner = bus.port("inner")
+            inner.statistics = statistics
+            return inner
+
+        port = ReopeningPort(opener, address="memory:inner", bitrate=1_000_000, frame_gap_s=GAP_S)
+        await port.open()
+        assert port.details.frame_gap_s == GAP_S
+        port.send(transfer(7, 4))
+        with pytest.raises(ValueError, match="must fit 29 bits"):
+            port.send([Frame(1 << 29, FIRST)])
+        await asyncio.sleep(0.004)
+        await port.close()
+        await asyncio.sleep(0.1)
+        assert [frame.data[0] for _, frame in bus.history] == [0, 1]
+        await other.close()
+
+    run(main())
+
+
+# Over REST, on a bus with servos.
+
+
+def test_servos_are_read_and_stopped_with_a_pause_and_it_is_shown() -> None:
+    async def scene(rig: Rig) -> None:
+        ports = BusPorts(rig.bus, None)  # pyright: ignore[reportArgumentType]
+        rig.host._open_port = ports.open  # pyright: ignore[reportPrivateUsage]
+        body = {"address": "memory:demo", "frame_gap_ms": 3}
+        shown = json(await rig.call("PUT", "/bus", body))
+        assert (shown["address"], shown["frame_gap_ms"]) == ("memory:demo", 3.0)
+        (servo,) = await rig.ready()
+        rig.bus.history.clear()
+        json(await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 60}))
+        frames = [frame for name, frame in rig.bus.history if name == "demo" and frame.id & 0x00FF_8080 == 0x000B_8080]
+        write = next(at for at, frame in enumerate(frames) if not frame.data[-1] & 0x40)
+        assert frames[write + 1].at - frames[write].at >= GAP_S
+        json(await rig.call("POST", "/stop", {}))
+        await asyncio.sleep(0.1)
+        latch = rig.host.stop.latch
+        assert latch is not None
+        assert latch.servos
+        assert latch.unconfirmed() == []
+        json(await rig.call("DELETE", "/stop"))
+        problem(await rig.call("PUT", "/bus", {"address": "memory:demo", "frame_gap_ms": 25}), "invalid_value", 422)
+        shown = json(await rig.call("PUT", "/bus", {"address": "memory:demo?frame_gap_ms=3", "frame_gap_ms": 0}))
+        assert shown["frame_gap_ms"] == 0.0
+
+    play(scene, connect=False)

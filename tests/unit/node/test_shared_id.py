@@ -1,0 +1,85 @@
+"""What another program says with our node id: what counts as that, and what it tells of the program."""
+
+import asyncio
+
+import pytest
+
+from hornbill.node.shared_id import ECHO_S, SharedNodeId
+from hornbill.wire.frame import Frame
+from jumping_clock import run
+from unit.node.peer import HOST, participant
+from unit.node.recording import RecordingPort
+
+READ_BY_NAME = Frame(0x1E0B94FF, bytes.fromhex("000030783243c5"))
+WRITE_BEGINS = Frame(0x1E0B94FF, bytes.fromhex("5f2f00012d000086"))
+WRITE_GOES_ON = Frame(0x1E0B94FF, bytes.fromhex("0000000000307826"))
+ANSWER = Frame(0x180BAAFF & ~0x8000, bytes.fromhex("000030783243c5"))
+NODE_STATUS = Frame(0x1801557F, bytes.fromhex("01000000000000c0"))
+ALLOCATION = Frame(0x1800017F, bytes.fromhex("fac0"))
+
+
+@pytest.mark.parametrize(
+    ("frames", "requests", "makers", "allocates"),
+    [
+        ([READ_BY_NAME], 1, True, False),
+        ([READ_BY_NAME._replace(id=0x180B94FF)], 1, False, False),
+        ([WRITE_BEGINS, WRITE_GOES_ON], 1, False, False),
+        ([ANSWER], 0, False, False),
+        ([READ_BY_NAME, NODE_STATUS], 1, False, False),
+        ([READ_BY_NAME, ALLOCATION], 1, True, True),
+    ],
+)
+def test_what_it_says_tells_which_program_it_is(
+    frames: list[Frame], requests: int, makers: bool, allocates: bool
+) -> None:
+    it = SharedNodeId(HOST)
+    told: list[float] = []
+    it.on_heard.append(told.append)
+    it.hear(frames, 5.0)
+    assert (it.frames, it.requests, it.is_makers_program, it.allocates) == (len(frames), requests, makers, allocates)
+    assert (it.heard_at, told) == (5.0, [5.0])
+
+
+def test_a_program_is_what_says_several_things_within_seconds_or_gives_node_ids() -> None:
+    it = SharedNodeId(HOST)
+    for second in (1.0, 2.0, 11.5):
+        it.hear([NODE_STATUS], second)
+        assert not it.is_program
+    it.hear([NODE_STATUS], 11.9)
+    assert it.is_program
+    giving = SharedNodeId(HOST)
+    giving.hear([ALLOCATION], 1.0)
+    assert giving.is_program
+
+
+def test_a_frame_of_ours_that_comes_back_soon_is_not_one_of_another_program() -> None:
+    it = SharedNodeId(HOST)
+    it.sent([READ_BY_NAME], 1.0)
+    it.hear([READ_BY_NAME], 1.0 + ECHO_S - 0.1)
+    assert (it.frames, it.heard_at) == (0, None)
+    it.hear([READ_BY_NAME, WRITE_BEGINS], 1.0 + ECHO_S - 0.1)
+    assert it.frames == 1
+    it.hear([READ_BY_NAME], 1.0 + ECHO_S + 0.1)
+    assert it.frames == 2
+
+
+@pytest.mark.parametrize("can_id", [0x0012347F, 0x1877947F | 0x80, 0x18FF15FF])
+def test_frames_of_data_types_that_nobody_knows_are_noise(can_id: int) -> None:
+    it = SharedNodeId(HOST)
+    it.hear([Frame(can_id, bytes.fromhex("000030783243c5"))], 1.0)
+    assert (it.frames, it.heard_at) == (0, None)
+
+
+@pytest.mark.parametrize(("address", "frames"), [("slcan:COM3", 1), ("file:morning.log", 0)])
+def test_what_we_said_ourselves_when_a_recording_was_made_is_not_another_program(address: str, frames: int) -> None:
+    async def play() -> None:
+        port = RecordingPort()
+        port.address = address
+        host = participant(port)
+        host.start()
+        port.deliver([READ_BY_NAME])
+        await asyncio.sleep(0.01)
+        assert host.shared_id.frames == frames
+        await host.close()
+
+    run(play())

@@ -1,0 +1,112 @@
+"""The loop over many servos: who fails, who is left out, and what a cancelled run still brings to its end."""
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping
+
+import pytest
+
+import jumping_clock as clock
+from hornbill.errors import Busy, NoAnswer, Stopped
+from hornbill.servo.runs.fleet_run import FleetJob, NotNeeded, OnAnomaly, RunTarget
+from hornbill.servo.runtime.jobs import Jobs, RunningJob
+from hornbill.servo.runtime.steps import Evidence
+from hornbill.store.store import Store
+from hornbill.units import Uid
+
+A, B, C = UIDS = [Uid(letter * 32) for letter in "abc"]
+DONE = Evidence("read_back", "done")
+LEFT_OUT = Evidence("job_ended", "left out")
+
+
+class Run(FleetJob[RunTarget]):
+    """A run whose one step comes to what `said` has for its servo."""
+
+    ENDS = (Stopped,)
+    said: Mapping[Uid, Exception]
+
+    def result(self) -> dict[str, object]:
+        return {"failed": [one.uid for one in self.failed]}
+
+    async def act(self, target: RunTarget) -> Evidence:
+        await asyncio.sleep(1)
+        if target.uid in self.said:
+            raise self.said[target.uid]
+        return DONE
+
+    async def execute(self, *, whole: bool = False) -> None:
+        async def one(run: Run, target: RunTarget) -> None:
+            await run.step(target, "do", Run.act, whole=whole)
+
+        await self.each(self.targets, one)
+        self.skip_all(LEFT_OUT)
+
+
+def play(
+    said: Mapping[Uid, Exception],
+    on_anomaly: OnAnomaly = "continue",
+    *,
+    whole: bool = False,
+    then: Callable[[Jobs, RunningJob], Awaitable[object]] | None = None,
+) -> RunningJob:
+    """The job of a run over three servos, when it has ended."""
+
+    async def inside() -> RunningJob:
+        with Store("sqlite://") as store:
+            jobs = Jobs(lambda job: None, asyncio.get_running_loop().time, store.jobs)
+            targets = [RunTarget(uid=uid, place=place) for place, uid in enumerate(UIDS, start=1)]
+
+            async def work(job: RunningJob) -> dict[str, object]:
+                run = Run(job=job, targets=targets, on_anomaly=on_anomaly)
+                run.said = said
+                return await run.work(run.execute(whole=whole))
+
+            job = jobs.start("profile", None, [target.step("do", "Done") for target in targets], work)
+            if then is not None:
+                await then(jobs, job)
+            return await jobs.wait(job)
+
+    return clock.run(inside())
+
+
+def states(job: RunningJob) -> list[str]:
+    return [step.state for step in job.steps]
+
+
+def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
+    job = play({A: NoAnswer("silent"), C: Busy("saving", seconds=3)})
+    assert states(job) == ["failed", "done", "failed"]
+    assert isinstance(job.error, NoAnswer)
+    assert job.error.detail == "2 of 3 servos failed. silent"
+    assert job.error.facts == {"uid": A, "uids": [A, C]}
+    assert job.result == {"failed": [A, C]}
+
+
+def test_with_stop_the_first_problem_leaves_out_the_rest() -> None:
+    job = play({B: NoAnswer("silent")}, "stop")
+    assert states(job) == ["done", "failed", "skipped"]
+    assert job.steps[2].evidence == "left out"
+
+
+def test_what_concerns_every_servo_ends_the_run_as_it_is() -> None:
+    job = play({B: Stopped("stop was pressed")})
+    assert states(job) == ["done", "failed", "waiting"]
+    assert isinstance(job.error, Stopped)
+    assert job.error.detail == "stop was pressed"
+    assert job.result == {"failed": [B]}
+
+
+def test_a_step_with_nothing_to_do_is_left_out_and_no_problem() -> None:
+    job = play({B: NotNeeded(Evidence("save_not_needed", "nothing to do"))}, "stop")
+    assert states(job) == ["done", "skipped", "done"]
+    assert (job.state, job.steps[1].evidence) == ("succeeded", "nothing to do")
+
+
+@pytest.mark.parametrize(("whole", "expected"), [(True, "done"), (False, "failed")])
+def test_a_cancelled_run_ends_the_step_that_must_be_whole_and_keeps_its_result(whole: bool, expected: str) -> None:
+    async def cancel(jobs: Jobs, job: RunningJob) -> None:
+        await asyncio.sleep(1.5)
+        await jobs.cancel(job.id)
+
+    job = play({A: NoAnswer("silent")}, whole=whole, then=cancel)
+    assert states(job) == ["failed", expected, "waiting"]
+    assert (job.state, job.result) == ("cancelled", {"failed": [A]})

@@ -1,0 +1,1 @@
+"""Programs for the workshop: none of them is part of the wheel."""

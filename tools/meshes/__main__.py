@@ -1,0 +1,28 @@
+"""Write the models into the package: `python -m tools.meshes`."""
+
+from pathlib import Path
+
+from hornbill.view.case import CASES, PLAIN
+from tools.meshes import horn, servo
+from tools.meshes.gltf import encode
+
+FOLDER = Path(__file__).parents[2] / "server" / "hornbill" / "view" / "meshes"
+
+
+def bake() -> dict[str, bytes]:
+    """File name to content of every model; takes some seconds."""
+    made: dict[str, bytes] = {}
+    for case in CASES:
+        known = case is not PLAIN
+        made[f"{case.key}-near.glb"] = encode(servo.near(case) if known else servo.plain(case, fine=True))
+        made[f"{case.key}-far.glb"] = encode(servo.far(case) if known else servo.plain(case, fine=False))
+    made["horn-near.glb"] = encode(horn.near())
+    made["horn-far.glb"] = encode(horn.far())
+    made["horn-ghost.glb"] = encode(horn.ghost())
+    return made
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for name, content in bake().items():
+        (FOLDER / name).write_bytes(content)

@@ -1,0 +1,59 @@
+/** What is said of models and firmware the tables have, and of those they do not. */
+import { expect, test } from "vitest";
+import { firmwareNote, modelName, readOnly, unfamiliar } from "./model";
+
+const known = {
+  model: "BLA21-06U-A0",
+  model_number: 61,
+  hardware_version: 6010,
+  firmware: "1.300",
+  firmware_note: "Futaba's 1.400 fixes a stall at low speed.",
+  known_model: true,
+  treated_as: { model: null, firmware: null },
+};
+const stranger = {
+  ...known,
+  model: null,
+  model_number: 99,
+  firmware: "3.210",
+  firmware_note: null,
+  known_model: false,
+};
+
+test("a known one has its name, a note on its firmware, and nothing else to be said", () => {
+  expect(modelName(known)).toBe("BLA21-06U-A0");
+  expect(unfamiliar(known)).toEqual([]);
+  expect(firmwareNote(known)).toBe("Firmware 1.300: Futaba's 1.400 fixes a stall at low speed.");
+  expect(readOnly(known)).toBe(false);
+});
+
+test("what stands for an unknown hardware or firmware number is named", () => {
+  const other = {
+    ...known,
+    hardware_version: 6090,
+    firmware: "1.900",
+    firmware_note: null,
+    treated_as: { model: "BLA21-06U-A0", firmware: "1.400" },
+  };
+  expect(modelName(other)).toBe("as BLA21-06U-A0");
+  expect(unfamiliar(other)).toEqual([
+    "hornbill does not know hardware 6090: it treats this servo as a BLA21-06U-A0, the newest it knows of the series.",
+    "hornbill does not know firmware 1.900: it treats it as 1.400, the newest before it.",
+  ]);
+  expect(firmwareNote(other)).toBe(null);
+});
+
+test("a servo of an unknown series can be read only", () => {
+  expect(modelName(stranger)).toBe("Unknown series 99");
+  expect(readOnly(stranger)).toBe(true);
+  expect(unfamiliar(stranger)).toEqual([
+    "hornbill does not know series 99: this servo can be read, kept as a snapshot and compared. It is neither moved nor written to, but for torque off. Use a hornbill that knows this series, or Futaba's own program.",
+  ]);
+});
+
+test("a servo that has not said what it is yet is not called read only", () => {
+  const silent = { ...stranger, model_number: null };
+  expect(modelName(silent)).toBe("Unknown model");
+  expect([readOnly(silent), unfamiliar(silent)]).toEqual([false, []]);
+  expect(readOnly(undefined)).toBe(false);
+});
