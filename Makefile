@@ -56,6 +56,10 @@ check: setup                                  ## format, lint, types, layers
 	$(BIN)/lint-imports
 	$(NPM) run --silent check
 
+# One stage of the tests. With RETRY=1 what failed runs once more, one after another: the machine may be shared.
+stage = $(BIN)/python -m pytest $(1) $(PYTEST_ARGS) $(2) || { [ $$? = 1 ] && [ -n "$(RETRY)" ] && \
+  echo "RETRY: what failed runs once more" && $(BIN)/python -m pytest --last-failed --last-failed-no-failures none $(1) $(PYTEST_ARGS); }
+
 test: setup web/dist/index.html chromium      ## every test there is
 	$(NPM) run --silent test
 	@if [ -n "$$HORNBILL_VCAN_WRAPPER" ]; then \
@@ -64,10 +68,10 @@ test: setup web/dist/index.html chromium      ## every test there is
 	    code=$$?; [ $$code = 125 ] || exit $$code; \
 	    echo "SKIPPED: $$HORNBILL_VCAN_WRAPPER cannot provide a kernel with CAN on this machine (125)"; }; \
 	fi
-	$(BIN)/python -m pytest -n auto --ignore tests/socketcan --ignore $(E2E) $(PYTEST_ARGS)
+	$(call stage,--ignore tests/socketcan --ignore $(E2E),-n auto)
 	$(BIN)/python -m pytest tests/socketcan $(PYTEST_ARGS)
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not alone" $(E2E) $(PYTEST_ARGS) $(E2E_ARGS)
-	$(BIN)/python -m pytest -m alone $(E2E) $(PYTEST_ARGS) $(E2E_ARGS)
+	$(call stage,-m "not alone" $(E2E),-n 2 --dist loadfile)
+	$(call stage,-m alone $(E2E))
 
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev

@@ -36,7 +36,6 @@ USED_WITHOUT_IMPORT = {
     "import-linter": "make check",
     "openapi-python-client": "e2e/test_generated_client.py runs it",
     "pytest-xdist": "make test runs on every core",
-    "pytest-rerunfailures": "CI runs a failed browser test once more",
     "ruff": "make check",
 }
 """Why something is declared that nothing imports."""

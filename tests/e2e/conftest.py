@@ -61,6 +61,26 @@ def ready_demo(count: int, within_s: float = 20) -> Generator[Demo]:
         yield Demo(url, api)
 
 
+FAILED = pytest.StashKey[bool]()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Note whether a test failed."""
+    report = yield
+    if report.failed:
+        item.stash[FAILED] = True
+    return report
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item) -> None:
+    """After a failure, end every server and browser: what it left behind, a latched stop say, fails no other test."""
+    if item.stash.get(FAILED, False):
+        del item.stash[FAILED]
+        item.session._setupstate.teardown_exact(None)  # pyright: ignore[reportPrivateUsage] # pytest offers no other way
+
+
 @pytest.fixture(scope="session")
 def demo() -> Iterator[Demo]:
     """One demo for the whole session, its six servos of mixed models and firmware ready."""
