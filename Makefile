@@ -8,10 +8,10 @@ NPM    := npm --prefix web
 E2E    := tests/e2e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dev check test shots bench generate docs build docker release lock chromium clean
+.PHONY: help setup demo dev check test test-release shots bench generate docs build docker release lock chromium clean
 
 help:            ## list the targets
-	@grep -hE '^[a-z]+: .*##|^[a-z]+:  *##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
+	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
 
 # A stamp a lock file: what is installed follows the lock, and an unchanged lock costs nothing.
 $(VENV)/.runtime: requirements.lock pyproject.toml
@@ -56,22 +56,12 @@ check: setup                                  ## format, lint, types, layers
 	$(BIN)/lint-imports
 	$(NPM) run --silent check
 
-# One stage of the tests. With RETRY=1 what failed runs once more, one after another: the machine may be shared.
-stage = $(BIN)/python -m pytest $(1) $(PYTEST_ARGS) $(2) || { [ $$? = 1 ] && [ -n "$(RETRY)" ] && \
-  echo "RETRY: what failed runs once more" && $(BIN)/python -m pytest --last-failed --last-failed-no-failures none $(1) $(PYTEST_ARGS); }
-
-test: setup web/dist/index.html chromium      ## every test there is
+test: setup web/dist/index.html chromium      ## every test a change can break
 	$(NPM) run --silent test
-	@if [ -n "$$HORNBILL_VCAN_WRAPPER" ]; then \
-	  echo "socketcan tests through $$HORNBILL_VCAN_WRAPPER"; \
-	  "$$HORNBILL_VCAN_WRAPPER" -- $(BIN)/python -m pytest -q -p no:cacheprovider tests/socketcan || { \
-	    code=$$?; [ $$code = 125 ] || exit $$code; \
-	    echo "SKIPPED: $$HORNBILL_VCAN_WRAPPER cannot provide a kernel with CAN on this machine (125)"; }; \
-	fi
-	$(call stage,--ignore tests/socketcan --ignore $(E2E),-n auto)
-	$(BIN)/python -m pytest tests/socketcan $(PYTEST_ARGS)
-	$(call stage,-m "not alone" $(E2E),-n 2 --dist loadfile)
-	$(call stage,-m alone $(E2E))
+	@$(BIN)/python tests/run.py $(TEST_ARGS)
+
+test-release: setup web/dist/index.html docs  ## the wheel in fresh environments, the image
+	@$(BIN)/python tests/run.py release $(TEST_ARGS)
 
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev
@@ -87,7 +77,7 @@ bench: setup                                  ## honest figures, as JSON lines
 generate: setup                               ## what is made from tables and API
 	@$(BIN)/python -m tools.generate
 	@$(BIN)/python tests/fidelity.py
-	@$(BIN)/python tests/notices.py
+	@$(BIN)/python -m tools.notices
 	@$(NPM) run --silent generate
 
 docs: docs/dist/index.html                    ## the documentation as a site in docs/dist
@@ -100,7 +90,7 @@ docker:                                       ## the image `hornbill`, with Dock
 	@$$(command -v docker || command -v podman || { echo "neither docker nor podman is installed" >&2; exit 1; }) build -t hornbill .
 
 release: build                                ## what a release needs: looked at, built, and what is left to type
-	@$(BIN)/python tests/release.py
+	@$(BIN)/python -m tools.release
 
 # The tools first: one of them takes an older Typer, and what is tested has to be what runs.
 lock: $(VENV)/.dev                            ## bring the lock files up to date

@@ -13,7 +13,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-import notices
+from tools import notices
 
 ROOT = Path(__file__).parents[2]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -51,8 +51,6 @@ TESTS_OWN = {
     "socketcan",
     "unit",
     "fidelity",
-    "notices",
-    "release",
     "hatch_build",
     "tools",
 }

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import yaml
 
-import release
+from tools import release
 
 ROOT = Path(__file__).parents[2]
 HOOKS: list[dict[str, Any]] = [

@@ -1,6 +1,6 @@
-"""Owns THIRD_PARTY.md: what hornbill is built on, under which licences, from the locks and what is installed.
+"""THIRD_PARTY.md: what hornbill is built on, under which licences, from the locks and what is installed.
 
-`python tests/notices.py` writes it. The Python packages are installed beside hornbill and bring their own licence
+`python -m tools.notices` writes it. The Python packages are installed beside hornbill and bring their own licence
 files; what the page is built with is inside its scripts, so those texts are given whole.
 """
 
@@ -24,7 +24,7 @@ SPDX: Final = {
 """What older packages write, in today's words."""
 
 _HEAD: Final = """\
-<!-- Written by `python tests/notices.py` from the locks and what is installed. Do not edit. -->
+<!-- Written by `python -m tools.notices` from the locks and what is installed. Do not edit. -->
 
 # Notices of third parties
 

@@ -1,4 +1,4 @@
-"""Owns the look at a release before it is tagged: version, changelog, wheel, notices. `make release` runs it."""
+"""Look at a release before it is tagged: version, changelog, wheel, notices. `make release` runs it."""
 
 import re
 import subprocess
@@ -6,7 +6,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-import notices
+from tools import notices
 
 ROOT = Path(__file__).parents[1]
 
