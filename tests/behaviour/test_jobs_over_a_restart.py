@@ -9,7 +9,7 @@ from typing import Any, get_args
 import pytest
 
 from behaviour.rig import Rig, json, play, problem
-from hornbill.api.models import Job as JobShape
+from hornbill.domain.job import Job as JobShape
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.jobs import NOT_KNOWN
 from hornbill.sim.bench.recipe import Recipe

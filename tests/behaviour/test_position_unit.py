@@ -9,7 +9,7 @@ import pytest
 
 from behaviour.rig import CATALOG, Rig, json, play, problem
 from hornbill.app.settings import Settings
-from hornbill.servo.device.position_estimate import PositionUnit
+from hornbill.domain.servo import PositionUnit
 from hornbill.servo.device.position_unit import to_degrees, to_position
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host

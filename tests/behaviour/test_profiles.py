@@ -9,9 +9,9 @@ import pytest
 from behaviour.bag import ADDRESSES, GAINS, MIXED, RAW, THREE, apply, in_order, memory, outcomes, put, states
 from behaviour.rig import Rig, json, play, problem
 from hornbill.domain.change import LeftOut
+from hornbill.domain.profile import Profile
 from hornbill.schema.scale import Value
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.profiles.profiles import ProfileValues
 from hornbill.sim.behaviour import Behaviour
 
 
@@ -148,7 +148,7 @@ def test_a_value_the_servo_clamps_or_refuses_is_an_anomaly_and_that_servo_is_not
         await put(rig, values={"angle_p_gain": 55, "timeout_time": 60_000})
         taken = rig.host.profiles.values_for
 
-        def wrong_table(profile: ProfileValues, servo: Servo) -> tuple[dict[str, Value], list[LeftOut]]:
+        def wrong_table(profile: Profile, servo: Servo) -> tuple[dict[str, Value], list[LeftOut]]:
             values, left = taken(profile, servo)
             return (values | {"timeout_time": 70_000} if servo is servos[1] else values), left
 

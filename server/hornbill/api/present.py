@@ -1,9 +1,23 @@
-"""Owns the step from the servo layer's objects to the JSON shapes of models.py."""
+"""The step from the objects of the servo layer to the facts of the domain."""
 
 from typing import Any, Literal
 
-from hornbill.api import bus_models, models, motion_models
 from hornbill.api.problems import problem
+from hornbill.domain.bus import AdapterNote, AllocatorState, Bus, PendingAllocation, SerialLine
+from hornbill.domain.job import Job, JobStep
+from hornbill.domain.motion import (
+    AskedFor,
+    Lease,
+    LeaseView,
+    OutputRestorePreview,
+    RestorableOutput,
+    Stop,
+    StopNode,
+    StopServo,
+    TakeOverState,
+)
+from hornbill.domain.servo import Activity, FaultWords, LostValue, Output, PositionUnitState, TreatedAs
+from hornbill.domain.servo import Servo as ServoFacts
 from hornbill.schema.scale import to_value
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Connection, Host
@@ -17,7 +31,7 @@ FULL_FRAME_BITS = 140
 """Of an extended frame with 8 bytes: 131 and the usual stuffing."""
 
 
-def servo(host: Host, one: Servo) -> models.Servo:
+def servo(host: Host, one: Servo) -> ServoFacts:
     """A servo, with ages as of now."""
     now = host.base.now()
     model, status = one.model, one.status
@@ -26,7 +40,7 @@ def servo(host: Host, one: Servo) -> models.Servo:
     if row is not None and row.raw is not None:
         value = to_value(row.parameter, row.raw)
         command = float(value) if isinstance(value, int | float) else None
-    return models.Servo(
+    return ServoFacts(
         uid=one.uid,
         node_id=one.node_id,
         servo_id=one.servo_id,
@@ -41,7 +55,7 @@ def servo(host: Host, one: Servo) -> models.Servo:
         serial=one.serial,
         production_date=one.production_date,
         known_model=model is not None,
-        treated_as=models.TreatedAs(model=one.treated_as[0], firmware=one.treated_as[1]),
+        treated_as=TreatedAs(model=one.treated_as[0], firmware=one.treated_as[1]),
         firmware_note=host.catalog.note_on(model, one.firmware),
         online=one.online,
         state=one.state.value,
@@ -56,8 +70,8 @@ def servo(host: Host, one: Servo) -> models.Servo:
         activity=activity(host, one),
         unsaved=one.unsaved(),
         drift=list(one.drift),
-        lost=[models.LostValue(key=key, value=value, at=at) for key, value, at in host.lost_values.shown(one)],
-        faults=models.FaultWords(
+        lost=[LostValue(key=key, value=value, at=at) for key, value, at in host.lost_values.shown(one)],
+        faults=FaultWords(
             notification=one.raw("fault_notification"),
             warning=one.raw("fault_warning"),
             failure=one.raw("fault_failure"),
@@ -67,30 +81,30 @@ def servo(host: Host, one: Servo) -> models.Servo:
     )
 
 
-def output(host: Host, one: Servo) -> models.Output:
+def output(host: Host, one: Servo) -> Output:
     """What its motor gets, and why."""
     found = one.output_state
     since = None if found.since is None else host.base.utc(found.since)
-    return models.Output(state=found.state, reason=found.reason, by=found.by, since=since)
+    return Output(state=found.state, reason=found.reason, by=found.by, since=since)
 
 
-def output_restore(host: Host, found: list[Prospect]) -> models.OutputRestorePreview:
+def output_restore(host: Host, found: list[Prospect]) -> OutputRestorePreview:
     """What restoring outputs would do, servo by servo."""
     servos = [
-        models.RestorableOutput(
+        RestorableOutput(
             uid=one.servo.uid, title=one.servo.title, output=output(host, one.servo),
             torque_pct=one.servo.raw("current_torque"), under_load=one.under_load, needs_lease=one.needs_lease,
             problem=None if one.problem is None else problem(one.problem),
         )
         for one in found
     ]  # fmt: skip
-    return models.OutputRestorePreview(clears_stop=host.stop.latched, servos=servos)
+    return OutputRestorePreview(clears_stop=host.stop.latched, servos=servos)
 
 
-def activity(host: Host, one: Servo) -> models.Activity:
+def activity(host: Host, one: Servo) -> Activity:
     """What its motor and horn do now."""
     found = host.activities.of(one)
-    return models.Activity(
+    return Activity(
         state=found.doing,
         since=host.base.utc(found.since),
         peak_to_peak_deg=found.peak_to_peak_deg,
@@ -99,17 +113,15 @@ def activity(host: Host, one: Servo) -> models.Activity:
     )
 
 
-def position_unit(host: Host, one: Servo) -> models.PositionUnitState:
+def position_unit(host: Host, one: Servo) -> PositionUnitState:
     """What its positions mean, and how that is known."""
     estimate = one.position_unit
-    return models.PositionUnitState(
-        unit=estimate.unit, state=estimate.state, evidence=host.position_units.evidence(one)
-    )
+    return PositionUnitState(unit=estimate.unit, state=estimate.state, evidence=host.position_units.evidence(one))
 
 
-def job(one: RunningJob) -> models.Job:
+def job(one: RunningJob) -> Job:
     """A job with its steps; a failed one carries its problem."""
-    return models.Job(
+    return Job(
         id=one.id,
         kind=one.kind,  # pyright: ignore[reportArgumentType]
         uid=one.uid,
@@ -118,22 +130,22 @@ def job(one: RunningJob) -> models.Job:
         step=one.step,
         result=one.result,
         error=None if one.error is None else problem(one.error),
-        steps=[models.JobStep.model_validate(step) for step in one.steps],
+        steps=[JobStep.model_validate(step) for step in one.steps],
         created_at=one.created_at,
         ended_at=one.ended_at,
         resumable=one.resumable,
     )
 
 
-def lease(host: Host, one: HeldLease) -> models.Lease:
+def lease(host: Host, one: HeldLease) -> Lease:
     """A lease with the id that lets its holder use it."""
-    return models.Lease(id=one.id, **lease_view(host, one).model_dump())
+    return Lease(id=one.id, **lease_view(host, one).model_dump())
 
 
-def lease_view(host: Host, one: HeldLease) -> models.LeaseView:
+def lease_view(host: Host, one: HeldLease) -> LeaseView:
     """A lease as everybody may see it."""
     asked = host.takeovers.waiting
-    return models.LeaseView(
+    return LeaseView(
         shown_id=one.shown_id,
         holder=one.holder,
         ttl_s=one.ttl_s,
@@ -141,16 +153,16 @@ def lease_view(host: Host, one: HeldLease) -> models.LeaseView:
         expires_in_s=_left(host, one.expires_at),
         request=None
         if asked is None
-        else models.AskedFor(id=asked.shown_id, by=asked.by, reason=asked.reason, expires_in_s=_left(host, asked.due)),
+        else AskedFor(id=asked.shown_id, by=asked.by, reason=asked.reason, expires_in_s=_left(host, asked.due)),
     )
 
 
-def take_over(host: Host, one: TakeOverRequest) -> motion_models.TakeOverState:
+def take_over(host: Host, one: TakeOverRequest) -> TakeOverState:
     """A request for motion control, as whoever made it may see it."""
     now = host.base.now()
     current = host.leases.current(now)
     live = one.lease is not None and one.lease is current
-    return motion_models.TakeOverState(
+    return TakeOverState(
         id=one.id,
         by=one.by,
         reason=one.reason,
@@ -165,35 +177,35 @@ def _left(host: Host, at: float) -> float:
     return round(max(0.0, at - host.base.now()), 3)
 
 
-def stop(host: Host) -> models.Stop:
+def stop(host: Host) -> Stop:
     """The stop latch."""
     latch = host.stop.latch
     if latch is None:
-        return models.Stop(latched=False, mode=None, at=None, by=None, reason=None, servos=[], nodes=[])
-    return models.Stop(
+        return Stop(latched=False, mode=None, at=None, by=None, reason=None, servos=[], nodes=[])
+    return Stop(
         latched=True,
         mode=latch.mode,  # pyright: ignore[reportArgumentType]
         at=host.base.utc(latch.at),
         by=latch.by,
         reason=latch.reason,
-        servos=[models.StopServo.model_validate(one) for one in latch.servos.values()],
-        nodes=[models.StopNode.model_validate(one) for one in latch.nodes.values()],
+        servos=[StopServo.model_validate(one) for one in latch.servos.values()],
+        nodes=[StopNode.model_validate(one) for one in latch.nodes.values()],
     )
 
 
-def bus(host: Host) -> bus_models.Bus:
+def bus(host: Host) -> Bus:
     """The bus and its counters; disconnected when there is none."""
     connection = host.connection
     port = NO_PORT if connection is None else connection.port
     seen = port.statistics
-    return bus_models.Bus(
+    return Bus(
         state=port.state.value,
         address=port.address or None,
         bitrate=port.bitrate or None,
         sample_point=port.sample_point,
         trouble=port.trouble,
         trouble_code=_trouble_code(port),
-        notes=[bus_models.AdapterNote.model_validate(one) for one in port.details.notes],
+        notes=[AdapterNote.model_validate(one) for one in port.details.notes],
         serial_line=None if connection is None else _serial_line(connection),
         limited_by=None if connection is None else _limited_by(connection.port),
         frame_gap_ms=round(port.details.frame_gap_s * 1000, 3),
@@ -229,11 +241,11 @@ def _trouble_code(port: CanPort | NoPort) -> Any:
             return "adapter_lost"
 
 
-def _serial_line(connection: Connection) -> bus_models.SerialLine | None:
+def _serial_line(connection: Connection) -> SerialLine | None:
     line, used = connection.port.details.serial_line, connection.line_pct
     if line is None:
         return None
-    return bus_models.SerialLine(
+    return SerialLine(
         baud=line.baud,
         budget=line.budget,
         load_pct=None if used is None else round(used, 1),
@@ -252,10 +264,10 @@ def _limited_by(port: CanPort) -> Literal["can", "serial_line"]:
     return "serial_line" if line.budget < port.bitrate / FULL_FRAME_BITS else "can"
 
 
-def allocator(host: Host) -> bus_models.AllocatorState:
+def allocator(host: Host) -> AllocatorState:
     """What the node-id allocator is doing; without a bus, what it would."""
     one, now = host.allocating.allocator, host.base.now()
-    return bus_models.AllocatorState(
+    return AllocatorState(
         state=one.state.value,
         mode=one.mode.value,
         granted=len(host.store.allocations.entries()),
@@ -266,11 +278,11 @@ def allocator(host: Host) -> bus_models.AllocatorState:
     )
 
 
-def pending(host: Host) -> list[bus_models.PendingAllocation]:
+def pending(host: Host) -> list[PendingAllocation]:
     """Nodes that ask for a node id and have none yet, the longest waiting first."""
     now = host.base.now()
     return [
-        bus_models.PendingAllocation(
+        PendingAllocation(
             uid_part=one.partial,
             stage=one.stage,
             attempts=one.attempts,

@@ -10,8 +10,8 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from hornbill import errors
-from hornbill.api.models import Problem
 from hornbill.domain.fields import Param
+from hornbill.domain.problem import Problem
 
 STATUS: dict[str, int] = {
     "unknown_servo": 404,

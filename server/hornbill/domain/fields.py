@@ -17,6 +17,8 @@ SaveAfter = Annotated[
     bool, Field(description="Then write ROM: the servo restarts, its horn may move, and all rows are read back.")
 ]
 
+OnAnomaly = Literal["stop", "continue"]
+
 Param: TypeAlias = str | int | float | bool | list[str | int | float]
 Params = Annotated[
     dict[str, Param],

@@ -1,6 +1,11 @@
-"""Jobs: codes of their steps, and of the evidence of a step."""
+"""Jobs and their steps, with the codes of steps and of their evidence."""
 
 from typing import Literal
+
+from pydantic import Field
+
+from hornbill.domain.fields import Model, Param, Params, Utc
+from hornbill.domain.problem import Problem
 
 SaveStep = Literal["check", "snapshot", "write", "silence", "restart", "back", "soft_start", "read_back"]
 RestartStep = Literal["ask", "silence", "restart", "back", "soft_start", "read_back"]
@@ -78,3 +83,45 @@ EvidenceCode = Literal[
     "held",
 ]
 """Code of what a step observed, or of why it was skipped or failed."""
+
+
+class JobStep(Model):
+    """One step of a job, with its evidence."""
+
+    name: str = Field(description="Name for programs.")
+    code: StepCode = Field(description="Code of the step; with the kind of the job it says what is done.")
+    params: Params
+    text: str = Field(description="One sentence for users.")
+    uid: str | None = Field(default=None, description="Servo of this step, in a job on several servos. Null otherwise.")
+    state: Literal["waiting", "running", "done", "failed", "skipped"] = Field(description="State of the step.")
+    evidence: str | None = Field(default=None, description="Observed values. Null if none yet.")
+    evidence_code: EvidenceCode | None = Field(
+        default=None,
+        description="Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none.",
+    )
+    evidence_params: Params = Field(default_factory=dict[str, Param])
+    ahead: str | None = Field(
+        default=None,
+        description="End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none.",
+    )
+    started_at: float | None = Field(default=None, description="Start, seconds since 1970 UTC. Null until then.")
+    ended_at: float | None = Field(default=None, description="End, seconds since 1970 UTC. Null until then.")
+
+
+class Job(Model):
+    """Something that takes time."""
+
+    id: str = Field(description="ID, as used in paths.")
+    kind: Literal[
+        "save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test", "restore_output"
+    ] = Field(description="Kind of job.")
+    uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
+    state: Literal["queued", "running", "succeeded", "failed", "cancelled"] = Field(description="State of the job.")
+    progress: float = Field(ge=0, le=1, description="Progress, 0 to 1.")
+    step: str | None = Field(description="Current step, for users. Null if none.")
+    result: dict[str, object] | None = Field(description="Result, depending on the kind. Null until the job has ended.")
+    error: Problem | None = Field(description="Reason for the failure. Null unless it failed.")
+    steps: list[JobStep] = Field(description="Steps in order.")
+    created_at: Utc
+    ended_at: float | None = Field(description="End, seconds since 1970 UTC. Null until then.")
+    resumable: bool = Field(default=False, description="POST …/resume goes on with what it has not done")

@@ -1,11 +1,13 @@
-"""Motion: what to know before a command."""
+"""Motion control: leases, take-over, stop, restoring outputs, and what to know before a command."""
 
 from typing import Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from hornbill.domain.fields import STRICT, MotionConfirm
+from hornbill.domain.fields import STRICT, Model, MotionConfirm, UidField, UidText, Utc
+from hornbill.domain.problem import Problem
+from hornbill.domain.servo import Output
 
 CautionCode = Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
 
@@ -19,3 +21,117 @@ class Caution:
     text: str = Field(description="One sentence for users.")
     confirm: MotionConfirm | None = Field(description="Confirmation code required to send it. Null if none.")
     params: dict[str, float] = Field(description="Values in the text, by name with unit.")
+
+
+class MotionProfile(Model):
+    """How a rate-limited move goes: a trapezoid of speed, sent as 50 angles a second."""
+
+    speed_deg_s: float = Field(default=60.0, gt=0, le=3600, description="Speed limit, °/s.")
+    accel_deg_s2: float = Field(default=240.0, gt=0, le=100_000, description="Acceleration and deceleration, °/s².")
+
+
+class MotionHold(Model):
+    """A speed or torque that lasts only while it is asked for again: for a button that is held."""
+
+    for_s: float = Field(
+        default=0.5, ge=0.1, le=5, description="Time after which the servo is braked unless renewed, s."
+    )
+    renew: bool = Field(default=False, description="Only renew a running command. Refused as busy if it was braked.")
+
+
+class AskedFor(Model):
+    """Somebody asks the holder for motion control; the lease passes when `expires_in_s` is over, unless refused."""
+
+    id: str = Field(description="ID with which to refuse the request.")
+    by: str = Field(description="Client that requests motion control.")
+    reason: str = Field(description="Reason for the request.")
+    expires_in_s: float = Field(description="Time until motion control passes unless refused, s.")
+
+
+class Lease(Model):
+    """The one writer's lease; renew before it ends, or torque goes off on what it commanded."""
+
+    id: str = Field(description="ID, as used in paths.")
+    shown_id: str = Field(description="First digits of `id`, visible to all clients.")
+    holder: str = Field(description="Client with motion control.")
+    ttl_s: float = Field(description="Time to live after each renewal, s.")
+    expires_at: float = Field(description="Expiry, seconds since 1970 UTC.")
+    expires_in_s: float = Field(description="Time until it expires unless renewed, s.")
+    request: AskedFor | None = Field(description="Pending request for motion control. Null if none.")
+
+
+class LeaseView(Model):
+    """A lease as others see it: without the id that lets one use it."""
+
+    shown_id: str = Field(description="First digits of its ID, which distinguish leases but do not allow their use.")
+    holder: str = Field(description="Client with motion control.")
+    ttl_s: float = Field(description="Time to live after each renewal, s.")
+    expires_at: Utc
+    expires_in_s: float = Field(description="Time until it expires unless renewed, s.")
+    request: AskedFor | None = Field(description="Pending request for motion control. Null if none.")
+
+
+class RestorableOutput(Model):
+    """One servo whose output would be switched on."""
+
+    uid: UidText
+    title: str = Field(description="Display name.")
+    output: Output
+    torque_pct: int | None = Field(description="Current torque as just read, %. Null if unknown.")
+    under_load: bool = Field(description="Braked, turning or above 20 % torque. Requires confirmation.")
+    needs_lease: bool = Field(
+        description="The servo's timeout (0x26) would switch it off again. It stays on until the lease ends."
+    )
+    problem: Problem | None = Field(description="Reason why it would stay off. Null if none.")
+
+
+class OutputRestorePreview(Model):
+    """What restoring outputs would do."""
+
+    clears_stop: bool = Field(description="Would first clear a latched stop.")
+    servos: list[RestorableOutput] = Field(description="One entry per servo.")
+
+
+class StopServo(Model):
+    """How stop went on one servo."""
+
+    uid: UidField
+    label: str = Field(description="Nickname. Empty if none.")
+    confirmed: bool = Field(description="The response to torque off (or brake) was received.")
+    ms: float | None = Field(description="Time from the request to the response, ms. Null until then.")
+
+
+class StopNode(Model):
+    """How stop went on a node that may be a servo and has not been identified."""
+
+    node_id: int = Field(description="Node ID, 1 to 127.")
+    confirmed: bool = Field(description="The response to torque off (or brake) was received.")
+    ms: float | None = Field(description="Time from the request to the response, ms. Null until then.")
+
+
+class Stop(Model):
+    """The stop latch."""
+
+    latched: bool = Field(description="Motion is blocked until the stop is cleared.")
+    mode: Literal["off", "brake"] | None = Field(description="Torque off or brake. Null while not latched.")
+    at: float | None = Field(description="Time of the stop, seconds since 1970 UTC. Null while not latched.")
+    by: str | None = Field(description="Client that stopped. Null while not latched.")
+    reason: str | None = Field(description="Reason of the client. Null while not latched.")
+    servos: list[StopServo] = Field(description="One entry per servo.")
+    nodes: list[StopNode] = Field(
+        default_factory=list[StopNode], description="Nodes that broadcast actuator status and may be servos."
+    )
+
+
+class TakeOverState(Model):
+    """How the asking went. `lease_id` is there once, for whoever asked, when it was granted."""
+
+    id: str = Field(description="ID, as used in paths.")
+    by: str = Field(description="Client that requests motion control.")
+    reason: str = Field(description="Reason for the request.")
+    state: Literal["waiting", "granted", "refused", "withdrawn"] = Field(description="State of the request.")
+    expires_in_s: float = Field(description="Time until it is granted unless refused, s.")
+    lease_id: str | None = Field(
+        default=None, description="ID of the lease. Returned once, to the client that requested it, when granted."
+    )
+    holder: LeaseView | None = Field(default=None, description="Current lease. Null if nobody else has motion control.")

@@ -1,4 +1,4 @@
-"""One servo's parameters, faults and measurements as last read."""
+"""One servo: its state, parameters and faults as last read, and what is polled of it."""
 
 import dataclasses
 from typing import Annotated, Literal
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from hornbill.domain.fields import STRICT
+from hornbill.domain.fields import STRICT, Model, UidField
 from hornbill.schema.effect import Why
 from hornbill.schema.fault import Level
 from hornbill.schema.scale import Value
@@ -97,23 +97,154 @@ class TelemetryGrant:
     note: str | None = Field(default=None, description="Reason why nothing is polled now. Null if polled.")
 
 
-@dataclass(frozen=True, slots=True, config=STRICT)
-class StepMetrics:
-    """Metrics of one step; all times ± `sample_s`. Null if the step never got that far.
+PositionUnit = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+"""What position 1.0 means in Status and ArrayCommand (tables 2-21 and 2-22)."""
 
-    `hunting_hz` is also measured at the end of a step that never settles because the horn oscillates. It is null with
-    fewer than 100 samples per second.
+
+class PositionUnitState(Model):
+    """What position 1.0 means on a servo, and how that is known."""
+
+    unit: PositionUnit = Field(description="Unit of positions in broadcasts.")
+    state: Literal["assumed", "confirmed", "forced", "conflict"] = Field(
+        description=(
+            "assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they "
+            "agree in another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a "
+            "client"
+        )
+    )
+    evidence: str = Field(description="Evidence, one sentence for users.")
+
+
+class FaultWords(Model):
+    """The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12)."""
+
+    notification: int | None = Field(description="Notification register, raw. Null if never read.")
+    warning: int | None = Field(description="Warning register, raw. Null if never read.")
+    failure: int | None = Field(description="Failure register, raw. Null if never read.")
+
+
+class Output(Model):
+    """What the motor of a servo gets, and why. Session state: no change of it is an edit of parameter 0x20."""
+
+    state: Literal["on", "off", "brake", "unknown"] = Field(
+        description="Output of the motor. unknown: offline, or not read since the start."
+    )
+    reason: Literal["configured", "stop", "lease", "command", "timeout", "protection"] = Field(
+        description=(
+            "configured: as the servo started, or as 0x20 was written as configuration; stop: Stop; lease: a lease "
+            "ended or expired; command: a client or another tool switched it; timeout: the servo's own time-out (0x26, "
+            "0x27); protection: its limits of temperature or voltage, or a motor failure"
+        )
+    )
+    by: str | None = Field(description="Client that switched it. Null if none or unknown.")
+    since: float | None = Field(description="Time of the switch, seconds since 1970 UTC. Null if unknown.")
+
+
+class Activity(Model):
+    """What the motor and horn of a servo do now, told from what is received of it: Status and polled rows.
+
+    At rest means: the angle command has not changed for 0.6 s.
     """
 
-    sample_s: float = Field(description="Longest time between two samples, which is the resolution of all times, s.")
-    delay_s: float | None = Field(description="Time until the horn starts to move, s.")
-    rise_s: float | None = Field(description="Time from 10 % to 90 % of the step, s.")
-    crossing_s: float | None = Field(description="Time until the target is first reached, s.")
-    peak_deg: float | None = Field(description="Farthest angle, °.")
-    overshoot_pct: float | None = Field(description="Overshoot, % of the step.")
-    settling_s: float | None = Field(description="Settling time: until the angle stays within the band, s.")
-    steady_state_error_deg: float | None = Field(description="Deviation from the target after settling, °.")
-    peak_speed_rpm: float | None = Field(description="Greatest speed, rpm.")
-    hunting: Literal["none", "slight", "hunting"] = Field(description="Oscillation after settling.")
-    hunting_rms_deg: float | None = Field(description="Oscillation amplitude, RMS, °.")
-    hunting_hz: float | None = Field(description="Oscillation frequency after settling, Hz.")
+    state: Literal[
+        "holding",
+        "moving",
+        "turning",
+        "hunting",
+        "saturated",
+        "soft_start",
+        "released",
+        "held_after_timeout",
+        "off",
+        "brake",
+        "unknown",
+    ] = Field(
+        description=(
+            "holding: output on, angle steady within 0.3° for 0.6 s; moving: output on, angle changes; turning: a "
+            "speed or torque command other than 0 is in force; hunting: at rest, and the angle has swung to and fro "
+            "by 0.5° or more for at least a second; saturated: at rest, steady, and torque at 90 % or more of what "
+            "the servo can give; soft_start: on the way to 0° after a start; released: the servo's own time-out "
+            "(0x26 off, 0x27) took the output; held_after_timeout: it holds its last command though nobody commands "
+            "it any more (0x26 hold); off: output off for any other reason, see `output`; brake: output off, weak "
+            "brake; unknown: offline, being identified, saved or restarted, output not known, or no angle for 1 s"
+        )
+    )
+    since: float = Field(description="Start of this state, seconds since 1970 UTC.")
+    peak_to_peak_deg: float | None = Field(
+        description="Peak-to-peak angle, °: of the oscillation while hunting, otherwise of the last 0.6 "
+        "s. Null if unknown."
+    )
+    torque_pct: float | None = Field(description="Torque as last read from 0x0A, %. Null if never read.")
+    torque_limit_pct: float = Field(
+        description="what the motor can give at rest on that side, %: the lowest of its torque limit (with 0x25 on), "
+        "the overcurrent limit as a share of its default, and the supply as a share of nominal"
+    )
+
+
+class LostValue(Model):
+    """A value that was only in RAM when the servo restarted without a save, and that RAM does not hold since."""
+
+    key: str = Field(description="Parameter key.")
+    value: Value = Field(description="Engineering value or choice key, as PATCH takes it.")
+    at: float = Field(description="Time the loss was found, seconds since 1970 UTC.")
+
+
+class TreatedAs(Model):
+    """The known model and firmware that stand for what the tables do not have."""
+
+    model: str | None = Field(description="Model to assume. Null if the model is known.")
+    firmware: str | None = Field(description="Firmware to assume. Null if the firmware is known.")
+
+
+class Servo(Model):
+    """One servo, known by its unique id."""
+
+    uid: UidField
+    node_id: int | None = Field(description="Current node ID, 1 to 127. Null while it has none.")
+    servo_id: int | None = Field(description="Servo ID (0x45). ArrayCommand cannot address 0. Null if unknown.")
+    label: str = Field(description="Nickname, stored by the server.")
+    name: str = Field(description="Node name from GetNodeInfo.")
+    model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
+    model_number: int | None = Field(description="Model number (0x50), which determines the series. Null if unknown.")
+    series: str | None = Field(description="BLA15, BLA21 or BLA34. Null if unknown.")
+    pwm: bool | None = Field(description="The servo has a PWM input. Null if unknown.")
+    firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
+    hardware_version: int | None = Field(description="Hardware version from GetNodeInfo. Null if unknown.")
+    serial: str | None = Field(description="Serial number: model number, dash, product number. Null if unknown.")
+    production_date: str | None = Field(description="YYYY-MM-DDTHH:MM, time zone not stated by the servo")
+    known_model: bool = Field(description="The tables contain its series. Servos of other series are read-only.")
+    treated_as: TreatedAs
+    firmware_note: str | None = Field(
+        description="What users of this firmware should know, in English. Null if nothing."
+    )
+    online: bool = Field(description="Received recently.")
+    state: Literal["identifying", "ready", "soft_start", "saving", "restarting", "updating", "protected", "offline"] = (
+        Field(description="Operating state.")
+    )
+    health: Literal["ok", "warning", "error", "critical"] | None = Field(
+        description="Health from NodeStatus. Null if unknown."
+    )
+    mode: str | None = Field(description="Mode from NodeStatus. Null if unknown.")
+    uptime_s: int | None = Field(description="Time since its start, s. Null if unknown.")
+    angle_deg: float | None = Field(description="Horn angle, °. Positive is clockwise.")
+    command_deg: float | None = Field(description="Last known angle command, °. Null while inactive.")
+    age_s: float | None = Field(description="Age of `angle_deg`, s. Null if never received.")
+    position_unit: PositionUnitState
+    output: Output
+    activity: Activity
+    unsaved: list[str] = Field(
+        description="Keys of rows configured differently from ROM. Switching the output does not count."
+    )
+    drift: list[str] = Field(
+        default_factory=list[str], description="Keys of rows that another tool changed in ROM. Details: `GET …/drift`."
+    )
+    lost: list[LostValue] = Field(
+        default_factory=list[LostValue],
+        description="RAM values lost in a restart. A value leaves when RAM holds it again, all of them leave after a "
+        "successful save and DELETE …/lost",
+    )
+    faults: FaultWords
+    unacknowledged: int = Field(
+        default=0, description="Number of warnings and failures not acknowledged since they last occurred."
+    )
+    bus: str | None = Field(description="Address of the bus. Null while offline.")

@@ -10,7 +10,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from hornbill.domain.servo import StepMetrics
+from hornbill.domain.step_test import StepMetrics
 
 DELAY_AT: Final = 0.05
 RISE_FROM, RISE_TO = 0.10, 0.90

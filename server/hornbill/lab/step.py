@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Final, cast
+from typing import Final, Literal, cast
 
 from hornbill.domain.fields import known
-from hornbill.domain.servo import StepMetrics
+from hornbill.domain.step_test import StepMetrics, StepTrace
 from hornbill.errors import DidNotMove, HornbillError, InvalidValue, NoAnswer
 from hornbill.lab import metrics
 from hornbill.schema.scale import Value
@@ -53,18 +53,6 @@ class StepPlan:
     note: str
 
 
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """One step: times in seconds from the answer to its command, angles in degrees as 0x08 answered."""
-
-    direction: str
-    from_deg: float
-    to_deg: float
-    t: list[float]
-    angle_deg: list[float]
-    numbers: StepMetrics
-
-
 class StepTests:
     """Runs step tests as jobs of kind step_test. A test writes no parameter; all it moves is the one horn.
 
@@ -97,7 +85,7 @@ class StepTests:
         text = f"horn at {home:+.1f}°, {supply} V, band ±{band:g}°"
         job.done("check", Evidence("test_conditions", text, known(angle_deg=home, supply_v=supply, band_deg=band)))
         job.begin("there")
-        traces: list[Trace] = []
+        traces: list[StepTrace] = []
         try:
             for _ in range(wish.runs):
                 traces.append(
@@ -115,17 +103,24 @@ class StepTests:
         job.begin("numbers")
         under["warnings"] = [*_warnings(servo), *await self._touched(servo)]
         document = {**under, "step_deg": wish.step_deg, "band_deg": band, "achieved_hz": round(rate, 1)}
-        document["steps"] = [_plain(one) for one in traces]
+        document["steps"] = [one.model_dump() for one in traces]
         run = await self._store.run(self._store.runs.add, servo.uid, wish.note, document)  # pyright: ignore[reportArgumentType] - plain JSON
-        first = traces[0].numbers
+        first = traces[0].metrics
         text = f"run {run.id}: {_in_words(first)}"
         values = known(run=run.id, rise_s=first.rise_s, overshoot_pct=first.overshoot_pct, settling_s=first.settling_s)
         job.done("numbers", Evidence("run_stored", text, {**values, "sample_s": first.sample_s}))
         return {"run": run.id, "metrics": asdict(first)}
 
     async def _step(
-        self, servo: Servo, lease_id: str | None, direction: str, start: float, to: float, dwell_s: float, band: float
-    ) -> Trace:
+        self,
+        servo: Servo,
+        lease_id: str | None,
+        direction: Literal["there", "back"],
+        start: float,
+        to: float,
+        dwell_s: float,
+        band: float,
+    ) -> StepTrace:
         begin = await self._angle(servo)
         if abs(begin - to) < abs(start - to) * STANDS:
             raise DidNotMove(
@@ -153,8 +148,10 @@ class StepTests:
                     f"{servo.title} does not follow: its horn is at {angle:+.1f}°, {abs(angle - to):.1f}° from its "
                     "target. The test was ended. Look for a loose load, or lower the angle P gain.",
                 )
-        numbers = metrics.of_step(t, angles, begin, to, band_deg=band)
-        return Trace(direction, begin, to, t, angles, numbers)
+        return StepTrace(
+            direction=direction, from_deg=begin, to_deg=to, t=t, angle_deg=angles,
+            metrics=metrics.of_step(t, angles, begin, to, band_deg=band),
+        )  # fmt: skip
 
     async def _angle(self, servo: Servo) -> float:
         row = servo.registers["current_angle"].parameter
@@ -199,12 +196,6 @@ def _warnings(servo: Servo) -> list[str]:
 def _number(parameters: object, key: str) -> float:
     value = parameters.get(key) if isinstance(parameters, Mapping) else None  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
     return float(value) if isinstance(value, int | float) else 0.0
-
-
-def _plain(trace: Trace) -> dict[str, object]:
-    made = asdict(trace)
-    made["metrics"] = made.pop("numbers")
-    return made
 
 
 def _unsettled(one: StepMetrics) -> str:

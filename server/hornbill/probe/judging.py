@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from hornbill.domain.servo import PositionUnit
 from hornbill.probe.evidence import Exchange, ProbeEvidence
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.device.position_estimate import DEGREES, NAMES, PositionUnit
+from hornbill.servo.device.position_estimate import DEGREES, NAMES
 from hornbill.units import Instant
 from hornbill.wire.messages import AllocationMessage, NodeHealth
 from hornbill.wire.services import (

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
+from hornbill.domain.servo import PositionUnit
 from hornbill.errors import BusDisconnected, BusReadOnly, PortError
 from hornbill.node.allocator import AllocationMode, Allocator
 from hornbill.node.directory import Directory
@@ -24,7 +25,6 @@ from hornbill.servo.configuration.restarting import Restarting
 from hornbill.servo.device.drift import DriftDetector
 from hornbill.servo.device.effects import Effects
 from hornbill.servo.device.fleet import Fleet
-from hornbill.servo.device.position_estimate import PositionUnit
 from hornbill.servo.device.position_unit import PositionUnits
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.rom_knowledge import RomKnowledge

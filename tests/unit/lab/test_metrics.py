@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from hornbill.domain.servo import StepMetrics
+from hornbill.domain.step_test import StepMetrics
 from hornbill.lab.metrics import of_step
 
 SAMPLE_S = 0.002

@@ -5,10 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hornbill.domain.motion import Caution
+from hornbill.domain.servo import PositionUnit
 from hornbill.errors import InvalidValue, NeedsConfirmation
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device import permission
-from hornbill.servo.device.position_estimate import DEGREES, PositionUnit
+from hornbill.servo.device.position_estimate import DEGREES
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion import bursts
 from hornbill.servo.motion.cautions import cautions, require

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hornbill.domain.servo import PositionUnit
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.device.position_estimate import Estimate, PositionUnit
+from hornbill.servo.device.position_estimate import Estimate
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.monitoring.transfer_text import TransferText
 from hornbill.wire.datatype import Kind

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hornbill.servo.device.position_estimate import DEGREES, HELD, LITERAL, Angle, Estimate, PositionUnit
+from hornbill.domain.servo import PositionUnit
+from hornbill.servo.device.position_estimate import DEGREES, HELD, LITERAL, Angle, Estimate
 
 UNITS = st.sampled_from(get_args(PositionUnit))
 Rounding = Literal["nearest", "down", "none"]

@@ -11,13 +11,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hornbill.domain.change import LineVerdict
+from hornbill.domain.profile import Profile
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.model import ServoModel
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value, to_value
 from hornbill.servo.profiles import profile_file
 from hornbill.servo.profiles.profile_file import Form
-from hornbill.servo.profiles.profiles import Draft, Profiles, ProfileValues
+from hornbill.servo.profiles.profiles import Draft, Profiles
 from hornbill.servo.runtime.audit import Audit
 from hornbill.servo.runtime.hub import Hub
 from hornbill.store.store import Store
@@ -28,7 +29,7 @@ PROFILES = Profiles(STORE, CATALOG, Audit(STORE.audit, Hub()))
 FORMS: list[Form] = ["toml", "json"]
 
 
-def put(name: str, draft: Draft, *, identity: bool = False, by: str) -> ProfileValues:
+def put(name: str, draft: Draft, *, identity: bool = False, by: str) -> Profile:
     return asyncio.run(PROFILES.put(name, draft, identity=identity, by=by))
 
 
@@ -94,7 +95,7 @@ def _raws(row: Parameter) -> st.SearchStrategy[int]:
 
 
 @st.composite
-def profiles(draw: st.DrawFn) -> ProfileValues:
+def profiles(draw: st.DrawFn) -> Profile:
     """Any set of legal values of any model and firmware, with any texts around it."""
     model: ServoModel = draw(st.sampled_from(list(CATALOG.models.values())))
     firmware = draw(st.sampled_from([*CATALOG.firmware_steps, None]))
@@ -112,7 +113,7 @@ def profiles(draw: st.DrawFn) -> ProfileValues:
 
 @settings(suppress_health_check=[HealthCheck.too_slow])  # every profile is checked and kept on its way
 @given(profiles(), st.sampled_from(FORMS))
-def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: ProfileValues, form: Form) -> None:
+def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: Profile, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)
     found = read(text, form, identity=True)
     assert found.draft is not None, found.lines
@@ -126,7 +127,7 @@ def test_a_profile_written_to_a_file_and_read_back_is_the_same(profile: ProfileV
 
 
 @given(profiles(), st.sampled_from(FORMS))
-def test_every_verdict_names_the_line_its_key_stands_on(profile: ProfileValues, form: Form) -> None:
+def test_every_verdict_names_the_line_its_key_stands_on(profile: Profile, form: Form) -> None:
     text = profile_file.to_toml(profile, CATALOG) if form == "toml" else profile_file.to_json(profile)
     written = text.split("\n")
     for one in read(text, form, identity=True).lines:

@@ -4,10 +4,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hornbill.api.bus_models import Bus, DecodedTransfer, RawFrame
-from hornbill.api.models import Job, LeaseView, MotionHold, MotionProfile, Servo, Stop
+from hornbill.domain.bus import Bus, DecodedTransfer, RawFrame
 from hornbill.domain.fields import MotionConfirms, Param, Params, Short, UidText, Utc
-from hornbill.domain.servo import Reading
+from hornbill.domain.job import Job
+from hornbill.domain.motion import LeaseView, MotionHold, MotionProfile, Stop
+from hornbill.domain.servo import Reading, Servo
 
 Topic = Literal["servos", "telemetry", "events", "jobs", "bus", "frames"]
 

@@ -4,9 +4,9 @@ import math
 from collections import deque
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+from hornbill.domain.servo import PositionUnit
 from hornbill.units import Instant
 
-PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
 UnitState: TypeAlias = Literal["assumed", "confirmed", "forced", "conflict"]
 
 HALF_TURN_DEG: Final = 180.0

@@ -9,12 +9,13 @@ from itertools import groupby
 from typing import Any, Literal, TypeAlias, cast
 
 from hornbill.domain.change import LineVerdict
+from hornbill.domain.profile import Profile
 from hornbill.errors import InvalidValue
 from hornbill.schema import scale
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value
-from hornbill.servo.profiles.profiles import Draft, Profiles, ProfileValues
+from hornbill.servo.profiles.profiles import Draft, Profiles
 
 Form: TypeAlias = Literal["toml", "json"]
 
@@ -45,7 +46,7 @@ class Found:
     lines: list[LineVerdict]
 
 
-def to_toml(profile: ProfileValues, catalog: Catalog) -> str:
+def to_toml(profile: Profile, catalog: Catalog) -> str:
     """The profile as TOML: the same text for the same profile; rows in chapters, each with label and unit."""
     head = {
         "name": profile.name, "description": profile.description, "model": profile.model,
@@ -74,7 +75,7 @@ def to_toml(profile: ProfileValues, catalog: Catalog) -> str:
     return "\n".join(text) + "\n"
 
 
-def to_json(profile: ProfileValues) -> str:
+def to_json(profile: Profile) -> str:
     """The profile as JSON with one value a line, the same text for the same profile."""
     shown = {
         "name": profile.name, "description": profile.description, "model": profile.model,
@@ -228,7 +229,7 @@ def _toml_places(text: str) -> dict[tuple[str, str], int]:
     return places
 
 
-def _said(row: Parameter, profile: ProfileValues) -> str:
+def _said(row: Parameter, profile: Profile) -> str:
     unit = profile.units.get(row.key)
     if row.choices:
         return f"{row.label}: {scale.allowed(row)}"

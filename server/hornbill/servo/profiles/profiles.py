@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, cast
 
 from hornbill.domain.change import LeftOut
+from hornbill.domain.profile import Profile
 from hornbill.errors import (
     BadRequest,
     ForbiddenParameter,
@@ -40,25 +41,6 @@ Verdict: TypeAlias = Literal[
 
 
 @dataclass(frozen=True, slots=True)
-class ProfileValues:
-    """A named set of engineering values; instants in seconds since 1970 (UTC).
-
-    `model` and `firmware` ("1.300") are what it was made for, None for any. `units` has the unit of every number
-    that has one; that of 0x36 decides what its number means (section 4.30).
-    """
-
-    name: str
-    description: str
-    model: str | None
-    firmware: str | None
-    schema_revision: str
-    values: Mapping[str, Value]
-    units: Mapping[str, str]
-    created_at: float
-    updated_at: float
-
-
-@dataclass(frozen=True, slots=True)
 class Draft:
     """What a profile is to hold. `units` may leave out what the document says anyway."""
 
@@ -88,11 +70,11 @@ class Profiles:
         self._catalog = catalog
         self._audit = audit
 
-    def all(self) -> list[ProfileValues]:
+    def all(self) -> list[Profile]:
         """Every profile, by name."""
         return [_profile(one) for one in self._store.profiles.all()]
 
-    def get(self, name: str) -> ProfileValues:
+    def get(self, name: str) -> Profile:
         """One profile. Raises Unknown (unknown_profile)."""
         return _profile(self._store.profiles.get(name))
 
@@ -104,7 +86,7 @@ class Profiles:
             return False
         return True
 
-    async def put(self, name: str, draft: Draft, *, identity: bool = False, by: str) -> ProfileValues:
+    async def put(self, name: str, draft: Draft, *, identity: bool = False, by: str) -> Profile:
         """Check and keep a profile; one of the same name is replaced. Raises the first problem, keeping nothing.
 
         Problems: Unknown, ForbiddenParameter, ReadOnly, NotInThisModel, OutOfRange, InvalidValue: also for a model
@@ -193,7 +175,7 @@ class Profiles:
             self._check(key, value, draft.values, units, candidates, identity) for key, value in draft.values.items()
         ]
 
-    def values_for(self, profile: ProfileValues, servo: Servo) -> tuple[dict[str, Value], list[LeftOut]]:
+    def values_for(self, profile: Profile, servo: Servo) -> tuple[dict[str, Value], list[LeftOut]]:
         """What of a profile this servo takes, and the rows it does not have.
 
         Raises NotInThisModel for a servo of no known model, OutOfRange for a value its model does not allow,
@@ -345,9 +327,6 @@ def _json(values: Mapping[str, Value]) -> dict[str, Json]:
     return dict(values)
 
 
-def _profile(kept: StoredProfile) -> ProfileValues:
+def _profile(kept: StoredProfile) -> Profile:
     document = cast("Mapping[str, Any]", kept.document)
-    return ProfileValues(
-        kept.name, document["description"], document["model"], document["firmware"], document["schema_revision"],
-        dict(document["values"]), dict(document["units"]), kept.created_at, kept.updated_at,
-    )  # fmt: skip
+    return Profile(name=kept.name, created_at=kept.created_at, updated_at=kept.updated_at, **document)

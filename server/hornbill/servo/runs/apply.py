@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 
 from hornbill.domain.change import LeftOut, Reason
+from hornbill.domain.profile import Profile
 from hornbill.errors import Conflict, HornbillError, InvalidValue, NotAsWanted
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration import torque_in_rom
@@ -14,7 +15,7 @@ from hornbill.servo.device import permission
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.profiles.profiles import Profiles, ProfileValues
+from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.runs.fleet_run import SAVED, FleetJob, OnAnomaly, WrittenTarget, check_outcome, rows_written
 from hornbill.servo.runs.id_order import IDS
 from hornbill.servo.runtime.jobs import RunningJob
@@ -63,7 +64,7 @@ class ProfileRun(FleetJob[ProfileTarget]):
 
     FAILED = "servos did not take the profile"
 
-    profile: ProfileValues
+    profile: Profile
     options: ApplyOptions
     lease_id: str | None
     by: str

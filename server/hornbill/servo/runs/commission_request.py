@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from hornbill.domain.profile import Profile
 from hornbill.errors import Conflict, InvalidValue
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration.torque_in_rom import confirmed
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.profiles.profiles import Profiles, ProfileValues
+from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.runs.fleet_run import OnAnomaly
 from hornbill.units import Raw, Uid
 
@@ -100,6 +101,6 @@ def wanted_values(profiles: Profiles, request: CommissionRequest, one: Wanted, s
     """
     values: dict[str, Value] = {}
     if request.profile is not None:
-        taken, _ = profiles.values_for(ProfileValues(**request.profile), servo)
+        taken, _ = profiles.values_for(Profile(**request.profile), servo)
         values = {key: value for key, value in taken.items() if not servo.registers[key].parameter.identity}
     return values | {key: number for key, number in one.ids.items() if number is not None}

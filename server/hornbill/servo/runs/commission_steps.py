@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Protocol
 
 from hornbill.domain.fields import known
+from hornbill.domain.profile import Profile
 from hornbill.errors import Conflict, NotAsWanted
 from hornbill.schema import scale
 from hornbill.servo.device.fleet import Fleet
@@ -12,7 +13,7 @@ from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.identify import Identify
-from hornbill.servo.profiles.profiles import Profiles, ProfileValues
+from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.runs.commission_request import wanted_values
 from hornbill.servo.runs.commission_run import CommissionRun, CommissionTarget, CommissionWriter
 from hornbill.servo.runs.fleet_run import SAVED, NotNeeded, rows_written
@@ -90,7 +91,7 @@ class CommissionSteps:
         record.started_at = record.started_at or self._base.utc_now()
         record.by = run.by
         if run.request.profile is not None:
-            profile = ProfileValues(**run.request.profile)
+            profile = Profile(**run.request.profile)
             record.profile, record.profile_revision = (
                 profile.name,
                 f"{when(profile.updated_at)}, tables {profile.schema_revision}",

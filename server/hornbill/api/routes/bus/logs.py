@@ -3,20 +3,57 @@
 import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import Path as InPath
+from pydantic import Field
 from starlette.responses import StreamingResponse
 
-from hornbill.api import bus_models
 from hornbill.api.dependencies import TheBusLog
 from hornbill.api.downloads import attachment
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.bus.recordings.bus_log import LogStatus
 from hornbill.bus.recordings.writer import LogFormat
+from hornbill.domain.fields import Model, Utc
 
 routes = Routes("logs")
+
+
+Form = Literal["candump", "asc", "blf", "csv"]
+
+
+class LogRequest(Model):
+    """What to log, and when to stop by itself."""
+
+    format: Form = Field(default="candump", description="File format.")
+    name: str | None = Field(default=None, description="File name without extension. Default: the start time.")
+    limit_mb: Annotated[float, Field(gt=0, le=10_000)] = Field(
+        default=100.0, description="Size at which logging ends, MB."
+    )
+
+
+class LogState(Model):
+    """The log of frames being written, or the last one that was."""
+
+    state: Literal["idle", "running", "stopped", "full", "failed"] = Field(description="State of the log.")
+    name: str | None = Field(description="File name. Null if there is no log.")
+    format: Form | None = Field(description="File format. Null if there is no log.")
+    started_at: float | None = Field(description="Start, seconds since 1970 UTC. Null if there is no log.")
+    frames: int = Field(description="Number of CAN frames.")
+    dropped: int = Field(description="Frames that could not be written in time.")
+    bytes: int = Field(description="Size, bytes.")
+    limit_bytes: int = Field(description="Size at which logging ends, bytes.")
+    reason: str | None = Field(description="Reason why it ended. Null if stopped manually.")
+
+
+class LogFile(Model):
+    """A log in the data folder."""
+
+    name: str = Field(description="File name.")
+    bytes: int = Field(description="Size, bytes.")
+    modified_at: Utc
+
 
 _CHUNK = 1 << 18
 
@@ -24,7 +61,7 @@ LogName = Annotated[str, InPath(description="File name, as in `GET /bus/logs`.")
 
 
 @routes.post("/bus/log", Role.CONFIGURE, "busy", "invalid_value", "log_failed", status_code=201)
-async def start_log(bus_log: TheBusLog, body: bus_models.LogRequest) -> bus_models.LogState:
+async def start_log(bus_log: TheBusLog, body: LogRequest) -> LogState:
     """Write every frame to a file in the data folder, sent ones included, until it is stopped or full.
 
     The log goes on when the bus is lost and found again. A slow disk never slows the bus: what it cannot take is
@@ -34,22 +71,22 @@ async def start_log(bus_log: TheBusLog, body: bus_models.LogRequest) -> bus_mode
 
 
 @routes.get("/bus/log", Role.VIEW)
-async def get_log(bus_log: TheBusLog) -> bus_models.LogState:
+async def get_log(bus_log: TheBusLog) -> LogState:
     """The log that is written, or the last one."""
     return _shown(bus_log.status)
 
 
 @routes.delete("/bus/log", Role.CONFIGURE)
-async def stop_log(bus_log: TheBusLog) -> bus_models.LogState:
+async def stop_log(bus_log: TheBusLog) -> LogState:
     """End the log; it answers when the file is complete. Without one nothing happens."""
     return _shown(await bus_log.stop())
 
 
 @routes.get("/bus/logs", Role.VIEW)
-async def list_logs(bus_log: TheBusLog) -> list[bus_models.LogFile]:
+async def list_logs(bus_log: TheBusLog) -> list[LogFile]:
     """The logs in the data folder, the newest first. One can be played: `PUT /bus` with address `file:NAME`."""
     kept = await asyncio.to_thread(bus_log.folder.all)
-    return [bus_models.LogFile(name=one.name, bytes=one.size, modified_at=one.modified_at) for one in kept]
+    return [LogFile(name=one.name, bytes=one.size, modified_at=one.modified_at) for one in kept]
 
 
 @routes.get(
@@ -82,8 +119,8 @@ async def _content(path: Path, size: int) -> AsyncIterator[bytes]:
             yield chunk
 
 
-def _shown(status: LogStatus) -> bus_models.LogState:
-    return bus_models.LogState(
+def _shown(status: LogStatus) -> LogState:
+    return LogState(
         state=status.phase.value,
         name=status.name,
         format=None if status.form is None else status.form.value,

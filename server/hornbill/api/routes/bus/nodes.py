@@ -2,10 +2,14 @@
 
 from typing import Final, Literal
 
-from hornbill.api import bus_models, present
+from pydantic import Field
+
+from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.bus import AllocatorState, PendingAllocation
+from hornbill.domain.fields import Model, UidField
 from hornbill.node.allocator import AllocationMode
 from hornbill.node.directory import OFFLINE_AFTER_S
 from hornbill.servo.device.servo import State, mode_name
@@ -18,6 +22,84 @@ from hornbill.wire.services import GetNodeInfoResponse, SoftwareVersion
 
 routes = Routes("bus")
 
+
+class AllocatorMode(Model):
+    """What the allocator shall do."""
+
+    mode: Literal["on", "off", "insist"] = Field(
+        description="on: allocate node IDs; off: do not; insist: also beside another allocator."
+    )
+
+
+class Node(Model):
+    """Whoever is heard on this bus, servo or not, and this server itself (table 2-17).
+
+    One that never said NodeStatus has mode `unknown`, health `warning` and uptime 0. Nodes that ask for a node id
+    stand as one, with node id 0.
+    """
+
+    node_id: int = Field(description="Node ID, 1 to 127. 0 for nodes without one.")
+    kind: Literal["servo", "hornbill", "foreign", "unknown"] = Field(
+        description="Kind of node. unknown: not identified yet, or no response."
+    )
+    online: bool = Field(description="Received recently.")
+    name: str | None = Field(description="Name from GetNodeInfo. Null if unknown.")
+    uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
+    health: Literal["ok", "warning", "error", "critical"] = Field(description="Health from NodeStatus.")
+    mode: str = Field(description="Mode from NodeStatus.")
+    uptime_s: int = Field(description="Time since its start, s.")
+    age_s: float = Field(description="Time since it was last received, s.")
+    restarts: int = Field(description="Number of observed restarts.")
+    software_version: str | None = Field(description="Software version from GetNodeInfo. Null if unknown.")
+    hardware_version: str | None = Field(description="Hardware version from GetNodeInfo.")
+    note: str | None = Field(description="Reason why it is not a servo, or a peculiarity. Null if none.")
+
+
+class Allocation(Model):
+    """One row of the allocation table."""
+
+    uid: UidField
+    node_id: int = Field(description="Node ID, 1 to 127.")
+    pinned: bool = Field(description="Assigned manually and reserved for this node.")
+    last_seen: float | None = Field(description="Last contact, seconds since 1970 UTC. Null if unknown.")
+    online: bool = Field(description="Received recently.")
+
+
+class Allocations(Model):
+    """The allocation table and who is waiting."""
+
+    allocations: list[Allocation] = Field(description="Rows of the allocation table, one per node.")
+    pending: list[PendingAllocation] = Field(description="Nodes that request a node ID now.")
+    free: int = Field(description="Number of free node IDs.")
+
+
+class AllocationChange(Allocation):
+    """A row as it is now, or as it was before it was forgotten."""
+
+    note: str = Field(description="Time at which the change takes effect, one sentence.")
+
+
+class Recycle(Model):
+    """Which ids to free: those of nodes not seen for longer than this. When a node was seen is kept once a minute."""
+
+    idle_longer_than_s: float = Field(
+        ge=60, allow_inf_nan=False, description="Minimum time since the node was last seen, s."
+    )
+
+
+class Recycled(Model):
+    """Rows that were freed, as they were."""
+
+    freed: list[Allocation] = Field(description="Removed rows, as they were.")
+    free: int = Field(description="Number of free node IDs.")
+
+
+class Pin(Model):
+    """The node id a node shall have."""
+
+    node_id: int = Field(description="Node ID, 1 to 127.")
+
+
 Kind = Literal["servo", "hornbill", "foreign", "unknown"]
 
 _HAS_COMMIT: Final = 1
@@ -27,7 +109,7 @@ _BUSY: Final = {State.SAVING: "is saving", State.RESTARTING: "is restarting"}
 
 
 @routes.get("/nodes", Role.VIEW)
-async def list_nodes(host: TheHost) -> list[bus_models.Node]:
+async def list_nodes(host: TheHost) -> list[Node]:
     """Every node heard since the bus was connected, by node id. Empty without a bus."""
     connection = host.connection
     if connection is None:
@@ -40,9 +122,9 @@ async def list_nodes(host: TheHost) -> list[bus_models.Node]:
 
 
 @routes.get("/allocations", Role.VIEW)
-async def list_allocations(host: TheHost) -> bus_models.Allocations:
+async def list_allocations(host: TheHost) -> Allocations:
     """The allocation table, and which nodes wait for an id."""
-    return bus_models.Allocations(
+    return Allocations(
         allocations=[_allocation(host, entry) for entry in host.store.allocations.rows()],
         pending=present.pending(host),
         free=host.allocating.allocator.free(host.base.now()),
@@ -50,9 +132,7 @@ async def list_allocations(host: TheHost) -> bus_models.Allocations:
 
 
 @routes.put("/allocations/{uid}", Role.CONFIGURE, "out_of_range", "invalid_value")
-async def pin_allocation(
-    host: TheHost, uid: UidPath, body: bus_models.Pin, lease: LeaseHeader = None
-) -> bus_models.AllocationChange:
+async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHeader = None) -> AllocationChange:
     """Choose the id, 1 to 125, a node is given when it asks the next time, met before or not. No other may have it."""
     before = host.store.allocations.entries().get(Uid(uid))
     note = await host.allocating.pin(Uid(uid), body.node_id)
@@ -63,7 +143,7 @@ async def pin_allocation(
 
 
 @routes.delete("/allocations/{uid}", Role.CONFIGURE, "unknown_uid", "busy", "invalid_value")
-async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = None) -> bus_models.AllocationChange:
+async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = None) -> AllocationChange:
     """Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew."""
     entry = host.store.allocations.row(Uid(uid))
     note = await host.allocating.forget(Uid(uid), _why_busy(host, uid))
@@ -72,9 +152,7 @@ async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = No
 
 
 @routes.post("/allocations/recycle", Role.CONFIGURE, "invalid_value")
-async def recycle_allocations(
-    host: TheHost, body: bus_models.Recycle, lease: LeaseHeader = None
-) -> bus_models.Recycled:
+async def recycle_allocations(host: TheHost, body: Recycle, lease: LeaseHeader = None) -> Recycled:
     """Free the ids of nodes not seen for so long. Pinned ones, and those of nodes online or restarting, stay."""
     rows = {entry.uid: _allocation(host, entry) for entry in host.store.allocations.rows()}
     spared = {uid for uid, row in rows.items() if row.online or _why_busy(host, uid) is not None}
@@ -82,13 +160,11 @@ async def recycle_allocations(
     for uid in freed:
         _note(host, lease, "forget", uid, rows[uid].node_id, None, f"not seen for {body.idle_longer_than_s:g} s")
     free = host.allocating.allocator.free(host.base.now())
-    return bus_models.Recycled(freed=[rows[uid] for uid in freed], free=free)
+    return Recycled(freed=[rows[uid] for uid in freed], free=free)
 
 
 @routes.put("/bus/allocator", Role.CONFIGURE, "invalid_value")
-async def set_allocator(
-    host: TheHost, body: bus_models.AllocatorMode, lease: LeaseHeader = None
-) -> bus_models.AllocatorState:
+async def set_allocator(host: TheHost, body: AllocatorMode, lease: LeaseHeader = None) -> AllocatorState:
     """Give node ids unless somebody else does (on), never (off), or whoever else does (insist). It is kept.
 
     A mode given on the command line or in the environment counts again at the next start.
@@ -112,9 +188,9 @@ def _note(
     )
 
 
-def _allocation(host: Host, entry: AllocationEntry) -> bus_models.Allocation:
+def _allocation(host: Host, entry: AllocationEntry) -> Allocation:
     online = entry.uid in host.allocating.online() or _servo_online(host, entry.uid)
-    return bus_models.Allocation(
+    return Allocation(
         uid=entry.uid,
         node_id=entry.node_id,
         pinned=entry.pinned,
@@ -123,8 +199,8 @@ def _allocation(host: Host, entry: AllocationEntry) -> bus_models.Allocation:
     )
 
 
-def _change(host: Host, entry: AllocationEntry, note: str) -> bus_models.AllocationChange:
-    return bus_models.AllocationChange(**_allocation(host, entry).model_dump(), note=note)
+def _change(host: Host, entry: AllocationEntry, note: str) -> AllocationChange:
+    return AllocationChange(**_allocation(host, entry).model_dump(), note=note)
 
 
 def _servo_online(host: Host, uid: str) -> bool:
@@ -142,7 +218,7 @@ def _fixed_id(host: Host, uid: str) -> int | None:
     return (host.fleet.get(uid).raw("node_id") if host.fleet.knows(uid) else None) or None
 
 
-def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> bus_models.Node:
+def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> Node:
     directory = connection.directory
     record = directory.records.get(node_id)
     heard = directory.last_heard(node_id) or 0.0
@@ -156,12 +232,12 @@ def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> bus
     return _speaking(node_id, kind, record.status, record.info, heard, now, record.restarts, note)
 
 
-def _ourselves(connection: Connection, now: Instant) -> bus_models.Node:
+def _ourselves(connection: Connection, now: Instant) -> Node:
     info = connection.participant.info()
     return _speaking(connection.participant.node_id, "hornbill", info.status, info, now, now, 0, "This server.")
 
 
-def _anonymous(host: Host, heard: Instant, now: Instant) -> bus_models.Node:
+def _anonymous(host: Host, heard: Instant, now: Instant) -> Node:
     waiting = len(host.allocating.allocator.pending(now))
     count = "1 node asks" if waiting == 1 else f"{waiting or 'No'} nodes ask"
     return _silent(0, "initialization", "ok", heard, now, f"{count} for a node id now: see the allocations.")
@@ -176,8 +252,8 @@ def _speaking(
     now: Instant,
     restarts: int,
     note: str | None,
-) -> bus_models.Node:
-    return bus_models.Node(
+) -> Node:
+    return Node(
         node_id=node_id,
         kind=kind,
         online=now - heard < OFFLINE_AFTER_S,
@@ -194,11 +270,9 @@ def _speaking(
     )
 
 
-def _silent(
-    node_id: int, mode: str, health: Literal["ok", "warning"], heard: Instant, now: Instant, note: str
-) -> bus_models.Node:
+def _silent(node_id: int, mode: str, health: Literal["ok", "warning"], heard: Instant, now: Instant, note: str) -> Node:
     """A node that has not said NodeStatus."""
-    return bus_models.Node(
+    return Node(
         node_id=node_id, kind="unknown", online=now - heard < OFFLINE_AFTER_S, name=None, uid=None, health=health,
         mode=mode, uptime_s=0, age_s=round(now - heard, 3), restarts=0, software_version=None, hardware_version=None,
         note=note,

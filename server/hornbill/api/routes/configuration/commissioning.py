@@ -1,18 +1,77 @@
 """Owns the routes of commissioning: which servos look new, and the job that gives them names, ids and values."""
 
+from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api import config_models, present
+from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.routes.server.jobs import Wait, answer, previewed, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.change import SavePreview
+from hornbill.domain.bus import PendingAllocation
+from hornbill.domain.change import Change, SavePreview
+from hornbill.domain.fields import DryRun, Model, OnAnomaly, SafetyConfirm, SaveAfter, UidField
+from hornbill.domain.servo import Servo
 from hornbill.servo.runs.commission_request import Wanted
 from hornbill.servo.runs.commissioning import CommissionOptions, Planned
 from hornbill.units import Uid
 
 routes = Routes("commissioning")
+
+
+class Candidate(Model):
+    """A servo that looks new (servo id 0, no label), and the servo id to give it: null when none is free."""
+
+    servo: Servo
+    servo_id: int | None = Field(description="Next free servo ID. Null if none is free.")
+
+
+class Candidates(Model):
+    """Servos to commission, in the order of their serials, and nodes that still wait for a node id."""
+
+    servos: list[Candidate] = Field(description="One entry per servo.")
+    pending: list[PendingAllocation] = Field(description="Nodes that still wait for a node ID.")
+
+
+class CommissionServo(Model):
+    """What one servo is to become; null and "" leave as it is."""
+
+    uid: UidField
+    servo_id: int | None = Field(default=None, ge=1, le=254, description="Servo ID (0x45), 1 to 254. Null to keep it.")
+    node_id: int | None = Field(
+        default=None, ge=0, le=125, description="Static node ID. 0 for dynamic. Null to keep it."
+    )
+    label: str = Field(default="", max_length=64, description="Nickname.")
+
+
+class Commissioning(Model):
+    """Servos to commission by one job, in this order."""
+
+    servos: list[CommissionServo] = Field(min_length=1, max_length=125, description="Servos to commission.")
+    profile: str | None = Field(default=None, description="Name of the profile to apply to all servos. Null for none.")
+    save: SaveAfter = True
+    identify: bool = Field(default=False, description="Wiggle each horn before the servo gets its identity.")
+    on_anomaly: OnAnomaly = Field(
+        default="stop",
+        description="After the first servo with an unexpected result: leave the remaining servos unchanged, or "
+        "continue.",
+    )
+    confirm: SafetyConfirm
+    dry_run: DryRun = False
+
+
+class CommissionPlan(SavePreview):
+    """What commissioning would do with one servo."""
+
+    uid: UidField
+    changes: list[Change] = Field(description="Rows to write.")
+
+
+class CommissioningPreview(Model):
+    """What commissioning would do, servo by servo, in the order of the request."""
+
+    servos: list[CommissionPlan] = Field(description="One entry per servo.")
+
 
 PROBLEMS = (
     "unknown_servo", "unknown_profile", "invalid_value", "out_of_range", "not_in_this_model", "conflict",
@@ -22,23 +81,21 @@ PROBLEMS = (
 
 
 @routes.get("/commissioning/candidates", Role.VIEW)
-async def list_candidates(host: TheHost) -> config_models.Candidates:
+async def list_candidates(host: TheHost) -> Candidates:
     """Servos on the bus that look new (servo id 0, no label), each with the servo id to give it; and those that still
     wait for a node id.
     """
-    return config_models.Candidates(
+    return Candidates(
         servos=[
-            config_models.Candidate(servo=present.servo(host, one.servo), servo_id=one.servo_id)
+            Candidate(servo=present.servo(host, one.servo), servo_id=one.servo_id)
             for one in host.commissioning_jobs.candidates()
         ],
         pending=present.pending(host),
     )
 
 
-@routes.post("/commissioning", Role.CONFIGURE, *PROBLEMS, **starts(config_models.CommissioningPreview))
-async def commission(
-    host: TheHost, body: config_models.Commissioning, lease: LeaseHeader = None, wait: Wait = False
-) -> Response:
+@routes.post("/commissioning", Role.CONFIGURE, *PROBLEMS, **starts(CommissioningPreview))
+async def commission(host: TheHost, body: Commissioning, lease: LeaseHeader = None, wait: Wait = False) -> Response:
     """Give servos their labels, ids and values, one by one, each all or nothing, saved and proved.
 
     Everything is checked before the first write. With `identify` each horn wiggles a little first; with `save` each
@@ -53,14 +110,14 @@ async def commission(
     options = CommissionOptions(body.profile, body.save, body.identify, body.on_anomaly, body.confirm)
     if body.dry_run:
         planned = await host.commissioning_jobs.plan(wanted, lease, options)
-        shown = config_models.CommissioningPreview(servos=[_plan(one) for one in planned])
+        shown = CommissioningPreview(servos=[_plan(one) for one in planned])
         return previewed(shown)
     job = host.commissioning_jobs.start(wanted, lease, options)
     return await answer(host, job, wait)
 
 
-def _plan(one: Planned) -> config_models.CommissionPlan:
-    return config_models.CommissionPlan(
+def _plan(one: Planned) -> CommissionPlan:
+    return CommissionPlan(
         **dict(one.save or SavePreview()),
         uid=one.servo.uid,
         changes=one.changes,

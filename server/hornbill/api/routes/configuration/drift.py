@@ -1,36 +1,52 @@
 """Owns the routes of drift: what ROM holds otherwise than we last knew, putting it back, and accepting it."""
 
-from hornbill.api import config_models, models
+from pydantic import Field
+
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
-from hornbill.api.routes.configuration.parameters import PATCH_PROBLEMS, patched
+from hornbill.api.routes.configuration.parameters import PATCH_PROBLEMS, ParametersPatched, patched
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.change import Reason
+from hornbill.domain.change import DriftRow, Reason
+from hornbill.domain.fields import Model, SafetyConfirm, SaveAfter, UidField
 from hornbill.errors import Busy
 from hornbill.servo.configuration.changes import WriteOptions
 
 routes = Routes("history")
 
 
+class Drift(Model):
+    """What ROM holds otherwise than we last knew. Empty when nothing does."""
+
+    uid: UidField
+    rows: list[DriftRow] = Field(description="Rows that changed.")
+
+
+class DriftRestore(Model):
+    """Write back what ROM held; with `save`, into ROM."""
+
+    save: SaveAfter = False
+    confirm: SafetyConfirm
+
+
 BEFORE_DRIFT_IS_UNDONE = Reason("before drift is undone", "drift_undone")
 
 
 @routes.get("/servos/{uid}/drift", Role.VIEW, "unknown_servo")
-async def get_drift(host: TheHost, servo: TheServo) -> config_models.Drift:
+async def get_drift(host: TheHost, servo: TheServo) -> Drift:
     """Rows that somebody else changed in ROM since the servo was last known. Empty when nothing differs."""
     rows = host.drift.rows(servo)
-    return config_models.Drift(uid=servo.uid, rows=rows)
+    return Drift(uid=servo.uid, rows=rows)
 
 
 @routes.post("/servos/{uid}/drift/restore", Role.CONFIGURE, *PATCH_PROBLEMS)
 async def restore_drift(
-    host: TheHost, servo: TheServo, body: config_models.DriftRestore | None = None, lease: LeaseHeader = None
-) -> models.ParametersPatched:
+    host: TheHost, servo: TheServo, body: DriftRestore | None = None, lease: LeaseHeader = None
+) -> ParametersPatched:
     """Write back what ROM held, all or nothing, identity rows too. The flag goes when ROM is proved to hold it."""
-    wanted = body or config_models.DriftRestore(confirm=[])
+    wanted = body or DriftRestore(confirm=[])
     values = {one.key: one.was for one in host.drift.rows(servo)}
     if not values:
-        wanted = config_models.DriftRestore(confirm=[])  # nothing to put back, so nothing is saved
+        wanted = DriftRestore(confirm=[])  # nothing to put back, so nothing is saved
     host.connected()
     options = WriteOptions(lease, save=wanted.save, confirm=wanted.confirm, reason=BEFORE_DRIFT_IS_UNDONE)
     return patched(servo, await host.changes.edit(servo, values, options))

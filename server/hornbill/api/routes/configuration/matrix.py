@@ -1,16 +1,19 @@
 """Owns the routes of the matrix: parameters × servos, read and changed as one."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import Query
+from pydantic import Field
 
-from hornbill.api import config_models
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.problems import problem
 from hornbill.api.routes.configuration.parameters import revision_of
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.change import SavePreview
+from hornbill.domain.change import Change, SavePreview
+from hornbill.domain.fields import DryRun, Model, SafetyConfirm, SaveAfter, UidText
+from hornbill.domain.problem import Problem
+from hornbill.domain.servo import Reading
 from hornbill.errors import HornbillError
 from hornbill.servo.device.reading import readings
 from hornbill.servo.host import Host
@@ -18,6 +21,55 @@ from hornbill.servo.runs.matrix import MatrixOptions, MatrixTarget
 from hornbill.units import Uid
 
 routes = Routes("parameters")
+
+
+class BatchRead(Model):
+    """Parameters × servos."""
+
+    servos: dict[str, "BatchServo"] = Field(description="Results by unique ID.")
+
+
+class BatchServo(Model):
+    """One servo's column of the matrix; `problem` instead of readings where there are none."""
+
+    revision: str | None = Field(description="Revision of the values, for If-Match.")
+    parameters: dict[str, Reading] = Field(description="Readings by key.")
+    problem: Problem | None = Field(default=None, description="Reason why there are none. Null otherwise.")
+
+
+class BatchPatch(Model):
+    """Values by servo by key. All or nothing for each servo; identity rows may be swapped within the batch."""
+
+    servos: dict[str, dict[str, bool | int | float | str]] = Field(
+        min_length=1, max_length=250, description="Values by unique ID and key."
+    )
+    revisions: dict[str, str] = Field(
+        default_factory=dict[str, str], description="Revisions as in If-Match, by unique ID."
+    )
+    dry_run: DryRun = False
+    save: SaveAfter = False
+    all_or_none: bool = Field(default=False, description="If one servo rejects its plan, write to none.")
+    confirm: SafetyConfirm
+
+
+class BatchOutcome(SavePreview):
+    """What became of one servo of a batch; `problem` says why it was rejected or rolled back."""
+
+    uid: UidText
+    outcome: Literal["applied", "rolled_back", "planned", "rejected", "not_tried"] = Field(
+        description="rejected: nothing was written; not_tried: an earlier servo ended the batch."
+    )
+    changes: list[Change] = Field(description="Changes, row by row.")
+    revision: str | None = Field(description="Revision of the values afterwards. Null if nothing was read.")
+    job: str | None = Field(default=None, description="ID of the save job, with `save`. Null otherwise.")
+    problem: Problem | None = Field(default=None, description="Reason for rejected or rolled_back. Null otherwise.")
+
+
+class BatchPatched(Model):
+    """Outcomes in the order of the request."""
+
+    servos: list[BatchOutcome] = Field(description="One entry per servo.")
+
 
 Listed = Annotated[str | None, Query(description="Separated by commas. Default: all.")]
 
@@ -28,7 +80,7 @@ async def read_matrix(
     uids: Annotated[Listed, Query(description="Unique IDs, separated by commas. Default: all servos online.")] = None,
     keys: Annotated[Listed, Query(description="Parameter keys, separated by commas. Default: all rows.")] = None,
     refresh: Annotated[bool, Query(description="Read the rows from the bus first.")] = False,
-) -> config_models.BatchRead:
+) -> BatchRead:
     """Rows of many servos, as last read or read now. A row a model lacks is absent; a servo with a problem has it."""
     chosen = None if keys is None else set(_items(keys))
     for key in chosen or ():
@@ -39,13 +91,11 @@ async def read_matrix(
     if refresh:
         host.connected()
         problems = await host.matrix.read(listed, chosen)
-    return config_models.BatchRead(servos={uid: _column(host, uid, chosen, problems.get(uid)) for uid in listed})
+    return BatchRead(servos={uid: _column(host, uid, chosen, problems.get(uid)) for uid in listed})
 
 
 @routes.patch("/parameters", Role.CONFIGURE, "lease_held", "bus_disconnected", "invalid_value")
-async def change_matrix(
-    host: TheHost, body: config_models.BatchPatch, lease: LeaseHeader = None
-) -> config_models.BatchPatched:
+async def change_matrix(host: TheHost, body: BatchPatch, lease: LeaseHeader = None) -> BatchPatched:
     """Rows of many servos. Each servo is planned first and then changed all or nothing; ids may be swapped.
 
     Servos that pass ids to one another stand and fall together. With `save` each servo that was changed is saved,
@@ -57,30 +107,30 @@ async def change_matrix(
         lease, revisions, body.confirm, dry_run=body.dry_run, save=body.save, all_or_none=body.all_or_none,
     )  # fmt: skip
     entries = await host.matrix.write({Uid(uid): values for uid, values in body.servos.items()}, order)
-    return config_models.BatchPatched(servos=[_outcome(one) for one in entries])
+    return BatchPatched(servos=[_outcome(one) for one in entries])
 
 
 def _items(text: str) -> list[str]:
     return [item for part in text.split(",") if (item := part.strip())]
 
 
-def _column(host: Host, uid: Uid, keys: set[str] | None, failed: HornbillError | None) -> config_models.BatchServo:
+def _column(host: Host, uid: Uid, keys: set[str] | None, failed: HornbillError | None) -> BatchServo:
     try:
         servo = host.fleet.get(uid)
         if failed is not None:
             raise failed
     except HornbillError as error:
         revision = host.fleet.get(uid).revision if host.fleet.knows(uid) else None
-        return config_models.BatchServo(revision=revision, parameters={}, problem=problem(error))
+        return BatchServo(revision=revision, parameters={}, problem=problem(error))
     shown = readings(servo, host.base)
-    return config_models.BatchServo(
+    return BatchServo(
         revision=servo.revision,
         parameters={key: one for key, one in shown.items() if keys is None or key in keys},
     )
 
 
-def _outcome(one: MatrixTarget) -> config_models.BatchOutcome:
-    return config_models.BatchOutcome(
+def _outcome(one: MatrixTarget) -> BatchOutcome:
+    return BatchOutcome(
         **dict(one.plan or SavePreview()),
         uid=one.uid,
         outcome=one.outcome,  # pyright: ignore[reportArgumentType]

@@ -1,19 +1,20 @@
 """Owns the parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
 
 from collections.abc import Collection
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import Depends, Path, Query
-from pydantic import WithJsonSchema, create_model
+from pydantic import Field, WithJsonSchema, create_model
 
-from hornbill.api import models
 from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo
 from hornbill.api.problems import problem
 from hornbill.api.routes.configuration import rows
-from hornbill.api.routes.configuration.rows import COMMAND_PROBLEMS, READ_PROBLEMS, WRITE_PROBLEMS
+from hornbill.api.routes.configuration.rows import COMMAND_PROBLEMS, READ_PROBLEMS, WRITE_PROBLEMS, RowValue
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.change import SavePreview
+from hornbill.domain.change import Change, SavePreview
+from hornbill.domain.fields import Confirmed, DryRun, Model, SaveAfter
+from hornbill.domain.problem import Problem
 from hornbill.domain.servo import Reading
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import COMMANDS
@@ -23,6 +24,40 @@ from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.reading import reading, readings
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
+
+
+class Parameters(Model):
+    """Every row this model and firmware has."""
+
+    revision: str = Field(description="Revision of the values, for If-Match.")
+    parameters: dict[str, Reading] = Field(description="Readings by key.")
+
+
+class ParametersPatch(Model):
+    """Several rows at once, all or nothing."""
+
+    values: dict[str, bool | int | float | str] = Field(
+        min_length=1, description="Values by key, in the units of the parameter manual."
+    )
+    dry_run: DryRun = False
+    save: SaveAfter = False
+    confirm: Confirmed = Field(default=[])
+
+
+class ParametersPatched(SavePreview):
+    """The outcome of a PATCH; with save, the job that saves, or what a dry run of it found."""
+
+    outcome: Literal["applied", "rolled_back", "planned"] = Field(
+        description="All changes, or none: rolled_back restores the earlier values."
+    )
+    changes: list[Change] = Field(description="Changes, row by row.")
+    revision: str = Field(description="Revision of the values, for If-Match.")
+    job: str | None = Field(default=None, description="ID of the save job, with `save`. Null otherwise.")
+    failure: str | None = Field(default=None, description="Reason for rolled_back, one sentence. Null otherwise.")
+    problem: Problem | None = Field(
+        default=None, description="Reason for rolled_back, with code and facts. Null otherwise."
+    )
+
 
 PATCH_PROBLEMS = (*WRITE_PROBLEMS, "stale_revision", "lease_required", "stopped")
 
@@ -48,14 +83,14 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
         },
     }
     values_type = Annotated[dict[str, Any], WithJsonSchema(values_schema)]
-    body_type = create_model("ParametersPatch", __base__=models.ParametersPatch, values=(values_type, ...))
+    body_type = create_model("ParametersPatch", __base__=ParametersPatch, values=(values_type, ...))
 
     @made.get("/servos/{uid}/parameters", Role.VIEW, *READ_PROBLEMS, "invalid_value")
     async def list_parameters(
         host: TheHost,
         servo: TheServo,
         refresh: Annotated[bool, Query(description="Read every row from the bus first.")] = False,
-    ) -> models.Parameters:
+    ) -> Parameters:
         """Every row this model and firmware has, as last read; `refresh` reads the bus first."""
         if refresh:
             host.connected()
@@ -69,9 +104,9 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
         body: body_type,  # pyright: ignore[reportInvalidTypeForm, reportUnknownParameterType]
         lease: LeaseHeader = None,
         revision: IfMatch = None,
-    ) -> models.ParametersPatched:
+    ) -> ParametersPatched:
         """Several rows, all or nothing: validated, written, read back; on any failure undone."""
-        assert isinstance(body, models.ParametersPatch)
+        assert isinstance(body, ParametersPatch)
         host.connected()
         options = WriteOptions(
             lease, body.dry_run, body.save, revision_of(revision), body.confirm
@@ -79,10 +114,10 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
         return patched(servo, await host.changes.edit(servo, body.values, options))
 
 
-def patched(servo: Servo, edit: Edit) -> models.ParametersPatched:
+def patched(servo: Servo, edit: Edit) -> ParametersPatched:
     """The response to a change, with the save that was started, or the plan of a dry run."""
     outcome = edit.outcome
-    return models.ParametersPatched(
+    return ParametersPatched(
         **dict(edit.plan or SavePreview()),
         outcome=outcome.outcome,  # pyright: ignore[reportArgumentType]
         changes=outcome.changes,
@@ -119,7 +154,7 @@ def _any_row(made: Routes, catalog: Catalog) -> None:
         host: TheHost,
         servo: TheServo,
         row: Annotated[Parameter, Depends(the_row)],
-        body: models.RowValue,
+        body: RowValue,
         lease: LeaseHeader = None,
     ) -> Reading:
         """Write one row by its key and read it back, for programs that loop; each row has a route of its own, too."""
@@ -146,6 +181,6 @@ def revision_of(header: str | None) -> str | None:
     return None if text == "*" else text.removeprefix("W/").strip('"')
 
 
-def _all(host: Host, servo: Servo) -> models.Parameters:
+def _all(host: Host, servo: Servo) -> Parameters:
     shown = readings(servo, host.base)
-    return models.Parameters(revision=servo.revision, parameters=shown)
+    return Parameters(revision=servo.revision, parameters=shown)

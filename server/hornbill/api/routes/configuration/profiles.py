@@ -6,23 +6,68 @@ from typing import Annotated
 from urllib.parse import quote
 
 from fastapi import Header, Path, Query, Request
+from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api import config_models as shapes
 from hornbill.api.dependencies import LeaseHeader, TheHost
 from hornbill.api.routes.server.jobs import Wait, starts
 from hornbill.api.routes.server.jobs import answer as job_answer
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.change import LineVerdict
+from hornbill.domain.fields import DryRun, Model, OnAnomaly, SafetyConfirm, SaveAfter, UidField
+from hornbill.domain.profile import Name, Profile
 from hornbill.errors import InvalidValue
 from hornbill.servo.host import Host
 from hornbill.servo.profiles import profile_file
 from hornbill.servo.profiles.profile_file import Form
-from hornbill.servo.profiles.profiles import Draft, ProfileValues
+from hornbill.servo.profiles.profiles import Draft
 from hornbill.servo.runs.apply import ApplyOptions
 from hornbill.units import Uid
 
 routes = Routes("profiles")
+
+
+class ProfilePut(Model):
+    """A profile to keep: its values, or the servo (or snapshot) to take them from."""
+
+    description: str = Field(default="", max_length=1000, description="Purpose of the profile.")
+    model: str | None = Field(default=None, description="Model it is made for. Null for any.")
+    firmware: str | None = Field(default=None, description="Firmware it is made for, such as `1.300`. Null for any.")
+    values: dict[str, bool | int | float | str] | None = Field(
+        default=None, min_length=1, max_length=200, description="Values by key, in the units of the parameter manual."
+    )
+    units: dict[str, str] | None = Field(
+        default=None, max_length=200, description="Units of the values, by key. Null for the units of the tables."
+    )
+    from_uid: UidField | None = Field(default=None, description="Servo to take the values from, unique ID.")
+    from_snapshot: int | None = Field(default=None, description="ID of the snapshot to take the values from.")
+    keys: list[str] | None = Field(
+        default=None, description="Keys of the rows to store. Null for all rows but identity."
+    )
+    identity: bool = Field(default=False, description="Include the identity rows 0x44 to 0x46.")
+
+
+class Imported(Model):
+    """The verdict on every line of a file; `profile` is null unless all were ok."""
+
+    profile: Profile | None = Field(description="Imported profile. Null unless all lines are ok.")
+    lines: list[LineVerdict] = Field(description="Verdict on each line.")
+
+
+class ProfileApply(Model):
+    """Servos to bring to a profile, one by one in this order."""
+
+    uids: list[UidField] = Field(
+        min_length=1, max_length=250, description="Servos in the order of writing, unique IDs."
+    )
+    dry_run: DryRun = False
+    save: SaveAfter = False
+    on_anomaly: OnAnomaly = Field(
+        default="stop", description="After the first servo with an unexpected result: stop, or continue."
+    )
+    confirm: SafetyConfirm
+
 
 LARGEST_FILE = 256 * 1024
 """Bytes of a file that is imported; a profile of all rows has about 3 kB."""
@@ -41,19 +86,19 @@ FILE_BODY = {
 }
 FILE_ANSWERS = {"content": {one: {"schema": {"type": "string"}} for one in MEDIA_TYPES.values()}}
 
-ProfileName = Annotated[shapes.Name, Path(description="Name of the profile, 1 to 80 characters without slash.")]
+ProfileName = Annotated[Name, Path(description="Name of the profile, 1 to 80 characters without slash.")]
 
 
 @routes.get("/profiles", Role.VIEW)
-async def list_profiles(host: TheHost) -> list[shapes.Profile]:
+async def list_profiles(host: TheHost) -> list[Profile]:
     """Every profile, by name."""
-    return [_shown(one) for one in host.profiles.all()]
+    return host.profiles.all()
 
 
 @routes.get("/profiles/{name}", Role.VIEW, "unknown_profile", "invalid_value")
-async def get_profile(host: TheHost, name: ProfileName) -> shapes.Profile:
+async def get_profile(host: TheHost, name: ProfileName) -> Profile:
     """One profile."""
-    return _shown(host.profiles.get(name))
+    return host.profiles.get(name)
 
 
 @routes.put(
@@ -66,16 +111,15 @@ async def get_profile(host: TheHost, name: ProfileName) -> shapes.Profile:
     "no_answer",
     "bus_disconnected",
     "store_failed",
-    responses={201: {"model": shapes.Profile, "description": "a new profile"}},
+    responses={201: {"model": Profile, "description": "a new profile"}},
 )
 async def put_profile(
-    host: TheHost, name: ProfileName, body: shapes.ProfilePut, response: Response, lease: LeaseHeader = None
-) -> shapes.Profile:
+    host: TheHost, name: ProfileName, body: ProfilePut, response: Response, lease: LeaseHeader = None
+) -> Profile:
     """Keep a profile: the values given, or those a servo or a snapshot holds. One of the same name is replaced."""
     draft = await _draft(host, body)
     response.status_code = 200 if host.profiles.has(name) else 201
-    kept = await host.profiles.put(name, draft, identity=body.identity, by=_who(host, lease))
-    return _shown(kept)
+    return await host.profiles.put(name, draft, identity=body.identity, by=_who(host, lease))
 
 
 @routes.delete("/profiles/{name}", Role.CONFIGURE, "unknown_profile", "invalid_value", status_code=204)
@@ -110,7 +154,7 @@ async def export_profile(
     Role.CONFIGURE,
     "invalid_value",
     openapi_extra=FILE_BODY,
-    responses={201: {"model": shapes.Imported, "description": "a new profile"}},
+    responses={201: {"model": Imported, "description": "a new profile"}},
 )
 async def import_profile(
     host: TheHost,
@@ -120,7 +164,7 @@ async def import_profile(
     identity: Annotated[bool, Query(description="Include identity rows (0x44 to 0x46).")] = False,
     content_type: Annotated[str, Header(include_in_schema=False)] = "",
     lease: LeaseHeader = None,
-) -> shapes.Imported:
+) -> Imported:
     """Keep a profile from a file, when every line of it is ok; else the problem has a verdict on each in `lines`."""
     form = _form(content_type)
     found = profile_file.read(await _text(request), form, host.profiles, host.catalog, identity=identity)
@@ -134,7 +178,7 @@ async def import_profile(
         )
     response.status_code = 200 if host.profiles.has(name) else 201
     kept = await host.profiles.put(name, found.draft, identity=identity, by=_who(host, lease))
-    return shapes.Imported(profile=_shown(kept), lines=lines)
+    return Imported(profile=kept, lines=lines)
 
 
 @routes.post(
@@ -150,7 +194,7 @@ async def import_profile(
     **starts(),
 )
 async def apply_profile(
-    host: TheHost, name: ProfileName, body: shapes.ProfileApply, lease: LeaseHeader = None, wait: Wait = False
+    host: TheHost, name: ProfileName, body: ProfileApply, lease: LeaseHeader = None, wait: Wait = False
 ) -> Response:
     """Bring servos to a profile, unit by unit, each all or nothing; rows a servo lacks are left out and told."""
     host.connected()
@@ -158,7 +202,7 @@ async def apply_profile(
     return await job_answer(host, host.profile_jobs.start(name, [Uid(one) for one in body.uids], lease, wish), wait)
 
 
-async def _draft(host: Host, body: shapes.ProfilePut) -> Draft:
+async def _draft(host: Host, body: ProfilePut) -> Draft:
     sources = [one is not None for one in (body.values, body.from_uid, body.from_snapshot)]
     if sum(sources) != 1:
         raise InvalidValue("A profile comes from one source. Give one of values, from_uid and from_snapshot.")
@@ -196,10 +240,6 @@ async def _text(request: Request) -> str:
     except UnicodeDecodeError as error:
         line = body.count(b"\n", 0, error.start) + 1
         raise InvalidValue(f"Line {line} is not UTF-8. Save the file in that encoding.") from None
-
-
-def _shown(one: ProfileValues) -> shapes.Profile:
-    return shapes.Profile.model_validate(one)
 
 
 def _who(host: Host, lease: str | None) -> str:

@@ -3,14 +3,15 @@
 from typing import Annotated
 
 from fastapi import Query
+from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api import config_models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routes.server.jobs import Wait, answer, previewed, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.change import Forecast, ResetPreview
+from hornbill.domain.change import Change, Forecast, ResetPreview
+from hornbill.domain.fields import DryRun, Model
 from hornbill.servo.configuration.forecast import forecast
 from hornbill.servo.configuration.restart_plan import RestartOptions, saved_by
 from hornbill.servo.device.identification import read_rows
@@ -19,6 +20,27 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host
 
 routes = Routes("configuration")
+
+
+class Restart(Model):
+    """Options of a restart."""
+
+    dry_run: DryRun = False
+
+
+class RestartPreview(Model):
+    """What a restart would change."""
+
+    lost: list[Change] = Field(description="Rows that are in RAM only. `requested` is the value after the restart.")
+    restart: Forecast
+
+
+class FactoryReset(Model):
+    """`keep_identity`: 0x44 to 0x46 stay. The result is saved, which restarts the servo."""
+
+    keep_identity: bool = Field(default=True, description="Keep origin, servo ID and node ID.")
+    dry_run: DryRun = False
+
 
 READ_PROBLEMS = ("unknown_servo", "no_answer", "bus_disconnected", "invalid_value")
 Keep = Annotated[bool, Query(description="Keep origin, servo ID and node ID (0x44 to 0x46).")]
@@ -52,12 +74,12 @@ async def _read(host: Host, servo: Servo) -> None:
     "lease_held",
     "bus_disconnected",
     "invalid_value",
-    **starts(config_models.RestartPreview),
+    **starts(RestartPreview),
 )
 async def restart_servo(
     host: TheHost,
     servo: TheServo,
-    body: config_models.Restart | None = None,
+    body: Restart | None = None,
     lease: LeaseHeader = None,
     wait: Wait = False,
 ) -> Response:
@@ -71,7 +93,7 @@ async def restart_servo(
     if body is None or not body.dry_run:
         return await answer(host, host.restarting.start(servo, "restart", options), wait)
     plan = await host.restarting.plan(servo, "restart", options)
-    shown = config_models.RestartPreview(
+    shown = RestartPreview(
         lost=list(plan.changes),
         restart=plan.restart,
     )
@@ -108,7 +130,7 @@ async def preview_factory_reset(host: TheHost, servo: TheServo, keep_identity: K
 async def factory_reset(
     host: TheHost,
     servo: TheServo,
-    body: config_models.FactoryReset | None = None,
+    body: FactoryReset | None = None,
     lease: LeaseHeader = None,
     wait: Wait = False,
 ) -> Response:
@@ -118,7 +140,7 @@ async def factory_reset(
     With `dry_run` every check of the reset is done, and nothing else: the answer is that of GET.
     """
     host.connected()
-    wanted = body or config_models.FactoryReset()
+    wanted = body or FactoryReset()
     options = RestartOptions(lease, keep_identity=wanted.keep_identity)
     if wanted.dry_run:
         return previewed(await host.restarting.plan(servo, "factory_reset", options))

@@ -2,17 +2,25 @@
 
 from typing import Annotated, Any, Final, TypeAlias
 
-from pydantic import WithJsonSchema, create_model
+from pydantic import Field, WithJsonSchema, create_model
 
-from hornbill.api import models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.fields import Confirmed, Model
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import no_effect, told
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value, number, to_value, with_unit
 from hornbill.servo.device.reading import CIRCUMSTANCES
+
+
+class RowValue(Model):
+    """The value of one row; each row has a class of its own that says what it may be."""
+
+    value: Any
+    confirm: Confirmed = Field(default=[])
+
 
 JsonSchema: TypeAlias = dict[str, Any]
 
@@ -52,7 +60,7 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
     if not row.writable:
         return
     value_type = Annotated[Any, WithJsonSchema(value_schema(catalog, row))]
-    body_type = create_model(f"{name}Value", __base__=models.RowValue, value=(value_type, ...))
+    body_type = create_model(f"{name}Value", __base__=RowValue, value=(value_type, ...))
     body_type.__doc__ = None
 
     async def put(

@@ -1,16 +1,16 @@
 """Owns the routes of history: snapshots, comparisons, and bringing a servo to what a side holds."""
 
-from typing import Annotated, cast
+from typing import Annotated, Literal, cast
 
 from fastapi import Path, Query
+from pydantic import Field
 
-from hornbill.api import config_models
 from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo, UidPath, known_uid
-from hornbill.api.routes.configuration.parameters import PATCH_PROBLEMS, patched, revision_of
+from hornbill.api.routes.configuration.parameters import PATCH_PROBLEMS, ParametersPatched, patched, revision_of
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.change import Comparison, Reason, ReasonCode
-from hornbill.domain.fields import Param
+from hornbill.domain.change import Comparison, LeftOut, Reason, ReasonCode
+from hornbill.domain.fields import DryRun, Model, Param, Params, SafetyConfirm, SaveAfter, UidField
 from hornbill.errors import Unknown
 from hornbill.schema.firmware import to_text
 from hornbill.schema.scale import Value
@@ -23,6 +23,71 @@ from hornbill.store.snapshots import StoredSnapshot
 
 routes = Routes("history")
 
+
+BY_HAND = "by hand"
+"""Reason of a snapshot that a user takes without giving one."""
+
+
+class Snapshot(Model):
+    """What a servo held at one instant, in engineering values."""
+
+    id: int = Field(description="ID, as used in paths.")
+    uid: UidField
+    at: float = Field(description="Time of the snapshot, seconds since 1970 UTC.")
+    reason: str = Field(description="Reason for the snapshot.")
+    reason_code: ReasonCode | None = Field(
+        description="Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words."
+    )
+    reason_params: Params
+    by: str = Field(description="Client that did it.")
+    automatic: bool = Field(description="Taken automatically before a change.")
+    model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
+    firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
+    values: dict[str, Value] = Field(description="RAM, by key")
+    rom: dict[str, Value] = Field(description="Values known to be in ROM, by key.")
+
+
+class NewSnapshot(Model):
+    """A snapshot to take by hand."""
+
+    reason: str = Field(default=BY_HAND, max_length=200, description="Reason, shown to users and written to the audit.")
+
+
+class RowsToWrite(Model):
+    """Which rows to write; identity rows (0x44 to 0x46) and torque mode only when they are named or asked for."""
+
+    keys: list[str] | None = Field(
+        default=None, min_length=1, description="Keys of the rows. Null for all rows of the servo."
+    )
+    identity: bool = Field(default=False, description="Include origin, servo ID and node ID (0x44 to 0x46).")
+    dry_run: DryRun = False
+    save: SaveAfter = False
+    confirm: SafetyConfirm
+
+
+class Restore(RowsToWrite):
+    """Write back what a snapshot holds of RAM, or what was known of ROM then."""
+
+    source: Literal["ram", "rom"] = Field(default="ram", description="Values to write: RAM, or what was known of ROM.")
+
+
+class Copy(RowsToWrite):
+    """Write what a side of a comparison holds."""
+
+    from_: str = Field(
+        alias="from",
+        max_length=200,
+        description="Source: servo:UID, rom:UID, snapshot:ID, snapshot-rom:ID, profile:NAME or "
+        "default:MODEL[@FIRMWARE].",
+    )
+
+
+class Restored(ParametersPatched):
+    """The outcome of a restore, as of a PATCH, and the rows that were left out of it."""
+
+    left_out: list[LeftOut] = Field(description="Rows that were not written.")
+
+
 SnapshotId = Annotated[int, Path(description="ID of a snapshot of this servo.")]
 SideName = Annotated[str, Query(max_length=200, description=f"One of {FORMS}.")]
 
@@ -30,7 +95,7 @@ RESTORE_PROBLEMS = (*PATCH_PROBLEMS, "unknown_snapshot", "unknown_profile")
 
 
 @routes.get("/servos/{uid}/snapshots", Role.VIEW, "unknown_servo", "invalid_value")
-async def list_snapshots(host: TheHost, uid: UidPath) -> list[config_models.Snapshot]:
+async def list_snapshots(host: TheHost, uid: UidPath) -> list[Snapshot]:
     """Every snapshot of a servo, on the bus or only remembered, newest first."""
     return [_shown(host, one) for one in await host.store.run(host.store.snapshots.of, known_uid(host, uid))]
 
@@ -49,13 +114,13 @@ async def list_snapshots(host: TheHost, uid: UidPath) -> list[config_models.Snap
     status_code=201,
 )
 async def take_snapshot(
-    host: TheHost, servo: TheServo, body: config_models.NewSnapshot | None = None, lease: LeaseHeader = None
-) -> config_models.Snapshot:
+    host: TheHost, servo: TheServo, body: NewSnapshot | None = None, lease: LeaseHeader = None
+) -> Snapshot:
     """Keep what the servo holds now, until somebody drops it. What is not known is read from the bus first."""
     host.connected()
     permission.check_readable(servo)
-    text = (body or config_models.NewSnapshot()).reason
-    reason = Reason(text, "by_hand" if text == config_models.BY_HAND else None)
+    text = (body or NewSnapshot()).reason
+    reason = Reason(text, "by_hand" if text == BY_HAND else None)
     async with servo.changing:
         by = host.leases.who(lease, host.base.now())
         made = await host.history.take(host.requests, servo, reason=reason, by=by, automatic=False)
@@ -63,7 +128,7 @@ async def take_snapshot(
 
 
 @routes.get("/servos/{uid}/snapshots/{snapshot_id}", Role.VIEW, "unknown_servo", "unknown_snapshot", "invalid_value")
-async def get_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId) -> config_models.Snapshot:
+async def get_snapshot(host: TheHost, uid: UidPath, snapshot_id: SnapshotId) -> Snapshot:
     """One snapshot."""
     return _shown(host, await _of(host, uid, snapshot_id))
 
@@ -86,12 +151,12 @@ async def restore_snapshot(
     host: TheHost,
     servo: TheServo,
     snapshot_id: SnapshotId,
-    body: config_models.Restore | None = None,
+    body: Restore | None = None,
     lease: LeaseHeader = None,
     revision: IfMatch = None,
-) -> config_models.Restored:
+) -> Restored:
     """Write what a snapshot holds, all or nothing: whole, or the rows named."""
-    wanted = body or config_models.Restore(confirm=[])
+    wanted = body or Restore(confirm=[])
     side = snapshot_side(host.catalog, await _of(host, servo.uid, snapshot_id), wanted.source)
     return await _restore(host, servo, side, wanted, lease, revision)
 
@@ -100,10 +165,10 @@ async def restore_snapshot(
 async def copy_configuration(
     host: TheHost,
     servo: TheServo,
-    body: config_models.Copy,
+    body: Copy,
     lease: LeaseHeader = None,
     revision: IfMatch = None,
-) -> config_models.Restored:
+) -> Restored:
     """Write what another servo, a snapshot of it, a profile or the defaults hold, all or nothing."""
     return await _restore(host, servo, await host.sides.get(body.from_), body, lease, revision)
 
@@ -129,12 +194,12 @@ async def compare_sides(
 
 
 async def _restore(
-    host: Host, servo: Servo, side: Side, wanted: config_models.RowsToWrite, lease: str | None, revision: str | None
-) -> config_models.Restored:
+    host: Host, servo: Servo, side: Side, wanted: RowsToWrite, lease: str | None, revision: str | None
+) -> Restored:
     host.connected()
     options = WriteOptions(lease, wanted.dry_run, wanted.save, revision_of(revision), wanted.confirm)
     edit, left_out = await host.restoring.restore(servo, side, options, keys=wanted.keys, identity=wanted.identity)
-    return config_models.Restored(**dict(patched(servo, edit)), left_out=left_out)
+    return Restored(**dict(patched(servo, edit)), left_out=left_out)
 
 
 async def _of(host: Host, uid: str, snapshot_id: int) -> StoredSnapshot:
@@ -147,8 +212,8 @@ async def _of(host: Host, uid: str, snapshot_id: int) -> StoredSnapshot:
     return found
 
 
-def _shown(host: Host, one: StoredSnapshot) -> config_models.Snapshot:
-    return config_models.Snapshot(
+def _shown(host: Host, one: StoredSnapshot) -> Snapshot:
+    return Snapshot(
         id=one.id, uid=one.uid, at=one.at, reason=one.reason,
         reason_code=cast("ReasonCode | None", one.reason_code),
         reason_params=cast("dict[str, Param]", one.reason_params), by=one.by, automatic=one.automatic, model=one.model,

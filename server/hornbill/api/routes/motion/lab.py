@@ -4,16 +4,17 @@ from collections.abc import Iterator
 from typing import Annotated
 
 from fastapi import Path, Query
+from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api import motion_models as models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.routes.server.jobs import Wait, answer, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
-from hornbill.domain.fields import UidField
+from hornbill.domain.fields import Model, UidField
+from hornbill.domain.step_test import RunOverlay, StepRun
 from hornbill.errors import InvalidValue
 from hornbill.lab.step import StepPlan, StepTests
 from hornbill.servo.host import Host
@@ -21,6 +22,19 @@ from hornbill.store.runs import Run
 from hornbill.units import Uid
 
 routes = Routes("lab")
+
+
+class StepTest(Model):
+    """A small safe step there and back, repeated. Needs a lease and torque on."""
+
+    step_deg: float = Field(default=5.0, ge=-45, le=45, description="Step size, °. The sign gives the direction.")
+    runs: int = Field(default=1, ge=1, le=20, description="Number of repetitions.")
+    dwell_s: float = Field(default=1.0, ge=0.3, le=10, description="Time measured on each side, s.")
+    band_deg: float | None = Field(
+        default=None, gt=0, le=10, description="Settling band, °. Null for 0.5° or the deadband, whichever is larger."
+    )
+    note: str = Field(default="", max_length=200, description="Note on load, mounting or other conditions.")
+
 
 RunPath = Annotated[int, Path(description="ID of the run.", ge=1, le=2**31 - 1)]
 STEP_PROBLEMS = (
@@ -33,12 +47,12 @@ STEP_PROBLEMS = (
 async def step_test(
     host: TheHost,
     servo: TheServo,
-    body: models.StepTest | None = None,
+    body: StepTest | None = None,
     lease: LeaseHeader = None,
     wait: Wait = False,
 ) -> Response:
     """A small step there and back where the horn stands, measured. Needs a lease and torque on; writes no parameter."""
-    wanted = body or models.StepTest()
+    wanted = body or StepTest()
     host.connected()
     wish = StepPlan(wanted.step_deg, wanted.runs, wanted.dwell_s, wanted.band_deg, wanted.note)
     tests = StepTests(host.requests, host.motion, host.base, host.jobs, host.store)
@@ -50,7 +64,7 @@ async def list_runs(
     host: TheHost,
     uid: Annotated[UidField | None, Query(description="Servo of the runs.")] = None,
     limit: Annotated[int, Query(ge=1, le=200, description="Maximum number of runs, newest first.")] = 50,
-) -> list[models.StepRun]:
+) -> list[StepRun]:
     """Runs of a servo, or of all, newest first, without their samples."""
     found = await host.store.run(host.store.runs.of, None if uid is None else Uid(uid), limit=limit)
     return [_shown(host, run, traces=False) for run in found]
@@ -59,7 +73,7 @@ async def list_runs(
 @routes.get("/runs/overlay", Role.VIEW, "unknown_run", "invalid_value")
 async def overlay_runs(
     host: TheHost, ids: Annotated[str, Query(description="IDs of up to eight runs, separated by commas.")]
-) -> models.RunOverlay:
+) -> RunOverlay:
     """Runs to lay over one another, and the parameters in which they differ."""
     numbers = [part.strip() for part in ids.split(",")]
     if not 1 <= len(numbers) <= 8 or not all(part.isascii() and part.isdigit() and len(part) < 10 for part in numbers):
@@ -67,11 +81,11 @@ async def overlay_runs(
     runs = [_shown(host, await host.store.run(host.store.runs.get, int(part)), traces=True) for part in numbers]
     keys = {key: None for run in runs for key in run.parameters}
     differ = {key: [run.parameters.get(key) for run in runs] for key in keys}
-    return models.RunOverlay(runs=runs, differences={k: v for k, v in differ.items() if any(one != v[0] for one in v)})
+    return RunOverlay(runs=runs, differences={k: v for k, v in differ.items() if any(one != v[0] for one in v)})
 
 
 @routes.get("/runs/{run_id}", Role.VIEW, "unknown_run")
-async def get_run(host: TheHost, run_id: RunPath) -> models.StepRun:
+async def get_run(host: TheHost, run_id: RunPath) -> StepRun:
     """One run with its samples."""
     return _shown(host, await host.store.run(host.store.runs.get, run_id), traces=True)
 
@@ -89,17 +103,15 @@ async def drop_run(host: TheHost, run_id: RunPath) -> None:
     await host.store.run(host.store.runs.drop, run_id)
 
 
-def _table(run: models.StepRun) -> Iterator[tuple[object, ...]]:
+def _table(run: StepRun) -> Iterator[tuple[object, ...]]:
     yield "step", "direction", "t_s", "angle_deg", "target_deg"
     for number, step in enumerate(run.steps, 1):
         for t, angle in zip(step.t, step.angle_deg, strict=True):
             yield number, step.direction, t, angle, step.to_deg
 
 
-def _shown(host: Host, run: Run, *, traces: bool) -> models.StepRun:
-    shown = models.StepRun.model_validate(
-        {"id": run.id, "uid": run.uid, "at": run.at, "note": run.note, **run.document}
-    )
+def _shown(host: Host, run: Run, *, traces: bool) -> StepRun:
+    shown = StepRun.model_validate({"id": run.id, "uid": run.uid, "at": run.at, "note": run.note, **run.document})
     if not traces:
         for step in shown.steps:
             step.t, step.angle_deg = [], []

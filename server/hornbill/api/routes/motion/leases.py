@@ -1,17 +1,47 @@
 """Owns the routes of motion control: take it, renew it, give it back, ask for it, refuse that."""
 
-from hornbill.api import models, motion_models, present
+from pydantic import Field
+
+from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, LeaseId, RequestId, TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.fields import Model
+from hornbill.domain.motion import Lease, LeaseView, TakeOverState
 from hornbill.servo.motion.takeover import PASS_S
 from hornbill.servo.runtime.actor import signed
 
 routes = Routes("motion")
 
 
+class LeaseRequest(Model):
+    """Ask to be the one writer."""
+
+    holder: str = Field(
+        min_length=1,
+        max_length=64,
+        description="Name of the client, shown to other users. With access control, the token's name replaces it.",
+    )
+    ttl_s: float = Field(default=3.0, ge=0.2, le=60, description="Time to live after each renewal, s.")
+    force: bool = Field(default=False, description="Take the lease from its current holder. Requires a reason.")
+    reason: str = Field(default="", max_length=200, description="Reason, shown to users and written to the audit.")
+
+
+class TakeOver(Model):
+    """Asking the holder for motion control."""
+
+    holder: str = Field(
+        min_length=1, max_length=64, description="Client that requests motion control, shown to the holder."
+    )
+    ttl_s: float = Field(default=2.0, ge=0.5, le=60, description="Time to live after each renewal, s.")
+    reason: str = Field(default="", max_length=200, description="Reason, shown to users and written to the audit.")
+    patience_s: float = Field(
+        default=10.0, ge=1, le=120, description="Time after which the lease passes unless refused, s."
+    )
+
+
 @routes.post("/leases", Role.OPERATE, "lease_held", "invalid_value", "busy", status_code=201)
-async def take_lease(host: TheHost, body: models.LeaseRequest) -> models.Lease:
+async def take_lease(host: TheHost, body: LeaseRequest) -> Lease:
     """Become the one writer. Renew well before `ttl_s` is over: when it lapses, torque goes off on what you command.
 
     `force` takes it from whoever has it: their commands end and torque goes off first, and `reason` is kept.
@@ -24,14 +54,14 @@ async def take_lease(host: TheHost, body: models.LeaseRequest) -> models.Lease:
 
 
 @routes.get("/leases", Role.VIEW)
-async def list_leases(host: TheHost) -> list[models.LeaseView]:
+async def list_leases(host: TheHost) -> list[LeaseView]:
     """Who has motion control now: nobody or one."""
     lease = host.leases.current(host.base.now())
     return [] if lease is None else [present.lease_view(host, lease)]
 
 
 @routes.put("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
-async def renew_lease(host: TheHost, lease_id: LeaseId) -> models.Lease:
+async def renew_lease(host: TheHost, lease_id: LeaseId) -> Lease:
     """A sign of life: another `ttl_s` from now. The answer also says who asks for motion control."""
     lease = host.leases.renew(lease_id, host.base.now())
     host.lease_changed()
@@ -39,7 +69,7 @@ async def renew_lease(host: TheHost, lease_id: LeaseId) -> models.Lease:
 
 
 @routes.delete("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
-async def release_lease(host: TheHost, lease_id: LeaseId) -> models.LeaseView:
+async def release_lease(host: TheHost, lease_id: LeaseId) -> LeaseView:
     """Give motion control back. Torque goes off on what was commanded under it; whoever asked for it gets it then."""
     lease = host.takeovers.release(lease_id, "{holder} gave motion control back.")
     shown = present.lease_view(host, lease)
@@ -49,7 +79,7 @@ async def release_lease(host: TheHost, lease_id: LeaseId) -> models.LeaseView:
 
 
 @routes.post("/leases/requests", Role.OPERATE, "busy", "invalid_value", status_code=202)
-async def ask_for_lease(host: TheHost, body: motion_models.TakeOver) -> motion_models.TakeOverState:
+async def ask_for_lease(host: TheHost, body: TakeOver) -> TakeOverState:
     """Ask the holder for motion control. Everybody sees who asks, and a countdown.
 
     When the holder gives it back, or has not refused in `patience_s`, it is yours, after torque is off on what they
@@ -60,13 +90,13 @@ async def ask_for_lease(host: TheHost, body: motion_models.TakeOver) -> motion_m
 
 
 @routes.get("/leases/requests/{request_id}", Role.VIEW, "unknown_lease")
-async def get_lease_request(host: TheHost, request_id: RequestId) -> motion_models.TakeOverState:
+async def get_lease_request(host: TheHost, request_id: RequestId) -> TakeOverState:
     """How it went, for whoever asked. Once granted, renew the lease within 5 s."""
     return present.take_over(host, host.takeovers.look(request_id))
 
 
 @routes.delete("/leases/requests/{request_id}", Role.OPERATE, "unknown_lease")
-async def withdraw_lease_request(host: TheHost, request_id: RequestId) -> motion_models.TakeOverState:
+async def withdraw_lease_request(host: TheHost, request_id: RequestId) -> TakeOverState:
     """Ask no more. A lease that was granted already stays granted."""
     return present.take_over(host, host.takeovers.withdraw(request_id))
 

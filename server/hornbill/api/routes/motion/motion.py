@@ -4,12 +4,13 @@ import asyncio
 from typing import Annotated, Literal
 
 from fastapi import Query
+from pydantic import Field
 
-from hornbill.api import models, motion_models
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.motion import Caution
+from hornbill.domain.fields import Model, MotionConfirm, MotionConfirms, UidField, Utc
+from hornbill.domain.motion import Caution, MotionHold, MotionProfile
 from hornbill.domain.servo import Reading
 from hornbill.errors import InvalidValue
 from hornbill.servo.device import permission
@@ -20,6 +21,108 @@ from hornbill.servo.motion.trapezoid import TrapezoidProfile
 
 routes = Routes("motion")
 
+
+class Command(Model):
+    """A motion command for one servo. Needs a lease."""
+
+    type: Literal["angle", "speed", "torque"] = Field(
+        description="Type of the value: angle (°), speed (rpm) or torque (%)."
+    )
+    value: float = Field(
+        description="Angle (°), speed (rpm) or torque (%), rounded to the servo's step.", allow_inf_nan=False
+    )
+    wait: Literal["sent", "settled"] = Field(
+        default="sent", description="Respond when the command is sent, or when the horn has settled."
+    )
+    timeout_s: float = Field(default=5.0, gt=0, le=120, description="Timeout for settling, s.")
+    band_deg: float = Field(default=0.5, gt=0, le=30, description="Settling band around the target, °.")
+    dwell_s: float = Field(
+        default=0.2, ge=0, le=10, description="Time within the band before the move counts as settled, s."
+    )
+    clamp: bool = Field(default=False, description="Move to the nearest legal value instead of refusing.")
+    confirm: list[MotionConfirm] = Field(
+        default_factory=list[MotionConfirm], description="Confirmation codes of earlier `needs_confirmation` problems."
+    )
+    profile: MotionProfile | None = Field(
+        default=None, description="Speed and acceleration of the move, for angles only. Null: without limits."
+    )
+    hold: MotionHold | None = Field(
+        default=None, description="Time limit for use with a held button, for speed and torque only. Null: none."
+    )
+
+
+class Commanded(Model):
+    """Evidence of a command: when it was sent, and with wait=settled, whether and when it came to rest."""
+
+    sent_at: Utc
+    settled: bool | None = Field(description="The horn settled at the target. Null if not waited for.")
+    settle_time_s: float | None = Field(
+        description="Time from sending to settling, s. Null if not waited for or never settled."
+    )
+    angle_deg: float | None = Field(description="Horn angle, °. Positive is clockwise.")
+    clamped: bool = Field(description="A limit of the servo was sent instead of the requested value.")
+    value: float = Field(description="Sent value, in steps of 0.1°, 1 rpm or 1 %.")
+    samples: int | None = Field(
+        default=None, description="Number of consecutive samples within the band at the end. Null if not waited for."
+    )
+    max_deviation_deg: float | None = Field(
+        default=None, description="Greatest deviation of these samples from the target, °. Null if none."
+    )
+    in_band_s: float | None = Field(
+        default=None, description="Time within the band at the end, s. Null if not waited for."
+    )
+    unmet: Literal["band", "dwell", "samples"] | None = Field(
+        default=None,
+        description=(
+            "with settled false, what was not met at the end: band: the angle is outside the band; dwell: within it, "
+            "not yet for dwell_s; samples: the servo did not answer when its angle was read"
+        ),
+    )
+    warnings: list[str] = Field(default_factory=list[str], description="Warnings, one sentence each.")
+
+
+class TorqueMode(Model):
+    """Output of the motor; an enum, never a boolean (section 4.13: on 0, off 1, brake 2)."""
+
+    mode: Literal["on", "off", "brake"] = Field(description="Torque mode (0x20).")
+
+
+class BurstCommand(Model):
+    """One servo's part of a burst."""
+
+    uid: UidField
+    type: Literal["angle", "speed", "torque"] = Field(
+        description="Type of the value: angle (°), speed (rpm) or torque (%)."
+    )
+    value: float = Field(allow_inf_nan=False, description="Angle (°), speed (rpm) or torque (%).")
+
+
+class Burst(Model):
+    """Commands that leave together, in one ArrayCommand for up to 15 servos. Needs a lease."""
+
+    commands: list[BurstCommand] = Field(min_length=1, max_length=60, description="Commands, one per servo.")
+    clamp: bool = Field(default=False, description="Move to the nearest legal value instead of refusing.")
+    confirm: MotionConfirms
+
+
+class BurstPart(Model):
+    """What one servo was told: the value it really gets, as a 16-bit float holds it."""
+
+    uid: UidField
+    value: float = Field(description="Sent value as a 16-bit float: angle (°), speed (rpm) or torque (%).")
+    clamped: bool = Field(description="A limit of the servo was sent instead of the requested value.")
+
+
+class BurstSent(Model):
+    """A burst that has left. `start_skew_s`: between the first and the last message of it."""
+
+    sent_at: Utc
+    messages: int = Field(description="Number of ArrayCommand messages sent.")
+    start_skew_s: float = Field(description="Time between its first and last message, s.")
+    commands: list[BurstPart] = Field(description="Command sent to each servo.")
+    warnings: list[str] = Field(description="Warnings, one sentence each.")
+
+
 MOTION_PROBLEMS = (
     "unknown_servo", "invalid_value", "out_of_range", "mode_off", "torque_off", "not_in_this_model", "busy",
     "stopped", "lease_required", "lease_held", "refused_by_servo", "no_answer", "bus_disconnected",
@@ -28,9 +131,7 @@ MOTION_PROBLEMS = (
 
 
 @routes.post("/servos/{uid}/command", Role.OPERATE, *MOTION_PROBLEMS)
-async def command_servo(
-    host: TheHost, servo: TheServo, body: models.Command, lease: LeaseHeader = None
-) -> models.Commanded:
+async def command_servo(host: TheHost, servo: TheServo, body: Command, lease: LeaseHeader = None) -> Commanded:
     """Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives."""
     if body.wait == "settled" and body.type != "angle":
         raise InvalidValue(f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".')
@@ -56,7 +157,7 @@ async def command_servo(
             band_deg=body.band_deg, dwell_s=body.dwell_s, timeout_s=body.timeout_s,
             still_allowed=lambda: host.motion.still_holds(servo, lease, target),
         )  # fmt: skip
-    return models.Commanded(
+    return Commanded(
         sent_at=sent_at,
         settled=settled.settled if settled else None,
         settle_time_s=settled.time_s if settled else None,
@@ -99,9 +200,7 @@ async def get_cautions(
 
 
 @routes.post("/commands", Role.OPERATE, *MOTION_PROBLEMS, "conflict", "position_unit_unconfirmed")
-async def command_servos(
-    host: TheHost, body: motion_models.Burst, lease: LeaseHeader = None
-) -> motion_models.BurstSent:
+async def command_servos(host: TheHost, body: Burst, lease: LeaseHeader = None) -> BurstSent:
     """Command many servos at one instant, up to 15 in a message: all of them, or none and why.
 
     Nobody answers such a message, and it is never repeated; a servo that missed it is told by its keep-alive.
@@ -111,20 +210,19 @@ async def command_servos(
     prepared = await host.bursts.prepare(lease, setpoints, clamp=body.clamp, confirm=body.confirm)
     sent_at = host.base.utc_now()
     sent = host.bursts.send(lease, prepared)
-    return motion_models.BurstSent(
+    return BurstSent(
         sent_at=sent_at,
         messages=sent.messages,
         start_skew_s=round(sent.skew_s, 6),
         commands=[
-            motion_models.BurstPart(uid=part.servo.uid, value=part.value, clamped=part.target.clamped)
-            for part in prepared.parts
+            BurstPart(uid=part.servo.uid, value=part.value, clamped=part.target.clamped) for part in prepared.parts
         ],
         warnings=prepared.warnings,
     )
 
 
 @routes.post("/servos/{uid}/torque", Role.OPERATE, *MOTION_PROBLEMS)
-async def set_torque(host: TheHost, servo: TheServo, body: models.TorqueMode, lease: LeaseHeader = None) -> Reading:
+async def set_torque(host: TheHost, servo: TheServo, body: TorqueMode, lease: LeaseHeader = None) -> Reading:
     """Energise the motor where it stands (needs a lease), or take its output away (never does)."""
     host.connected()
     await host.changes.torque(servo, body.mode, lease)

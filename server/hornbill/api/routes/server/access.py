@@ -4,13 +4,14 @@ import logging
 from typing import Annotated
 
 from fastapi import Depends, Path, Request, Response
+from pydantic import Field
 
-from hornbill.api import access_models as shapes
 from hornbill.api.dependencies import TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.access import COOKIE, WHO, Access, Identity, cookie
-from hornbill.api.security.roles import ANYBODY, Role
+from hornbill.api.security.roles import ANYBODY, Role, RoleWord
 from hornbill.api.security.sessions import LASTING_S, TICKET_S
+from hornbill.domain.fields import Model
 from hornbill.errors import Conflict, Unauthorized
 from hornbill.servo.host import Host
 from hornbill.store.audit import NewAuditEntry
@@ -18,6 +19,54 @@ from hornbill.store.tokens import Token
 
 log = logging.getLogger(__name__)
 routes = Routes("access")
+
+
+class Login(Model):
+    """What the login page sends."""
+
+    token: str = Field(
+        min_length=1, max_length=200, repr=False, description="Token as printed by `hornbill token add`."
+    )
+
+
+class SessionState(Model):
+    """Who asks, and whether anybody has to say so. Where nobody has to, everybody is an admin."""
+
+    required: bool = Field(description="A token is required.")
+    name: str | None = Field(description="Name of the token. Null without one.")
+    role: RoleWord | None = Field(description="Role of the token. Null: login only.")
+    expires_in_s: float | None = Field(description="Time until the login expires unless used, s. Null without a login.")
+
+
+class Ticket(Model):
+    """Opens one WebSocket, as `?ticket=`, for who can set no header."""
+
+    ticket: str = Field(description="Ticket that opens one socket, once.")
+    expires_in_s: float = Field(description="Time until the ticket expires, s.")
+
+
+class TokenDraft(Model):
+    """A token to be made."""
+
+    name: str = Field(min_length=1, max_length=32, description="Name: letters, digits, spaces and . _ @ -")
+    role: RoleWord = Field(description="Role of the token.")
+
+
+class TokenView(Model):
+    """A token without its secret."""
+
+    name: str = Field(description="Name of the token.")
+    role: str = Field(description="Role of the token.")
+    created_at: float = Field(description="Time of creation, seconds since 1970 UTC.")
+    last_used_at: float | None = Field(
+        description="Last use, seconds since 1970 UTC, to within about a minute. Null if never used."
+    )
+
+
+class TokenMade(TokenView):
+    """A new token: the one time its secret is told."""
+
+    token: str = Field(repr=False, description="Secret of the token, returned only once.")
 
 
 async def _access(request: Request) -> Access:
@@ -39,9 +88,7 @@ Who = Annotated[Identity | None, Depends(_who)]
 
 
 @routes.post("/session", ANYBODY, "unauthorized", "too_many_attempts", "invalid_value")
-async def log_in(
-    request: Request, response: Response, access: TheAccess, host: TheHost, body: shapes.Login
-) -> shapes.SessionState:
+async def log_in(request: Request, response: Response, access: TheAccess, host: TheHost, body: Login) -> SessionState:
     """Log in with a token: the browser gets a cookie that no script can read and no other site can use."""
     address = request.client.host if request.client else ""
     try:
@@ -57,16 +104,16 @@ async def log_in(
         secure=request.url.scheme == "https",
     )  # fmt: skip
     host.audit.note(NewAuditEntry(by=who.name, action="login", outcome="succeeded", detail=f"from {address}"))
-    return shapes.SessionState(required=access.required, name=who.name, role=who.role.word, expires_in_s=LASTING_S)
+    return SessionState(required=access.required, name=who.name, role=who.role.word, expires_in_s=LASTING_S)
 
 
 @routes.get("/session", ANYBODY)
-async def get_session(request: Request, access: TheAccess, who: Who) -> shapes.SessionState:
+async def get_session(request: Request, access: TheAccess, who: Who) -> SessionState:
     """Who asks. Without a token it says whether one is needed."""
     if who is None:
         role = None if access.required else Role.ADMIN.word
-        return shapes.SessionState(required=access.required, name=None, role=role, expires_in_s=None)
-    return shapes.SessionState(
+        return SessionState(required=access.required, name=None, role=role, expires_in_s=None)
+    return SessionState(
         required=access.required, name=who.name, role=who.role.word, expires_in_s=access.left_s(request)
     )
 
@@ -81,19 +128,19 @@ async def log_out(request: Request, response: Response, access: TheAccess) -> No
 
 
 @routes.post("/tickets", Role.VIEW, status_code=201)
-async def make_ticket(access: TheAccess, who: Who) -> shapes.Ticket:
+async def make_ticket(access: TheAccess, who: Who) -> Ticket:
     """A ticket for one WebSocket: `/api/v1/ws?ticket=…`, within 30 s. It may stand in a log: it works once."""
-    return shapes.Ticket(ticket=access.ticket(who), expires_in_s=TICKET_S)
+    return Ticket(ticket=access.ticket(who), expires_in_s=TICKET_S)
 
 
 @routes.get("/tokens", Role.ADMIN)
-async def list_tokens(access: TheAccess, host: TheHost) -> list[shapes.TokenView]:
+async def list_tokens(access: TheAccess, host: TheHost) -> list[TokenView]:
     """Who may come in. The tokens themselves are kept nowhere and cannot be told."""
     return [_shown(one, access) for one in await host.store.run(host.store.tokens.all)]
 
 
 @routes.post("/tokens", Role.ADMIN, "conflict", "invalid_value", status_code=201)
-async def add_token(access: TheAccess, host: TheHost, body: shapes.TokenDraft) -> shapes.TokenMade:
+async def add_token(access: TheAccess, host: TheHost, body: TokenDraft) -> TokenMade:
     """Make a token. `token` is told this once. From the first one on, everybody needs one: it is an admin's."""
     if not access.required and body.role != "admin":
         raise Conflict(
@@ -103,7 +150,7 @@ async def add_token(access: TheAccess, host: TheHost, body: shapes.TokenDraft) -
     made, secret = await host.store.run(host.store.tokens.add, body.name, body.role)
     _note(host, made, "added")
     await access.refresh()
-    return shapes.TokenMade(**_shown(made, access).model_dump(), token=secret)
+    return TokenMade(**_shown(made, access).model_dump(), token=secret)
 
 
 @routes.delete("/tokens/{name}", Role.ADMIN, "unknown_token", status_code=204)
@@ -122,9 +169,9 @@ def _note(host: Host, token: Token, outcome: str) -> None:
     host.audit.note(NewAuditEntry(by=by, action="token", outcome=outcome, key=token.name, requested=token.role))
 
 
-def _shown(one: Token, access: Access) -> shapes.TokenView:
+def _shown(one: Token, access: Access) -> TokenView:
     used = access.last_used_at(one.name) or one.last_used_at
-    return shapes.TokenView(name=one.name, role=one.role, created_at=one.created_at, last_used_at=used)
+    return TokenView(name=one.name, role=one.role, created_at=one.created_at, last_used_at=used)
 
 
 def _path(request: Request) -> str:

@@ -3,26 +3,44 @@
 import asyncio
 import json
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import Depends, Query
+from pydantic import Field
 from starlette.responses import StreamingResponse
 
-from hornbill.api.config_models import AuditRow
 from hornbill.api.dependencies import TheHost
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
-from hornbill.domain.fields import UidField
+from hornbill.domain.fields import Model, UidField, Utc
 from hornbill.servo.host import Host
 from hornbill.servo.profiles.comparing import HIGHEST_ID
 from hornbill.store.audit import AuditEntry
 from hornbill.units import Uid
 
 routes = Routes("audit")
+
+
+class AuditRow(Model):
+    """Who did what, with what came of it; values in engineering units."""
+
+    id: int = Field(description="ID, as used in paths.")
+    at: Utc
+    by: str = Field(description="Client that did it.")
+    action: str = Field(description="Action, such as `write` or `save`.")
+    outcome: str = Field(description="Result of the action.")
+    uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
+    key: str | None = Field(description="Parameter key. Null if the action concerns no row.")
+    before: Any = Field(default=None, description="Value before.")
+    requested: Any = Field(default=None, description="Requested value.")
+    after: Any = Field(default=None, description="Value afterwards.")
+    detail: str = Field(description="One sentence with the details.")
+    job: str | None = Field(description="ID of the job it was part of. Null if none.")
+
 
 PAGE = 1000
 COLUMNS = ("id", "time", "by", "action", "outcome", "uid", "key", "before", "requested", "after", "detail", "job")
@@ -107,8 +125,4 @@ def _value(value: object) -> object:
 
 
 def _row(one: AuditEntry) -> AuditRow:
-    entry = one.entry
-    return AuditRow(
-        id=one.id, at=one.at, by=entry.by, action=entry.action, outcome=entry.outcome, uid=entry.uid, key=entry.key,
-        before=entry.before, requested=entry.requested, after=entry.after, detail=entry.detail, job=entry.job,
-    )  # fmt: skip
+    return AuditRow(id=one.id, at=one.at, **asdict(one.entry))

@@ -7,11 +7,12 @@ from fastapi import Query
 from pydantic import BaseModel, TypeAdapter
 from starlette.responses import Response
 
-from hornbill.api import models, present
+from hornbill.api import present
 from hornbill.api.dependencies import JobId, LeaseHeader, TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.change import ResetPreview
+from hornbill.domain.job import Job
 from hornbill.servo.host import Host
 from hornbill.servo.runtime.jobs import RunningJob
 
@@ -24,11 +25,11 @@ Wait = Annotated[bool, Query(description="Wait until the job has ended: 200 and 
 
 def starts(preview: type[BaseModel | ResetPreview] | None = None) -> dict[str, Any]:
     """What a route declares that starts a job; `preview`: what its dry run answers. See `answer`."""
-    ended = {"model": models.Job, "description": "the finished job"}
+    ended = {"model": Job, "description": "the finished job"}
     if preview is not None:
-        ended = {"model": models.Job | preview, "description": "the finished job, or the dry run"}
-    under_way = {"model": models.Job, "description": "the job, under way"}
-    return {"status_code": 202, "response_model": models.Job, "responses": {200: ended, 202: under_way}}
+        ended = {"model": Job | preview, "description": "the finished job, or the dry run"}
+    under_way = {"model": Job, "description": "the job, under way"}
+    return {"status_code": 202, "response_model": Job, "responses": {200: ended, 202: under_way}}
 
 
 @routes.get("/jobs", Role.VIEW, "invalid_value")
@@ -39,7 +40,7 @@ async def list_jobs(
         Literal["queued", "running", "succeeded", "failed", "cancelled"] | None, Query(description="State of the job.")
     ] = None,
     uid: Annotated[str | None, Query(description="Servo of the job, or of one of its steps.")] = None,
-) -> list[models.Job]:
+) -> list[Job]:
     """Jobs under way and the last ones that ended, also before the server was started; oldest first."""
     found = (
         job
@@ -52,13 +53,13 @@ async def list_jobs(
 
 
 @routes.get("/jobs/{job_id}", Role.VIEW, "unknown_job")
-async def get_job(host: TheHost, job_id: JobId) -> models.Job:
+async def get_job(host: TheHost, job_id: JobId) -> Job:
     """One job."""
     return present.job(host.jobs.get(job_id))
 
 
 @routes.delete("/jobs/{job_id}", Role.OPERATE, "unknown_job")
-async def cancel_job(host: TheHost, job_id: JobId) -> models.Job:
+async def cancel_job(host: TheHost, job_id: JobId) -> Job:
     """Cancel a job. What it already sent to the servo stays sent."""
     return present.job(await host.jobs.cancel(job_id))
 

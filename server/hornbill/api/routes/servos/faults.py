@@ -3,12 +3,14 @@
 from typing import Annotated
 
 from fastapi import Path, Query
+from pydantic import Field
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, known_uid
-from hornbill.api.motion_models import FaultsRead, ServoFaults
 from hornbill.api.problems import problem
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.fields import Model
+from hornbill.domain.problem import Problem
 from hornbill.domain.servo import Fault
 from hornbill.errors import Unknown
 from hornbill.servo.host import Host
@@ -16,6 +18,20 @@ from hornbill.servo.runtime.actor import signed
 from hornbill.units import Uid
 
 routes = Routes("faults")
+
+
+class FaultsRead(Model):
+    """The fault bits of several servos."""
+
+    servos: dict[str, "ServoFaults"] = Field(description="Results by unique ID.")
+
+
+class ServoFaults(Model):
+    """The fault bits of one of several servos; `problem` instead of them where there is no such servo."""
+
+    faults: list[Fault] = Field(description="Failures, then warnings, then notifications. Active before past.")
+    problem: Problem | None = Field(default=None, description="Reason why there are none. Null otherwise.")
+
 
 ServoUid = Annotated[str, Path(description="Unique ID, 32 lower-case hex digits.")]
 Key = Annotated[str, Path(description="Key of the bit.")]

@@ -5,15 +5,16 @@ from datetime import UTC, datetime
 from typing import Annotated
 
 from fastapi import Query
+from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api.config_models import KnownServo
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, never_seen
 from hornbill.api.downloads import CSV, attachment
-from hornbill.api.models import ServoPatch
+from hornbill.api.routes.servos.servos import ServoPatch
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
+from hornbill.domain.fields import Model, UidField
 from hornbill.errors import Busy
 from hornbill.schema import scale
 from hornbill.schema.catalog import Catalog
@@ -27,7 +28,28 @@ from hornbill.units import Uid
 
 routes = Routes("inventory")
 
-Model = Annotated[str | None, Query(description="Model, such as `BLA21-06U-A0`.")]
+
+class KnownServo(Model):
+    """A servo ever seen, on the bus or not; instants in seconds since 1970 UTC."""
+
+    uid: UidField
+    label: str = Field(description="Nickname. Empty if none.")
+    model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
+    serial: str | None = Field(description="Serial number: model number, dash, product number. Null if unknown.")
+    firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
+    hardware_version: int | None = Field(description="Hardware version from GetNodeInfo. Null if unknown.")
+    production_date: str | None = Field(description="Production date as the servo reports it. Null if unknown.")
+    node_id: int | None = Field(description="Last known node ID. Null if none.")
+    servo_id: int | None = Field(description="Last known servo ID (0x45). Null if unknown.")
+    first_seen: float | None = Field(description="First contact, seconds since 1970 UTC. Null if unknown.")
+    last_seen: float | None = Field(description="Last contact, seconds since 1970 UTC. Null if unknown.")
+    online: bool = Field(description="Received recently.")
+    rom: dict[str, Value] = Field(description="Values last known to be in ROM, by key.")
+    snapshots: int = Field(description="Number of stored snapshots.")
+    drift: list[str] = Field(description="Keys of rows whose ROM value changed unexpectedly.")
+
+
+ModelName = Annotated[str | None, Query(description="Model, such as `BLA21-06U-A0`.")]
 Label = Annotated[str | None, Query(description="Nickname.")]
 Serial = Annotated[str | None, Query(max_length=40, description="Part of the serial number.")]
 
@@ -38,7 +60,9 @@ FACTS = (
 
 
 @routes.get("/inventory", Role.VIEW, "invalid_value")
-async def list_inventory(host: TheHost, model: Model = None, label: Label = None, q: Serial = None) -> list[KnownServo]:
+async def list_inventory(
+    host: TheHost, model: ModelName = None, label: Label = None, q: Serial = None
+) -> list[KnownServo]:
     """Every servo ever met, the one seen last first."""
     return await _found(host, model, label, q)
 
@@ -50,7 +74,7 @@ async def list_inventory(host: TheHost, model: Model = None, label: Label = None
     response_class=Response,
     responses={200: {"content": {"text/csv": {}}}},
 )
-async def download_inventory(host: TheHost, model: Model = None, label: Label = None, q: Serial = None) -> Response:
+async def download_inventory(host: TheHost, model: ModelName = None, label: Label = None, q: Serial = None) -> Response:
     """The same as a table: one servo a line, ROM in a column a row, named with its unit."""
     found = await _found(host, model, label, q)
     return Response(csv_text(_table(host.catalog, found)), media_type=CSV, headers=attachment("inventory.csv"))

@@ -1,17 +1,26 @@
 """Owns the routes of the position unit: what a position on the bus means on one servo, and saying so by hand."""
 
-from hornbill.api import models, present
+from pydantic import Field
+
+from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
-from hornbill.api.motion_models import PositionUnitPut
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.fields import Model
+from hornbill.domain.servo import PositionUnit, PositionUnitState
 from hornbill.errors import Busy
 
 routes = Routes("motion")
 
 
+class PositionUnitPut(Model):
+    """Force a unit, or (null) measure it."""
+
+    unit: PositionUnit | None = Field(description="Unit of position 1.0. Null: measure it.")
+
+
 @routes.get("/servos/{uid}/position-unit", Role.VIEW, "unknown_servo")
-async def get_position_unit(host: TheHost, servo: TheServo) -> models.PositionUnitState:
+async def get_position_unit(host: TheHost, servo: TheServo) -> PositionUnitState:
     """What position 1.0 of Status and ArrayCommand means on this servo, and how that is known."""
     return present.position_unit(host, servo)
 
@@ -19,7 +28,7 @@ async def get_position_unit(host: TheHost, servo: TheServo) -> models.PositionUn
 @routes.put("/servos/{uid}/position-unit", Role.CONFIGURE, "unknown_servo", "busy", "lease_held", "invalid_value")
 async def set_position_unit(
     host: TheHost, servo: TheServo, body: PositionUnitPut, lease: LeaseHeader = None
-) -> models.PositionUnitState:
+) -> PositionUnitState:
     """Take its positions for this unit; null measures it, anew if it was before. Nothing is written to the servo."""
     now = host.base.now()
     host.leases.allow_write(lease, now)

@@ -3,17 +3,38 @@
 from typing import Annotated
 
 from fastapi import Query
+from pydantic import Field
 from starlette.responses import Response
 
-from hornbill.api import config_models, models, present
+from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routes.server.jobs import Wait, answer, previewed, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.change import SavePreview
+from hornbill.domain.fields import Confirmed, DryRun, Model
+from hornbill.domain.servo import Servo
 from hornbill.servo.configuration.restart_plan import RestartOptions
 
 routes = Routes("servos")
+
+
+class ServoPatch(Model):
+    """The only thing about a servo that the server itself keeps."""
+
+    label: str = Field(max_length=64, description="Nickname.")
+
+
+class Save(Model):
+    """What a save is asked for with."""
+
+    confirm: Confirmed = Field(default=[])
+    torque_on: bool = Field(
+        default=False,
+        description="ROM is to have torque on, whatever it holds now. Without it, ROM keeps the torque mode it holds.",
+    )
+    dry_run: DryRun = False
+
 
 SAVE_ANSWERS = (
     "unknown_servo", "no_answer", "busy", "stopped", "lease_held", "bus_disconnected", "needs_confirmation",
@@ -30,7 +51,7 @@ async def list_servos(
     serial: Annotated[
         str | None, Query(description="Serial number as printed on the servo, such as `61-466861`.")
     ] = None,
-) -> list[models.Servo]:
+) -> list[Servo]:
     """Every servo seen since the start. Filters are look-ups: the key of a servo is its uid."""
     found = [present.servo(host, one) for one in host.fleet.all()]
     wanted = {"node_id": node_id, "servo_id": servo_id, "label": label, "serial": serial}
@@ -38,15 +59,13 @@ async def list_servos(
 
 
 @routes.get("/servos/{uid}", Role.VIEW, "unknown_servo")
-async def get_servo(host: TheHost, servo: TheServo) -> models.Servo:
+async def get_servo(host: TheHost, servo: TheServo) -> Servo:
     """One servo."""
     return present.servo(host, servo)
 
 
 @routes.patch("/servos/{uid}", Role.CONFIGURE, "unknown_servo", "invalid_value")
-async def label_servo(
-    host: TheHost, servo: TheServo, body: models.ServoPatch, lease: LeaseHeader = None
-) -> models.Servo:
+async def label_servo(host: TheHost, servo: TheServo, body: ServoPatch, lease: LeaseHeader = None) -> Servo:
     """Give a servo a nickname; the server keeps it, the servo does not know it."""
     await host.set_label(servo, body.label, by=host.leases.who(lease, host.base.now()))
     return present.servo(host, servo)
@@ -64,7 +83,7 @@ async def dismiss_lost_values(host: TheHost, servo: TheServo, lease: LeaseHeader
 async def save_servo(
     host: TheHost,
     servo: TheServo,
-    body: config_models.Save | None = None,
+    body: Save | None = None,
     lease: LeaseHeader = None,
     wait: Wait = False,
 ) -> Response:
@@ -78,7 +97,7 @@ async def save_servo(
     says which rows of ROM change and what the horn does.
     """
     host.connected()
-    asked = body or config_models.Save()
+    asked = body or Save()
     options = RestartOptions(lease, confirm=asked.confirm, torque_on=asked.torque_on)
     if asked.dry_run:
         return previewed(await host.restarting.plan(servo, "save", options))

@@ -1,16 +1,18 @@
 """Owns the routes of telemetry: what is polled of a servo and for whom, and its samples as a file."""
 
 import re
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 from fastapi import Query
+from pydantic import Field
 from starlette.responses import StreamingResponse
 
-from hornbill.api import models, telemetry_files
+from hornbill.api import telemetry_files
 from hornbill.api.dependencies import TheHost, TheServo
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.fields import Model
 from hornbill.domain.servo import TelemetryGrant
 from hornbill.errors import InvalidValue
 from hornbill.servo.device.servo import Servo
@@ -18,6 +20,48 @@ from hornbill.servo.host import Host
 from hornbill.servo.monitoring.sample_ring import SampleColumns
 
 routes = Routes("telemetry")
+
+
+class TelemetryWish(Model):
+    """Rows to poll, and how often."""
+
+    channels: list[str] = Field(description="Keys of readable parameters.")
+    rate_hz: float = Field(gt=0, le=200, description="Samples per second.")
+    ttl_s: float | None = Field(
+        default=None, gt=0, le=86_400, description="Time until the subscription expires, s. Null: until replaced."
+    )
+    owner: str = Field(
+        default="rest",
+        min_length=1,
+        max_length=64,
+        description="Owner of the subscription. Each owner has one per servo.",
+    )
+
+
+class TelemetryMark(Model):
+    """Something to know of a channel at an instant: `t` in seconds on the server's clock."""
+
+    t: float = Field(description="Time on the server's clock, s.")
+    kind: Literal["wrap", "inactive", "gap", "restart"] = Field(description="What happened.")
+
+
+class TelemetryChannel(Model):
+    """One channel: how often it is to be polled, and how often it really is."""
+
+    granted_hz: float | None = Field(description="Granted rate of the subscriptions, Hz. Null without a subscription.")
+    background_hz: float | None = Field(description="Rate of background polling, Hz. Null if not polled.")
+    measured_hz: float = Field(description="Samples per second over the last 5 s, including broadcasts.")
+    age_s: float | None = Field(description="Age of the last sample, s. Null if there is none.")
+    marks: list[TelemetryMark] = Field(description="Newest 1000 marks.")
+
+
+class Telemetry(Model):
+    """What is polled of a servo, and for whom."""
+
+    wishes: list[TelemetryGrant] = Field(description="Subscriptions and their granted rates.")
+    channels: dict[str, TelemetryChannel] = Field(description="Channels by parameter key.")
+    budget: float = Field(description="Share of the bus available to polling, 0 to 1.")
+
 
 WISH_PROBLEMS = ("unknown_servo", "unknown_parameter", "not_in_this_model", "invalid_value")
 FILE_PROBLEMS = ("unknown_servo", "unknown_parameter", "invalid_value")
@@ -31,7 +75,7 @@ Channels = Annotated[
 
 
 @routes.put("/servos/{uid}/telemetry", Role.OPERATE, *WISH_PROBLEMS)
-async def set_telemetry(host: TheHost, servo: TheServo, body: models.TelemetryWish) -> TelemetryGrant:
+async def set_telemetry(host: TheHost, servo: TheServo, body: TelemetryWish) -> TelemetryGrant:
     """What to poll of this servo, and how often; the answer says what the bus budget allows. [] ends it.
 
     Every `owner` has one wish a servo; together they get every row at the highest rate wished. With `ttl_s` the
@@ -42,22 +86,22 @@ async def set_telemetry(host: TheHost, servo: TheServo, body: models.TelemetryWi
 
 
 @routes.get("/servos/{uid}/telemetry", Role.VIEW, "unknown_servo")
-async def get_telemetry(host: TheHost, servo: TheServo) -> models.Telemetry:
+async def get_telemetry(host: TheHost, servo: TheServo) -> Telemetry:
     """Who wishes what, what is granted, and what really comes: rate over the last five seconds and age a channel."""
     granted, background = host.polling.rates(servo), host.polling.background(servo)
     since = host.base.now() - host.telemetry.kept_s
-    shown: dict[str, models.TelemetryChannel] = {}
+    shown: dict[str, TelemetryChannel] = {}
     for key in dict.fromkeys((*granted, *background, *host.telemetry.channels(servo.uid))):
         hz, age_s = host.telemetry.measured(servo.uid, key)
-        shown[key] = models.TelemetryChannel(
+        shown[key] = TelemetryChannel(
             granted_hz=_rounded(granted.get(key)),
             background_hz=_rounded(background.get(key)),
             measured_hz=round(hz, 2),
             age_s=None if age_s is None else round(age_s, 3),
-            marks=[models.TelemetryMark(t=t, kind=kind) for t, kind in host.telemetry.marks(servo.uid, key, since)],
+            marks=[TelemetryMark(t=t, kind=kind) for t, kind in host.telemetry.marks(servo.uid, key, since)],
         )
     wishes = host.polling.grants(servo)
-    return models.Telemetry(wishes=wishes, channels=shown, budget=host.polling.budget)
+    return Telemetry(wishes=wishes, channels=shown, budget=host.polling.budget)
 
 
 @routes.get(

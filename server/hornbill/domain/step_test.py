@@ -1,0 +1,71 @@
+"""Step tests: the metrics of a step, its samples, and runs as they are kept."""
+
+from typing import Literal
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from hornbill.domain.fields import STRICT, Model, UidField
+
+
+@dataclass(frozen=True, slots=True, config=STRICT)
+class StepMetrics:
+    """Metrics of one step; all times ± `sample_s`. Null if the step never got that far.
+
+    `hunting_hz` is also measured at the end of a step that never settles because the horn oscillates. It is null with
+    fewer than 100 samples per second.
+    """
+
+    sample_s: float = Field(description="Longest time between two samples, which is the resolution of all times, s.")
+    delay_s: float | None = Field(description="Time until the horn starts to move, s.")
+    rise_s: float | None = Field(description="Time from 10 % to 90 % of the step, s.")
+    crossing_s: float | None = Field(description="Time until the target is first reached, s.")
+    peak_deg: float | None = Field(description="Farthest angle, °.")
+    overshoot_pct: float | None = Field(description="Overshoot, % of the step.")
+    settling_s: float | None = Field(description="Settling time: until the angle stays within the band, s.")
+    steady_state_error_deg: float | None = Field(description="Deviation from the target after settling, °.")
+    peak_speed_rpm: float | None = Field(description="Greatest speed, rpm.")
+    hunting: Literal["none", "slight", "hunting"] = Field(description="Oscillation after settling.")
+    hunting_rms_deg: float | None = Field(description="Oscillation amplitude, RMS, °.")
+    hunting_hz: float | None = Field(description="Oscillation frequency after settling, Hz.")
+
+
+class StepTrace(Model):
+    """One step: samples from the command on."""
+
+    direction: Literal["there", "back"] = Field(description="Towards the target, or back.")
+    from_deg: float = Field(description="Start angle, °.")
+    to_deg: float = Field(description="Target angle, °.")
+    t: list[float] = Field(description="Time of each sample after the command, s.")
+    angle_deg: list[float] = Field(description="Angle of each sample, °.")
+    metrics: StepMetrics
+
+
+class StepRun(Model):
+    """A finished step test, with what it was measured under."""
+
+    id: int = Field(description="ID, as used in paths.")
+    uid: UidField
+    at: float = Field(description="Time of the test, seconds since 1970 UTC.")
+    note: str = Field(description="Note of the user.")
+    firmware: str | None = Field(description="Firmware version, such as `1.300`. Null if unknown.")
+    model: str | None = Field(description="Model, such as `BLA21-06U-A0`. Null if unknown.")
+    voltage_v: float | None = Field(description="Supply voltage during the test, V. Null if unknown.")
+    temperature_c: float | None = Field(description="Servo temperature during the test, °C. Null if unknown.")
+    parameters: dict[str, bool | int | float | str | None] = Field(
+        description="Values of all rows during the test, by key."
+    )
+    warnings: list[str] = Field(description="Warnings, one sentence each.")
+    step_deg: float = Field(description="Step size, °.")
+    band_deg: float = Field(description="Settling band around the target, °.")
+    achieved_hz: float = Field(description="Samples per second.")
+    steps: list[StepTrace] = Field(description="Steps in order.")
+
+
+class RunOverlay(Model):
+    """Runs side by side; `differences`: the parameters that are not the same in all of them, in their order."""
+
+    runs: list[StepRun] = Field(description="Runs in the requested order.")
+    differences: dict[str, list[bool | int | float | str | None]] = Field(
+        description="Rows that differ, one value per run."
+    )
