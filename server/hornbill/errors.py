@@ -45,7 +45,7 @@ HornbillError
     └── StaleRevision     stale_revision
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 
 class HornbillError(Exception):
@@ -77,6 +77,22 @@ class HornbillError(Exception):
         """Say more: words before and after what is said already, with their space."""
         self.detail = f"{before}{self.detail}{after}"
         self.summary = f"{before}{self.summary}{after}"
+
+    @property
+    def params(self) -> dict[str, str | int | float | list[Any]]:
+        """The plain values among the facts: those of the text."""
+        return {name: fact for name, fact in self.facts.items() if _is_plain(fact)}
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """It as values in another text: its code is the value `problem`, its text without requests is `summary`."""
+        return {**self.params, "problem": self.code, "summary": self.summary}
+
+
+def _is_plain(fact: object) -> bool:
+    if isinstance(fact, list):
+        return all(isinstance(one, str | int | float) for one in cast("list[object]", fact))
+    return isinstance(fact, str | int | float)
 
 
 class TableError(HornbillError):

@@ -1,7 +1,7 @@
 """The event stream tells what the WebSocket tells, resumes where it was interrupted, and says what is lost."""
 
 import asyncio
-from typing import Any
+from typing import Any, cast
 
 import orjson
 import pytest
@@ -14,6 +14,7 @@ from behaviour.test_access import Door, through
 from hornbill.api.live import event_log
 from hornbill.api.live.event_log import EventBuffer, LogEntry
 from hornbill.api.live.event_stream import HEARTBEAT_S, end_streams, places
+from hornbill.domain.event import EventCode
 from hornbill.servo.runtime.hub import Happened
 from hornbill.sim.bench.recipe import Recipe
 
@@ -98,7 +99,7 @@ class Stream:
 
 
 def tell(rig: Rig, code: str) -> None:
-    rig.host.hub.tell(Happened("notice", code, f"This is {code}."))
+    rig.host.hub.tell(Happened("notice", cast("EventCode", code), f"This is {code}."))
 
 
 def codes(events: list[Event]) -> list[str]:
@@ -271,8 +272,8 @@ def test_an_event_carries_its_values_to_sockets_and_streams_alike() -> None:
         stream, socket = Stream(rig.app, "topics=events"), Socket(rig.app)
         socket.say(type="subscribe", topics=["events"])
         await stream.settled()
-        rig.host.hub.tell(Happened("notice", "measured", "It is 4.2°.", params={"angle_deg": 4.2}))
-        for told in (await stream.hear("event", code="measured"), await socket.hear("event")):
+        rig.host.hub.tell(Happened("notice", "hunting", "It is 4.2°.", params={"angle_deg": 4.2}))
+        for told in (await stream.hear("event", code="hunting"), await socket.hear("event")):
             assert (told["text"], told["params"]) == ("It is 4.2°.", {"angle_deg": 4.2})
         await stream.close()
         await socket.close()

@@ -6,7 +6,7 @@ from typing import get_args
 
 import pytest
 
-from hornbill.domain import bus, change, job, motion
+from hornbill.domain import bus, change, event, job, motion, recording
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.configuration.resetting import RESET_STEPS
 from hornbill.servo.configuration.restarting import RESTART_STEPS
@@ -73,10 +73,19 @@ def test_each_caution_before_a_command_has_a_sentence() -> None:
     assert worded("ja/cautions.ts", 2) == set(get_args(motion.CautionCode))
 
 
-def worded(path: str, indent: int, part: str | None = None) -> set[str]:
-    """Keys at an indent in a catalogue of the page, or in one part of it."""
+def test_each_event_and_each_mark_of_a_bundle_has_a_sentence() -> None:
+    assert worded("ja/events.ts", 2, "happened", export=True) == set(get_args(event.EventCode))
+    assert worded("ja/events.ts", 2, "marks", export=True) == set(get_args(recording.Reason)) - {"by_hand"}
+    assert worded("ja/events.ts", 2, "refusals", export=True) == set(get_args(bus.RefusalCode))
+    assert worded("ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
+
+
+def worded(path: str, indent: int, part: str | None = None, *, export: bool = False) -> set[str]:
+    """Keys at an indent in a catalogue of the page, or in one part of it, which `export` is a constant of its own."""
     text = (WORDS / path).read_text(encoding="utf-8")
-    if part is not None:
+    if part is not None and export:
+        text = re.split(rf"^(?:export )?const {part}\b.*= {{\n", text, flags=re.MULTILINE)[1].split("\n}")[0]
+    elif part is not None:
         edge = " " * (indent - 2)
         text = text.split(f"\n{edge}{part}: {{\n")[1].split(f"\n{edge}}},")[0]
     return set(re.findall(rf"^{' ' * indent}(\w+):", text, re.MULTILINE))

@@ -289,6 +289,8 @@ def pending(host: Host) -> list[PendingAllocation]:
             waiting_s=round(now - one.first_heard, 2),
             age_s=round(now - one.last_heard, 2),
             refusal=one.refusal,
+            refusal_code=None if one.refused is None else one.refused.code,
+            refusal_params={} if one.refused is None else dict(one.refused.params),
         )
         for one in host.allocating.allocator.pending(now)
     ]

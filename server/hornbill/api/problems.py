@@ -10,7 +10,6 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from hornbill import errors
-from hornbill.domain.fields import Param
 from hornbill.domain.problem import Problem
 
 STATUS: dict[str, int] = {
@@ -108,13 +107,8 @@ def problem(error: errors.HornbillError) -> Problem:
     facts = {key: value for key, value in error.facts.items() if key not in Problem.model_fields}
     return Problem(
         type=f"urn:hornbill:{error.code}", title=error.title, status=status, code=error.code,
-        detail=error.detail, summary=error.summary, params=params_of(error), **facts,
+        detail=error.detail, summary=error.summary, params=error.params, **facts,
     )  # fmt: skip
-
-
-def params_of(error: errors.HornbillError) -> dict[str, Param]:
-    """The plain values among the facts of an error."""
-    return {key: fact for key, fact in error.facts.items() if isinstance(fact, str | int | float)}
 
 
 def answer(error: errors.HornbillError) -> Response:

@@ -152,7 +152,7 @@ def bus_log_of(host: Host, logs: Path) -> BusLog:
         listen=host.tap.listen,
         address=lambda: "" if host.connection is None else host.connection.port.address,
         utc=host.base.utc,
-        tell=lambda level, code, text: host.hub.tell(Happened(level, code, text)),
+        tell=lambda level, code, text, params: host.hub.tell(Happened(level, code, text, params={**params})),
     )
 
 

@@ -315,6 +315,7 @@ class BundleMark(TypedDict):
 
     at: float
     """Time of the trigger, seconds since 1970 UTC."""
+    params: Params
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
     """Type of trigger."""
     text: str
@@ -829,8 +830,7 @@ class Finding(TypedDict):
     """Observed values."""
     node_ids: list[int]
     """IDs of the nodes concerned."""
-    params: dict[str, str | int | float | bool | list[str | int | float]]
-    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+    params: Params
     remedy: str | None
     """What to do about it. Null if nothing."""
     severity: Literal["ok", "notice", "warning", "failure"]
@@ -1039,12 +1039,10 @@ class JobStep(TypedDict):
         | None
     )
     """Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none."""
-    evidence_params: dict[str, str | int | float | bool | list[str | int | float]]
-    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+    evidence_params: Params
     name: str
     """Name for programs."""
-    params: dict[str, str | int | float | bool | list[str | int | float]]
-    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+    params: Params
     started_at: float | None
     """Start, seconds since 1970 UTC. Null until then."""
     state: Literal["waiting", "running", "done", "failed", "skipped"]
@@ -1215,6 +1213,7 @@ class Mark(TypedDict):
 
     at: float
     """Seconds since 1970 UTC."""
+    params: Params
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
     """Type of trigger."""
     text: str
@@ -1385,6 +1384,10 @@ class ParametersPatched(TypedDict):
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
+class Params(TypedDict):
+    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+
+
 class PendingAllocation(TypedDict):
     """A node heard asking for an id, and how far it has come."""
 
@@ -1394,6 +1397,9 @@ class PendingAllocation(TypedDict):
     """Number of allocation attempts started."""
     refusal: str | None
     """Reason why it gets no node ID. Null if it will get one."""
+    refusal_code: Literal["table_failed", "pinned_id_in_use", "all_taken"] | None
+    """Code of `refusal`. Null if it will get one."""
+    refusal_params: Params
     stage: int
     """Number of parts received, 0 to 3."""
     uid_part: str
@@ -1434,8 +1440,7 @@ class Problem(TypedDict):
     """Code for programs. Stable."""
     detail: str
     """One sentence with the details."""
-    params: dict[str, str | int | float | bool | list[str | int | float]]
-    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+    params: Params
     status: int
     """HTTP status."""
     summary: str
@@ -1806,8 +1811,7 @@ class Snapshot(TypedDict):
         | None
     )
     """Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words."""
-    reason_params: dict[str, str | int | float | bool | list[str | int | float]]
-    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+    reason_params: Params
     rom: dict[str, bool | int | float | str | None]
     """Values known to be in ROM, by key."""
     uid: str

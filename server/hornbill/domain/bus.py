@@ -89,6 +89,10 @@ Advice = Literal[
 """Code of a remedy. A remedy that the adapter gives has none."""
 
 
+RefusalCode = Literal["table_failed", "pinned_id_in_use", "all_taken"]
+"""Why a node gets no node ID."""
+
+
 @dataclass(frozen=True, slots=True, config=STRICT)
 class Finding:
     """One check of the doctor. `ok` only with `all=true`."""
@@ -217,6 +221,8 @@ class PendingAllocation(Model):
     waiting_s: float = Field(description="Time since the first request, s.")
     age_s: float = Field(description="Time since it was last received, s.")
     refusal: str | None = Field(description="Reason why it gets no node ID. Null if it will get one.")
+    refusal_code: RefusalCode | None = Field(description="Code of `refusal`. Null if it will get one.")
+    refusal_params: Params
 
 
 class DecodedTransfer(Model):

@@ -20,11 +20,15 @@ SaveAfter = Annotated[
 OnAnomaly = Literal["stop", "continue"]
 
 Param: TypeAlias = str | int | float | bool | list[str | int | float]
-Params = Annotated[
-    dict[str, Param],
-    Field(description="Values in the text, by name with unit, unless unknown. Empty for texts without values."),
-]
-"""Values in a text for users, so that programs and other languages need not parse it."""
+Params = TypeAliasType(
+    "Params",
+    Annotated[
+        dict[str, Param],
+        Field(description="Values in the text, by name with unit, unless unknown. Empty for texts without values."),
+    ],
+)
+"""Values in a text for users, so that programs and other languages need not parse it; a type of its own in the
+document."""
 
 
 def known(**params: Param | None) -> dict[str, Param]:

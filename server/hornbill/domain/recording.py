@@ -4,7 +4,7 @@ from typing import Annotated, Final, Literal, NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hornbill.domain.fields import UidText, Utc
+from hornbill.domain.fields import Param, Params, UidText, Utc
 
 Reason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
 Word: TypeAlias = Annotated[str, Field(max_length=120)]
@@ -31,6 +31,7 @@ class Mark(_Form):
     uid: Uid32 | None = Field(
         default=None, description="Unique ID of the servo, 32 hex digits. Null if it concerns none."
     )
+    params: Params = Field(default_factory=dict[str, Param])
 
 
 class BundleBus(_Form):

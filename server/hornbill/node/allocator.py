@@ -8,7 +8,7 @@ from typing import Any, Final, Protocol
 
 from hornbill.node.hooks import Hooks
 from hornbill.node.node_ids import HIGHEST_DYNAMIC, find_free
-from hornbill.node.waiting import AllocationRequest, AllocationRequests
+from hornbill.node.waiting import AllocationRefusal, AllocationRequest, AllocationRequests
 from hornbill.units import Instant, NodeId, Uid
 from hornbill.wire.messages import AllocationMessage
 from hornbill.wire.transfer import Transfer
@@ -107,7 +107,9 @@ class Rival:
     answers: int
 
 
-_NOT_KEPT: Final = "The allocation table cannot be read or written. Check the data folder."
+_NOT_KEPT: Final = AllocationRefusal(
+    "table_failed", "The allocation table cannot be read or written. Check the data folder."
+)
 
 
 class AllocationMode(StrEnum):
@@ -273,17 +275,16 @@ class Allocator:
                 self.on_unclear.tell(kept)
                 return None
             if self._table.pinned(uid):
-                self._refuse(unique_id, f"Node id {kept} is pinned to it, but another node uses that id.")
+                text = f"Node id {kept} is pinned to it, but another node uses that id."
+                self._refuse(unique_id, AllocationRefusal("pinned_id_in_use", text, {"node_id": kept}))
                 return None
             log.warning("node id %d of %s is used by another node: it gets a new one", kept, uid)
         if now - self.listening_since < _SETTLE_S:
             return None  # it asks again within a second, and then we know who else is here
         found = self._find(unique_id, preferred, set(entries.values()), now) or self._recycle(entries, now)
         if found is None:
-            self._refuse(
-                unique_id,
-                f"All {HIGHEST_DYNAMIC} node ids are taken. Forget allocations of nodes that are gone.",
-            )
+            text = f"All {HIGHEST_DYNAMIC} node ids are taken. Forget allocations of nodes that are gone."
+            self._refuse(unique_id, AllocationRefusal("all_taken", text, {"node_ids": HIGHEST_DYNAMIC}))
             return None
         return self._give(uid, unique_id, NodeId(found))
 
@@ -348,10 +349,10 @@ class Allocator:
         # A node is silent for at least 0.6 s before it asks. What came from its id since then is another's.
         return _Claim.ANOTHERS if last >= self._began - FOLLOW_UP_TIMEOUT_S else _Claim.UNCLEAR
 
-    def _refuse(self, unique_id: bytes, why: str) -> None:
+    def _refuse(self, unique_id: bytes, why: AllocationRefusal) -> None:
         entry = self._waiting.refuse(unique_id, why)
         if entry is not None:
-            log.warning("no node id for %s: %s", unique_id.hex(), why)
+            log.warning("no node id for %s: %s", unique_id.hex(), why.text)
             self.on_refused.tell(entry)
 
     def _meet(self, node_id: int, message: AllocationMessage, now: Instant) -> None:

@@ -1,8 +1,11 @@
 """Owns AllocationRequests: which nodes ask for a node id, how far each has come, and why one gets none."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Final
 
+from hornbill.domain.bus import RefusalCode
+from hornbill.domain.fields import Param
 from hornbill.units import Instant
 
 KEPT_S: Final = 60.0
@@ -11,11 +14,20 @@ _KEY_BYTES: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
+class AllocationRefusal:
+    """Why a node gets no id: a code with its values, and the same in English."""
+
+    code: RefusalCode
+    text: str
+    params: Mapping[str, Param] = field(default_factory=dict[str, Param])
+
+
+@dataclass(frozen=True, slots=True)
 class AllocationRequest:
     """A node that waits for an id. `partial` is what is known of its unique id, in hex (12, 24 or 32 digits).
 
     `stage` is how many of the three parts were heard when it got furthest, `attempts` counts first parts,
-    and `refusal` says why it gets none.
+    and `refused` says why it gets none.
     """
 
     partial: str
@@ -23,7 +35,12 @@ class AllocationRequest:
     first_heard: Instant
     last_heard: Instant
     attempts: int
-    refusal: str | None = None
+    refused: AllocationRefusal | None = None
+
+    @property
+    def refusal(self) -> str | None:
+        """Why it gets none, as a text."""
+        return None if self.refused is None else self.refused.text
 
 
 class AllocationRequests:
@@ -50,12 +67,12 @@ class AllocationRequests:
             attempts=before.attempts + (stage == 1),
         )
 
-    def refuse(self, unique_id: bytes, why: str) -> AllocationRequest | None:
+    def refuse(self, unique_id: bytes, why: AllocationRefusal) -> AllocationRequest | None:
         """A node noted just now gets no id; its entry when that reason is new, else None."""
         key = unique_id[:_KEY_BYTES]
         before = self._entries[key]
-        entry = self._entries[key] = replace(before, refusal=why)
-        return entry if before.refusal != why else None
+        entry = self._entries[key] = replace(before, refused=why)
+        return entry if before.refused != why else None
 
     def drop(self, unique_id: bytes) -> None:
         """A node got an id. One that was not noted is no error."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from hornbill.domain.event import EventCode
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
@@ -48,10 +49,11 @@ class BusWatch:
         self._hub.tell(BusChanged())
         if self._state in GONE:
             self._set_lost_at(self._base.now())
-            self._tell("warning", "bus_lost", f"{self._trouble()}{self._promise()}")
+            self._tell("warning", "bus_lost", f"{self._trouble()}{self._promise()}", **self._params())
             return
         self._set_lost_at(None)
-        self._tell("info", "connected", f"Connected to {port.address} at {port.bitrate / 1e6:g} Mbit/s.")
+        text = f"Connected to {port.address} at {port.bitrate / 1e6:g} Mbit/s."
+        self._tell("info", "connected", text, address=port.address, mbit_per_s=port.bitrate / 1e6)
         self._check_sample_point()
 
     def end(self) -> None:
@@ -75,7 +77,7 @@ class BusWatch:
             if not self.gone:
                 self._lost()
             elif self._trouble() not in self._told:
-                self._tell("warning", "bus_trouble", self._trouble())
+                self._tell("warning", "bus_trouble", self._trouble(), **self._params())
         elif self.gone:
             self._back()
 
@@ -87,7 +89,7 @@ class BusWatch:
         if servos:
             text += f" Commands have ended. Torque goes off on {_names(servos)} once the bus is back; cut the supply "
             text += "of what can move until then."
-        self._tell("failure", "bus_lost", text)
+        self._tell("failure", "bus_lost", text, **self._params(), servos=[one.title for one in servos])
 
     def _back(self) -> None:
         assert self._lost_at is not None
@@ -100,7 +102,8 @@ class BusWatch:
         text = f"{self._port.address} is back after {away:.1f} s. Nothing moves by itself."
         if owed:
             text += f" Torque goes off on {_names(owed)}."
-        self._tell("notice", "bus_back", text)
+        titles = [one.title for one in owed]
+        self._tell("notice", "bus_back", text, address=self._port.address, away_s=round(away, 1), servos=titles)
         self._check_sample_point()
 
     def _set_lost_at(self, at: Instant | None) -> None:
@@ -119,11 +122,19 @@ class BusWatch:
         if point is None or abs(point - SAMPLE_POINT) <= NEAR:
             return
         text = f"{self._port.address} samples a bit at {point:.1%}; the servos do at {SAMPLE_POINT:.1%}."
-        self._tell("notice", "sample_point", f"{text} On a short bus that works; on a long one set the adapter alike.")
+        self._tell(
+            "notice", "sample_point", f"{text} On a short bus that works; on a long one set the adapter alike.",
+            address=self._port.address, sample_point_pct=round(100 * point, 1),
+            wanted_sample_point_pct=100 * SAMPLE_POINT,
+        )  # fmt: skip
 
-    def _tell(self, level: str, code: str, text: str) -> None:
+    def _params(self) -> dict[str, object]:
+        """What is wrong, as values of an event."""
+        return {"address": self._port.address, "retry": self._port.retry_in_s is not None}
+
+    def _tell(self, level: str, code: EventCode, text: str, **params: object) -> None:
         self._told.add(self._trouble())
-        self._hub.tell(Happened(level, code, text))
+        self._hub.tell(Happened(level, code, text, params=params))
 
 
 def _losses(port: CanPort | NoPort) -> tuple[int, int]:

@@ -345,7 +345,8 @@ class Host:
             self.connection, self.requests.participant = None, None
         await self._part(connection.port, connection.participant)
         self.hub.tell(BusChanged())
-        self.hub.tell(Happened("notice", "disconnected", f"Disconnected from {connection.port.address}."))
+        address = connection.port.address
+        self.hub.tell(Happened("notice", "disconnected", f"Disconnected from {address}.", params={"address": address}))
 
     async def close(self) -> None:
         """End everything. What is under command gets torque off first."""
@@ -406,7 +407,7 @@ class Host:
         """A change followed into the database, or did not: said once, until it works again."""
         if error is not None and not self._store_failed:
             text = f"What changes now is not stored, and a restart of the server loses it: {error}"
-            self.hub.tell(Happened("failure", "store_failed", text))
+            self.hub.tell(Happened("failure", "store_failed", text, params={"what": "changes"}))
         self._store_failed = error is not None
 
     def _note_event(self, change: Change) -> None:

@@ -3604,6 +3604,7 @@ export interface components {
         BundleMark: {
             /** @description Time of the trigger, seconds since 1970 UTC. */
             at: number;
+            params?: components["schemas"]["Params"];
             /**
              * @description Type of trigger.
              * @enum {string}
@@ -4355,10 +4356,7 @@ export interface components {
             code: string;
             /** @description One sentence with the details. */
             detail: string;
-            /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
-            params?: {
-                [key: string]: string | number | boolean | (string | number)[];
-            };
+            params?: components["schemas"]["Params"];
             /** @description Sequence number on this connection. A gap means lost messages. */
             seq: number;
             /** @description `detail` without requests for programs. */
@@ -4381,8 +4379,11 @@ export interface components {
         EventMessage: {
             /** @description Seconds since 1970 UTC. */
             at: number;
-            /** @description Code for programs. Stable. */
-            code: string;
+            /**
+             * @description Code for programs. Stable.
+             * @enum {string}
+             */
+            code: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_asked" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "let_go" | "stopped" | "stopped_late" | "stop_cleared" | "no_answer" | "torque_off" | "bundle_written" | "bundle_failed" | "bundles_dropped" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
             /**
              * @description Severity.
              * @enum {string}
@@ -4565,10 +4566,7 @@ export interface components {
             evidence: string;
             /** @description IDs of the nodes concerned. */
             node_ids?: number[];
-            /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
-            params?: {
-                [key: string]: string | number | boolean | (string | number)[];
-            };
+            params?: components["schemas"]["Params"];
             /** @description What to do about it. Null if nothing. */
             remedy: string | null;
             /**
@@ -4848,16 +4846,10 @@ export interface components {
             evidence?: string | null;
             /** @description Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none. */
             evidence_code?: ("problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "asked" | "silent" | "restarted" | "restarted_when_asked" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_hold" | "values_still_hold" | "servo_id_parked" | "servo_id_put_back" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held") | null;
-            /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
-            evidence_params?: {
-                [key: string]: string | number | boolean | (string | number)[];
-            };
+            evidence_params?: components["schemas"]["Params"];
             /** @description Name for programs. */
             name: string;
-            /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
-            params: {
-                [key: string]: string | number | boolean | (string | number)[];
-            };
+            params: components["schemas"]["Params"];
             /** @description Start, seconds since 1970 UTC. Null until then. */
             started_at?: number | null;
             /**
@@ -5112,6 +5104,7 @@ export interface components {
         Mark: {
             /** @description Seconds since 1970 UTC. */
             at: number;
+            params?: components["schemas"]["Params"];
             /**
              * @description Type of trigger.
              * @enum {string}
@@ -5735,6 +5728,10 @@ export interface components {
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
             rom_unknown?: string[];
         };
+        /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
+        Params: {
+            [key: string]: string | number | boolean | (string | number)[];
+        };
         /**
          * PendingAllocation
          * @description A node heard asking for an id, and how far it has come.
@@ -5746,6 +5743,9 @@ export interface components {
             attempts: number;
             /** @description Reason why it gets no node ID. Null if it will get one. */
             refusal: string | null;
+            /** @description Code of `refusal`. Null if it will get one. */
+            refusal_code: ("table_failed" | "pinned_id_in_use" | "all_taken") | null;
+            refusal_params: components["schemas"]["Params"];
             /** @description Number of parts received, 0 to 3. */
             stage: number;
             /** @description Known part of the unique ID, hex. */
@@ -5813,10 +5813,7 @@ export interface components {
             code: string;
             /** @description One sentence with the details. */
             detail: string;
-            /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
-            params?: {
-                [key: string]: string | number | boolean | (string | number)[];
-            };
+            params?: components["schemas"]["Params"];
             /** @description HTTP status. */
             status: number;
             /** @description `detail` without requests for programs. */
@@ -6642,10 +6639,7 @@ export interface components {
             reason: string;
             /** @description Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words. */
             reason_code: ("by_hand" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore") | null;
-            /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
-            reason_params: {
-                [key: string]: string | number | boolean | (string | number)[];
-            };
+            reason_params: components["schemas"]["Params"];
             /** @description Values known to be in ROM, by key. */
             rom: {
                 [key: string]: boolean | number | string | null;

@@ -16,7 +16,7 @@ export type JobStep = Shapes["JobStep"];
 export type StepCode = JobStep["code"];
 export type EvidenceCode = NonNullable<JobStep["evidence_code"]>;
 /** Values in a text, by name with unit. */
-export type Params = JobStep["params"];
+export type Params = Shapes["Params"];
 export type ProblemBody = Shapes["Problem"];
 export type Commanded = Shapes["Commanded"];
 export type Stream = Shapes["Stream"];
@@ -44,3 +44,7 @@ export type Schema = Pick<Shapes["SchemaDocument"], "revision" | "groups" | "par
 export type ServerMessage = Shapes["ServerMessage"];
 export type ClientMessage = Shapes["ClientMessage"];
 export type EventLevel = Shapes["EventMessage"]["level"];
+export type EventCode = Shapes["EventMessage"]["code"];
+/** Why a bundle was written. */
+export type MarkReason = Shapes["BundleMark"]["reason"];
+export type RefusalCode = NonNullable<PendingAllocation["refusal_code"]>;

@@ -2,8 +2,10 @@
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import type { BundleContent } from "../api/lab-types";
+import { eventText } from "../form/event";
 import { full, MINUS } from "../form/format";
 import type { Line } from "../state/bundle";
+import type { BenchEvent } from "../state/desk";
 import { recorder as words } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import { labelOf, relative, rowOf } from "./records-bundle-words";
@@ -50,7 +52,7 @@ export function Events({ content, line, title }: ListProps) {
                 <td>
                   <span class="rec-what">
                     <Glyph kind={LEVELS[String(one.level)] ?? "ok"} size={14} />
-                    <span>{String(one.text ?? one.code ?? one.type ?? "")}</span>
+                    <span>{whatText(one)}</span>
                   </span>
                 </td>
                 <td class="second">{title(typeof one.uid === "string" ? one.uid : null)}</td>
@@ -135,4 +137,11 @@ function More({ total, most }: { total: number; most: { value: number } }) {
       </button>
     </p>
   );
+}
+
+/** A line of the events of a bundle, which may be of another version: an event, or what changed by its type. */
+function whatText(one: Readonly<Record<string, unknown>>): string {
+  const { code, text, params, type } = one as Partial<BenchEvent> & { type?: string };
+  if (code === undefined || text === undefined) return String(text ?? code ?? type ?? "");
+  return eventText({ code, text, ...(params && { params }) });
 }

@@ -4,6 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { BundleContent } from "../api/lab-types";
+import { markText } from "../form/event";
 import { clock, grouped, number, withUnit } from "../form/format";
 import { firstServo, type Line, lineOf, ticksOf } from "../state/bundle";
 import { channelOf } from "../state/bus-now";
@@ -87,7 +88,7 @@ function Content({ content }: { content: BundleContent }) {
         <p class="rec-why" data-testid="bundle-why">
           <Glyph kind={GLYPHS[about.reason] ?? "ok"} />
           <span>
-            <b>{words.why[about.reason] ?? about.reason}</b>: {about.text}
+            <b>{words.why[about.reason] ?? about.reason}</b>: {markText(about.marks[0] ?? about)}
           </span>
         </p>
         <dl class="rec-facts">
@@ -114,7 +115,7 @@ function Content({ content }: { content: BundleContent }) {
               <span class="rec-time">{relative(mark.at - line.zero, 1)}</span>
               <Glyph kind={GLYPHS[mark.reason] ?? "ok"} size={14} />
               <span>
-                {words.why[mark.reason] ?? mark.reason}: {mark.text}
+                {words.why[mark.reason] ?? mark.reason}: {markText(mark)}
                 {mark.uid != null && !mark.text.includes(title(mark.uid)) && (
                   <span class="second"> {title(mark.uid)}</span>
                 )}

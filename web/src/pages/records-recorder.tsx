@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo } from "preact/hooks";
 import { API, ask, problemOf } from "../api/client";
 import type { Bundle, RecorderState } from "../api/lab-types";
+import { markText } from "../form/event";
 import { age, grouped, number, size, withUnit } from "../form/format";
 import { alsoMarked, isZip } from "../state/bundle";
 import { events } from "../state/desk";
@@ -205,8 +206,8 @@ function Head({ state, onNote, onNew }: HeadProps) {
         <p class="rec-pending" role="status" data-testid="bundle-pending">
           <Spinner />
           <span>
-            {words.pending(pending.text, number(Math.ceil(pending.ready_in_s), 0))}
-            {also.length > 0 && <> {words.also(also.join(", "))}</>}
+            {words.pending(markText(pending.marks[0] ?? pending), number(Math.ceil(pending.ready_in_s), 0))}
+            {also.length > 0 && <> {words.also(also.join(text.comma))}</>}
           </span>
         </p>
       )}
@@ -243,10 +244,12 @@ function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop
           <span class="grow">
             <span>
               <b>{why}</b>
-              {one.text !== "" && <>: {one.text}</>}
+              {one.text !== "" && (
+                <>: {markText(one.marks[0] ?? { ...one, reason: one.reason ?? "by_hand" })}</>
+              )}
             </span>
             <small>{one.problem ?? facts}</small>
-            {also.length > 0 && <small>{words.also(also.join(", "))}</small>}
+            {also.length > 0 && <small>{words.also(also.join(text.comma))}</small>}
             {one.problem != null && <small>{`${one.name}, ${size(one.bytes)}`}</small>}
           </span>
         </button>

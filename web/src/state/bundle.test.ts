@@ -60,7 +60,11 @@ test("the servo of a mark is shown first, unless the bundle does not know it", (
 });
 
 test("other marks are told once", () => {
-  const marks = ["a went silent", "rattled", "rattled"].map(text => ({ text }));
+  const marks = ["a went silent", "rattled", "rattled"].map(text => ({
+    at: 0,
+    reason: "by_hand" as const,
+    text,
+  }));
   expect(alsoMarked({ text: "a went silent", marks })).toEqual(["rattled"]);
 });
 

@@ -1,5 +1,6 @@
 /** Owns what the page makes of a recorder's bundle: its time line, the channels worth a plot, names of files. */
-import type { BundleColumns, BundleContent } from "../api/lab-types";
+import type { BundleColumns, BundleContent, BundleMark } from "../api/lab-types";
+import { markText } from "../form/event";
 
 export interface Line {
   /** Seconds since 1970 UTC of the first mark, which is 0 on every axis. */
@@ -79,8 +80,9 @@ export function openIn(hash: string): string | null {
 }
 
 /** What else a bundle was marked for, each once. */
-export function alsoMarked(one: { text: string; marks: readonly { text: string }[] }): string[] {
-  return [...new Set(one.marks.map(mark => mark.text))].filter(line => line !== one.text);
+export function alsoMarked(one: { text: string; marks: readonly BundleMark[] }): string[] {
+  const others = one.marks.filter(mark => mark.text !== one.text);
+  return [...new Set(others.map(markText))];
 }
 
 export function isZip(name: string): boolean {

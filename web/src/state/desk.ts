@@ -1,6 +1,6 @@
 /** Owns what is true for the whole bench: bus, lease, stop latch, events. */
 import { computed, signal } from "@preact/signals";
-import type { Bus, EventLevel, LeaseView, Stop } from "../api/types";
+import type { Bus, EventCode, EventLevel, LeaseView, Params, Stop } from "../api/types";
 import { monotonic } from "./clock";
 
 export const bus = signal<Bus | null>(null);
@@ -37,8 +37,9 @@ export interface BenchEvent {
   at: number;
   level: EventLevel;
   uid: string | null;
-  code: string;
+  code: EventCode;
   text: string;
+  params?: Params;
 }
 
 const KEPT = 300;

@@ -2,7 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import { API, ask } from "../api/client";
 import { type LinkState, Live } from "../api/live";
-import type { Bus, ClientMessage, LeaseView, ServerMessage, Servo, Stop } from "../api/types";
+import type { Bus, ClientMessage, LeaseView, Params, ServerMessage, Servo, Stop } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { loadCatalog } from "./catalog";
 import { monotonic } from "./clock";
@@ -107,7 +107,7 @@ function receive(message: ServerMessage): void {
       hear(message.uid, message.reading);
       break;
     case "event":
-      addEvent(message);
+      addEvent({ ...message, params: message.params as Params });
       break;
     case "job":
       setJob(message.job);

@@ -1,9 +1,10 @@
 /** Marks: which events and writes are shown in plots, and by which word. */
 import { expect, test } from "vitest";
 import type { AuditRow } from "../api/config-types";
+import type { EventCode } from "../api/types";
 import { markOfEvent, markOfRow } from "./plot-marks";
 
-const event = (code: string) => ({ at: 5, level: "warning" as const, uid: "a", code, text: "" });
+const event = (code: EventCode) => ({ at: 5, level: "warning" as const, uid: "a", code, text: "" });
 const row = (more: Partial<AuditRow>) =>
   ({
     id: 1,

@@ -1,6 +1,6 @@
 /** Owns the catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
 import type { Problem } from "../api/client";
-import type { Caution } from "../api/types";
+import type { Caution, EventCode, MarkReason, RefusalCode } from "../api/types";
 import type { Saying } from "../form/facts";
 import * as frame from "./en/frame";
 import * as live from "./en/live";
@@ -13,6 +13,8 @@ export const text = {
   off: "Off",
   cancel: "Cancel",
   close: "Close",
+  /** Between the parts of a list. */
+  comma: ", ",
   /** Pages of the documentation, by what somebody wants to do. */
   guides: {
     contents: "Documentation",
@@ -53,6 +55,11 @@ export const text = {
       Readonly<Record<string, string>>
     >
   >,
+
+  /** What happened, by code; what a bundle was written for; why a node gets no ID. In English the server says it. */
+  happened: {} as Readonly<Partial<Record<EventCode, Saying>>>,
+  marks: {} as Readonly<Partial<Record<MarkReason, Saying>>>,
+  refusals: {} as Readonly<Partial<Record<RefusalCode, Saying>>>,
 
   /** What to know before a command, by code; in English the server says it. */
   cautions: {} as Readonly<Partial<Record<Caution["code"], Saying>>>,

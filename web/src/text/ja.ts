@@ -1,6 +1,7 @@
 /** Owns the catalogue of everything the page says, in Japanese. */
 
 import { cautions } from "./ja/cautions";
+import { happened, marks, refusals } from "./ja/events";
 import { frame } from "./ja/frame";
 import { live } from "./ja/live";
 import { parameters } from "./ja/parameters";
@@ -14,6 +15,7 @@ export const text = {
   off: "オフ",
   cancel: "キャンセル",
   close: "閉じる",
+  comma: "、",
   guides: {
     contents: "ドキュメント（英語）",
     tutorial: "最初のサーボを10分で（英語）",
@@ -39,6 +41,9 @@ export const text = {
 
   table,
   cautions,
+  happened,
+  marks,
+  refusals,
 
   problem(problem) {
     const facts = problem.facts;

@@ -52,7 +52,7 @@ function BusCell() {
   const rate =
     state.bitrate === null || narrow.value
       ? ""
-      : `, ${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
+      : `${text.comma}${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
   // Nothing is wrong with a recording that is over, but nothing comes of it any more.
   const over = state.state === "active" && state.trouble !== null;
   const well = state.state === "active" && !over;

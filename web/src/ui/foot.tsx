@@ -1,5 +1,6 @@
 /** Owns the event line at the foot, and the log it opens. */
 import { useSignal } from "@preact/signals";
+import { eventText } from "../form/event";
 import { clock } from "../form/format";
 import type { Kind } from "../state/condition";
 import { type BenchEvent, events } from "../state/desk";
@@ -38,7 +39,7 @@ export function Foot() {
         <span class="strong touch-hide">{text.events.title}</span>
         {latest && <time class="mono dim touch-hide">{clock(latest.at, true)}</time>}
         <span class="latest second" aria-live="polite" data-testid="event-line">
-          {latest ? latest.text : text.events.none}
+          {latest ? eventText(latest) : text.events.none}
         </span>
         {events.value.length > 0 && (
           <button
@@ -63,7 +64,7 @@ function Line({ event }: { event: BenchEvent }) {
     <>
       <time class="mono dim">{clock(event.at, true)}</time>
       <span class="event-kind">{kind && <Glyph kind={kind} />}</span>
-      <span>{event.text}</span>
+      <span>{eventText(event)}</span>
     </>
   );
 }

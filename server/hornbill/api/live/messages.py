@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from hornbill.domain.bus import Bus, DecodedTransfer, RawFrame
+from hornbill.domain.event import EventCode
 from hornbill.domain.fields import MotionConfirms, Param, Params, Short, UidText, Utc
 from hornbill.domain.job import Job
 from hornbill.domain.motion import LeaseView, MotionHold, MotionProfile, Stop
@@ -186,7 +187,7 @@ class EventMessage(ServerMessageBase):
     at: Utc
     level: Literal["info", "notice", "warning", "failure"] = Field(description="Severity.")
     uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
-    code: str = Field(description="Code for programs. Stable.")
+    code: EventCode = Field(description="Code for programs. Stable.")
     text: str = Field(description="One sentence for users.")
     params: dict[str, Any] = Field(
         default_factory=dict[str, Any], description="Values in the text, by name. Empty for events without values."

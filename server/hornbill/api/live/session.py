@@ -80,7 +80,7 @@ class SocketSession:
                 task.cancel()
         for lease_id in self._leases:
             with contextlib.suppress(Unknown):  # it has ended
-                self._host.takeovers.release(lease_id, "The page of {holder} closed.")
+                self._host.takeovers.release(lease_id, "page_closed")
         self._host.takeovers.tick()
         self._outbox.close()
 

@@ -10,7 +10,6 @@ from hornbill.api.live import messages
 from hornbill.api.live.event_log import ALWAYS, EVENTS_KEPT, REFRESH, SERVOS_A_TIME, Cursor, EventLog, LogEntry
 from hornbill.api.live.frames import FrameWatch
 from hornbill.api.live.telemetry_batches import Column, Columns, packable
-from hornbill.api.problems import params_of
 from hornbill.errors import HornbillError
 from hornbill.units import Uid
 
@@ -103,7 +102,7 @@ class SocketQueue:
         self._replies.append(
             messages.ErrorMessage(
                 type="error", seq=0, code=error.code, detail=error.detail, summary=error.summary,
-                params=params_of(error), uid=uid,
+                params=error.params, uid=uid,
             )
         )  # fmt: skip
         self.waiting.set()

@@ -4,7 +4,7 @@ import asyncio
 import errno
 import logging
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -15,6 +15,8 @@ from typing import Final
 from hornbill.bus.recordings.folder import RecordingFolder
 from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter
 from hornbill.bus.threads import OwnThread
+from hornbill.domain.event import EventCode
+from hornbill.domain.fields import Param, known
 from hornbill.errors import Busy
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame, LoggedFrame
@@ -77,11 +79,12 @@ class BusLog:
         listen: Callable[[Callable[[Sequence[Frame], bool], None]], Callable[[], None]],
         address: Callable[[], str],
         utc: Callable[[Instant], float],
-        tell: Callable[[str, str, str], None],
+        tell: Callable[[str, EventCode, str, Mapping[str, Param]], None],
     ) -> None:
         """`listen` makes a listener hear every frame until its answer is called; `address` is that of the bus now.
 
-        `utc` turns the instant of a frame into seconds since 1970; `tell` gets level, code and sentence of an event.
+        `utc` turns the instant of a frame into seconds since 1970; `tell` gets level, code, sentence
+        and values of an event.
         """
         self.folder = folder
         self._listen = listen
@@ -126,7 +129,7 @@ class BusLog:
         self._ending = False
         self._deaf = self._listen(self._hear)
         self._writing = loop.create_task(self._write(file))
-        self._tell("info", "log_started", f"Logging to {path.name}.")
+        self._tell("info", "log_started", f"Logging to {path.name}.", {"name": path.name})
         return self._status
 
     async def stop(self) -> LogStatus:
@@ -209,13 +212,21 @@ class BusLog:
         self._status = replace(self._status, phase=phase, reason=reason)
         name, dropped = self._status.name, self._status.dropped
         lost = f" The disk was too slow for {dropped} frames." if dropped else ""
+        params = known(name=name, dropped=dropped or None)
         match phase:
             case LogPhase.FULL:
-                self._tell("notice", "log_full", f"The log {name} ended. {reason}{lost} Begin another to go on.")
+                params["limit_mb"] = self._status.limit / 1e6
+                text = f"The log {name} ended. {reason}{lost} Begin another to go on."
+                self._tell("notice", "log_full", text, params)
             case LogPhase.FAILED:
-                self._tell("warning", "log_failed", f"The log {name} ended. {reason}{lost} Everything else goes on.")
+                params["why"] = reason or ""
+                text = f"The log {name} ended. {reason}{lost} Everything else goes on."
+                self._tell("warning", "log_failed", text, params)
             case _:
-                self._tell("info", "log_stopped", f"The log {name} ended after {self._status.frames} frames.{lost}")
+                params["frames"] = self._status.frames
+                self._tell(
+                    "info", "log_stopped", f"The log {name} ended after {self._status.frames} frames.{lost}", params
+                )
 
 
 def log_name(form: LogFormat, name: str | None) -> str:

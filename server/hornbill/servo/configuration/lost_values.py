@@ -112,8 +112,9 @@ class LostValues:
         more = f" and {len(rows) - NAMED} more" if len(rows) > NAMED else ""
         count = "1 value that was" if len(rows) == 1 else f"{len(rows)} values that were"
         text = f"{servo.title} restarted and lost {count} only in RAM: {', '.join(named)}{more}. Apply them again."
-        lost = [{"key": row.key, "value": scale.to_value(row, raw, values)} for row, raw in rows]
-        self._hub.tell(Happened("warning", "ram_values_lost", text, servo.uid, {"lost": lost}))
+        params: dict[str, object] = {"servo": servo.title, "count": len(rows), "keys": [row.key for row, _ in rows]}
+        params["lost"] = [{"key": row.key, "value": scale.to_value(row, raw, values)} for row, raw in rows]
+        self._hub.tell(Happened("warning", "ram_values_lost", text, servo.uid, params))
 
     def _of(self, uid: Uid) -> Lost:
         found = self._lost.get(uid)
@@ -147,7 +148,7 @@ class LostValues:
         except Exception:
             log.exception("the lost values of %s could not be stored", uid)
             text = "The RAM values that a servo lost could not be stored. Check the data folder and its disk."
-            self._hub.tell(Happened("warning", "store_failed", text, uid))
+            self._hub.tell(Happened("warning", "store_failed", text, uid, {"what": "lost_values"}))
 
 
 def _key(uid: Uid) -> str:

@@ -188,8 +188,9 @@ class Writing:
         lost = [one for one in tried if one.row.key != "torque_mode" and held[one.row.key] != one.before]
         if lost:
             names = ", ".join(one.row.label for one in lost)
+            params: dict[str, object] = {"servo": servo.title, "keys": [one.row.key for one in lost]}
             text = f"{servo.title} could not be put back as it was: {names}. Read it, and restore the last snapshot."
-            self._hub.tell(Happened("failure", "not_rolled_back", text, servo.uid))
+            self._hub.tell(Happened("failure", "not_rolled_back", text, servo.uid, params))
 
 
 def change(servo: Servo, writes: Iterable[Write], one: Write, after: Raw | None, verdict: Verdict) -> Change:

@@ -54,7 +54,10 @@ class DriftDetector:
         changed = servo.drift.keys() != found.keys()
         self._told[servo.uid], servo.drift = now, found
         if news or _other_firmware(servo, kept):
-            self._hub.tell(Happened("warning", "drift", self._sentence(servo, kept, news), servo.uid))
+            params: dict[str, object] = {"servo": servo.title, "keys": news}
+            if _other_firmware(servo, kept) and kept.facts.firmware is not None:
+                params |= {"firmware_before": firmware_text(kept.facts.firmware), "firmware": servo.firmware_text}
+            self._hub.tell(Happened("warning", "drift", self._sentence(servo, kept, news), servo.uid, params))
         if changed or news:
             self._hub.tell(ServoChanged(servo.uid))
         known = servo.rom()

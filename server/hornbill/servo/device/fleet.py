@@ -263,7 +263,8 @@ class Fleet:
                 servo.online = False
                 self._hub.tell(ServoChanged(servo.uid))
                 if servo.busy is None and not bus_gone:
-                    self._hub.tell(Happened("warning", "offline", f"{servo.title} went silent.", servo.uid))
+                    text = f"{servo.title} went silent."
+                    self._hub.tell(Happened("warning", "offline", text, servo.uid, {"servo": servo.title}))
             time_out = servo.raw("timeout_time")
             if time_out is not None and servo.output.time_out(now, time_out / 1000):
                 self._hub.tell(ServoChanged(servo.uid))
@@ -346,7 +347,7 @@ class Fleet:
         self._hub.tell(ServoChanged(servo.uid))
         if servo.busy is None:
             text = f"{servo.title} restarted by itself. What was only in RAM is lost; the horn may soft-start to 0°."
-            self._hub.tell(Happened("warning", "restarted", text, servo.uid))
+            self._hub.tell(Happened("warning", "restarted", text, servo.uid, {"servo": servo.title}))
 
     async def _arrive(self, node: NodeId) -> None:
         try:
@@ -374,7 +375,8 @@ class Fleet:
             servo.identified = True
             self.fresh.spent(node)
             self._told_all(servo)
-            self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid))
+            params: dict[str, object] = {"servo": servo.title, "node_id": node}
+            self._hub.tell(Happened("info", "ready", f"{servo.title} is on node {node}.", servo.uid, params))
             self._hub.tell(ServoRead(servo.uid))
             self.remember(servo)
         except NoAnswer as error:
@@ -409,7 +411,7 @@ class Fleet:
         del self._by_node[node]
         if servo.online and servo.busy is None:
             text = f"{servo.title} is gone: another node uses its node id {node}."
-            self._hub.tell(Happened("warning", "offline", text, servo.uid))
+            self._hub.tell(Happened("warning", "offline", text, servo.uid, {"servo": servo.title, "node_id": node}))
         servo.node_id, servo.online = None, False
         self._hub.tell(ServoChanged(servo.uid))
 

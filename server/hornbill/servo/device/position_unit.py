@@ -101,7 +101,11 @@ class PositionUnits:
             if estimate.measured is not None or estimate.clash:
                 self._keep(servo.uid, "measured", None)
                 text = f"{servo.title} has other firmware than its position unit was measured on: it is measured anew."
-                self._hub.tell(Happened("notice", "position_unit", text, servo.uid))
+                self._hub.tell(
+                    Happened(
+                        "notice", "position_unit", text, servo.uid, {"servo": servo.title, "what": "other_firmware"}
+                    )
+                )
 
     def heard(self, servo: Servo, position: float, at: Instant) -> float | None:
         """A position of Status in degrees; None where its unit would be a guess, and 0x08 is shown instead."""
@@ -198,18 +202,22 @@ class PositionUnits:
         self._keep(servo.uid, "measured", record)
         log.info("%s: position unit %s, %s: %s", servo.title, estimate.unit, estimate.state, estimate.evidence)
         remedy = f"Force the unit: PUT /api/v1/servos/{servo.uid}/position-unit."
+        params: dict[str, object] = {"servo": servo.title}
         if estimate.clash:
             text = f"It is not clear what positions of {servo.title} mean. {estimate.evidence} "
             text += "Its angle is read from 0x08, and no angle is sent by ArrayCommand. " + remedy
-            self._hub.tell(Happened("warning", "position_unit", text, servo.uid))
+            params["what"] = "unclear"
+            self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced not in (None, measured):
             text = f"Positions of {servo.title} were forced to be in {NAMES[estimate.unit]}, and seem to be in "
             text += f"{NAMES[measured]}. {estimate.evidence} {remedy}"
-            self._hub.tell(Happened("warning", "position_unit", text, servo.uid))
+            params |= {"what": "forced_otherwise", "unit": estimate.unit, "measured": measured}
+            self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced is None and measured != LITERAL:
             text = f"Positions of {servo.title} are in {NAMES[measured]}, not in {NAMES[LITERAL]}. {estimate.evidence} "
             text += "Its angle is shown by that, and no angle is sent by ArrayCommand. " + remedy
-            self._hub.tell(Happened("warning", "position_unit", text, servo.uid))
+            params |= {"what": "another", "unit": LITERAL, "measured": measured}
+            self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
         self._hub.tell(ServoChanged(servo.uid))
 
     def _recall(self, uid: Uid) -> Estimate:
@@ -240,7 +248,7 @@ class PositionUnits:
         except Exception:
             log.exception("the position unit of %s could not be kept", uid)
             text = "What positions of a servo mean could not be stored. Check the data folder and its disk."
-            self._hub.tell(Happened("warning", "store_failed", text, uid))
+            self._hub.tell(Happened("warning", "store_failed", text, uid, {"what": "position_unit"}))
 
 
 def _key(uid: Uid, what: str) -> str:

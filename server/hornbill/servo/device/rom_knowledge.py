@@ -70,4 +70,6 @@ class RomKnowledge:
         except Exception:  # a full disk must not keep anybody from watching and stopping this servo
             log.exception("%s could not be kept in the store", servo.title)
             text = f"What is known of {servo.title} could not be stored. Check the data folder and its disk."
-            self._hub.tell(Happened("warning", "store_failed", text, servo.uid))
+            self._hub.tell(
+                Happened("warning", "store_failed", text, servo.uid, {"what": "servo", "servo": servo.title})
+            )

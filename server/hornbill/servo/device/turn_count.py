@@ -56,5 +56,6 @@ class TurnCount:
         started = servo.status_at - servo.status.uptime_sec
         if known.within_since is None or known.within_since >= started - UNCERTAIN_S:
             servo.turns_lost_deg = known.angle_deg
+            params: dict[str, object] = {"servo": servo.title, "angle_deg": round(known.angle_deg, 1)}
             text = f"{servo.title} restarted at {known.angle_deg:.1f}° and lost its turn count (4.1)."
-            self._hub.tell(Happened("warning", "turns_lost", text, servo.uid))
+            self._hub.tell(Happened("warning", "turns_lost", text, servo.uid, params))

@@ -106,16 +106,16 @@ def _in_vain(record: Record, one: AllocationRequest) -> Finding | None:
         )
     if state is not AllocatorStatus.ON:
         return None
-    if one.refusal is not None:
+    if one.refused is not None:
         return Finding(
             "allocation_refused",
             "failure",
             "A node cannot be given a node id",
-            f"{asked}. {one.refusal}",
+            f"{asked}. {one.refused.text}",
             "See who has which: GET /api/v1/allocations. DELETE /api/v1/allocations/{uid} frees an id.",
             uids=(one.partial,),
             advice="free_node_id",
-            params=since,
+            params={**since, **one.refused.params, "refusal": one.refused.code},
         )
     if one.stage < 3 and one.attempts >= STUCK_ATTEMPTS:
         parts = "1 part" if one.stage == 1 else f"{one.stage} parts"

@@ -2,10 +2,11 @@
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+from hornbill.domain.event import EventCode
 from hornbill.schema.effect import COMMANDS, in_force
 from hornbill.servo.device.fleet import EVERY_SERVO
 from hornbill.servo.device.servo import Servo, State
@@ -22,7 +23,9 @@ Doing: TypeAlias = Literal[
     "brake", "unknown",
 ]  # fmt: skip
 
-ALARMS: Final[tuple[Doing, ...]] = ("hunting", "saturated")
+Alarm: TypeAlias = Literal["hunting", "saturated"]
+ENDED: Final[Mapping[Alarm, EventCode]] = {"hunting": "hunting_ended", "saturated": "saturated_ended"}
+ALARMS: Final[tuple[Alarm, ...]] = ("hunting", "saturated")
 
 REST_S: Final = 0.6
 """From a new command on nothing the horn does is an oscillation at rest."""
@@ -337,10 +340,10 @@ class Activities:
                     self._tell_end(watch, alarm)
             watch.alarms.clear()
 
-    def _tell(self, watch: _Watch, doing: Doing) -> None:
+    def _tell(self, watch: _Watch, doing: Alarm) -> None:
         servo, found = watch.servo, self.of(watch.servo)
         params: dict[str, object] = {
-            "peak_to_peak_deg": found.peak_to_peak_deg, "torque_pct": found.torque_pct,
+            "servo": servo.title, "peak_to_peak_deg": found.peak_to_peak_deg, "torque_pct": found.torque_pct,
             "torque_limit_pct": found.torque_limit_pct,
         }  # fmt: skip
         if doing == "hunting":
@@ -351,12 +354,12 @@ class Activities:
             text += f"{found.torque_limit_pct:.0f} %. Check for a blocked horn or a load that is too heavy."
         self._hub.tell(Happened("warning", doing, text, servo.uid, params))
 
-    def _tell_end(self, watch: _Watch, doing: Doing) -> None:
+    def _tell_end(self, watch: _Watch, doing: Alarm) -> None:
         title = watch.servo.title
         text = f"{title} no longer oscillates at rest."
         if doing == "saturated":
             text = f"The torque of {title} is no longer near its limit."
-        self._hub.tell(Happened("info", f"{doing}_ended", text, watch.servo.uid))
+        self._hub.tell(Happened("info", ENDED[doing], text, watch.servo.uid, {"servo": title}))
 
 
 def torque_limit_pct(servo: Servo, pct: float) -> float:

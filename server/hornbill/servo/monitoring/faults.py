@@ -188,15 +188,15 @@ class Faults:
         if not self._failed:
             self._failed = True
             text = "The history of faults cannot be kept. Check the data folder and its disk; faults show all the same."
-            self._hub.tell(Happened("warning", "store_failed", text))
+            self._hub.tell(Happened("warning", "store_failed", text, params={"what": "faults"}))
 
     def _tell(self, servo: Servo, appeared: Collection[str], gone: Collection[str]) -> None:
         for bit in self._in_order(appeared):
             text = f"{servo.title}: {bit.label}. {bit.advice}"
-            self._hub.tell(Happened(EVENT_LEVEL[bit.level], "fault", text, servo.uid))
+            self._hub.tell(Happened(EVENT_LEVEL[bit.level], "fault", text, servo.uid, _named(servo, bit)))
         for bit in self._in_order(gone):
             text = f"{servo.title}: {bit.label} is over."
-            self._hub.tell(Happened("info", "fault_cleared", text, servo.uid))
+            self._hub.tell(Happened("info", "fault_cleared", text, servo.uid, _named(servo, bit)))
         self._hub.tell(ServoChanged(servo.uid))
 
     def _in_order(self, keys: Collection[str]) -> list[FaultBit]:
@@ -235,3 +235,7 @@ def _table(catalog: Catalog) -> dict[tuple[str, int], FaultBit]:
         for number in range(32)
     }  # fmt: skip
     return found | {(bit.parameter, bit.bit): bit for bit in catalog.faults}
+
+
+def _named(servo: Servo, bit: FaultBit) -> dict[str, object]:
+    return {"servo": servo.title, "fault": bit.key}

@@ -102,7 +102,11 @@ class NodeIdTable:
         await self._store.run(self._store.settings.put, _SETTING, mode.value)
         self.allocator.mode = mode
         self.allocator.resume()
-        self._hub.tell(Happened("notice", "allocator_mode", f"The node-id allocator was set to {mode}."))
+        self._hub.tell(
+            Happened(
+                "notice", "allocator_mode", f"The node-id allocator was set to {mode}.", params={"mode": mode.value}
+            )
+        )
         self._hub.tell(BusChanged())
 
     async def pin(self, uid: Uid, node_id: int) -> str:
@@ -149,7 +153,9 @@ class NodeIdTable:
         if freed:
             count = "1 node id was" if len(freed) == 1 else f"{len(freed)} node ids were"
             text = f"{count} freed: their nodes were not seen for {idle_longer_than_s:g} s."
-            self._hub.tell(Happened("notice", "node_ids_freed", text))
+            self._hub.tell(
+                Happened("notice", "node_ids_freed", text, params={"count": len(freed), "idle_s": idle_longer_than_s})
+            )
             self._hub.tell(BusChanged())
         return freed
 
@@ -159,15 +165,19 @@ class NodeIdTable:
 
     def _on_granted(self, uid: Uid, node_id: NodeId) -> None:
         self._granted[node_id] = self._base.now()
-        self._hub.tell(Happened("info", "allocated", f"Node id {node_id} given to {uid[:8]}…"))
+        text = f"Node id {node_id} given to {uid[:8]}…"
+        self._hub.tell(Happened("info", "allocated", text, params={"node_id": node_id, "uid": uid}))
 
     def _on_refused(self, pending: AllocationRequest) -> None:
-        text = f"No node id for {pending.partial}: {pending.refusal}"
-        self._hub.tell(Happened("failure", "no_node_id", text, Uid(pending.partial)))
+        refusal = pending.refused
+        assert refusal is not None
+        text = f"No node id for {pending.partial}: {refusal.text}"
+        params: dict[str, object] = {**refusal.params, "refusal": refusal.code, "uid": pending.partial}
+        self._hub.tell(Happened("failure", "no_node_id", text, Uid(pending.partial), params))
 
     def _on_recycled(self, uid: Uid, node_id: NodeId) -> None:
         text = f"Node id {node_id} was taken from {uid}, not seen for a month, for a new node: no other was left."
-        self._hub.tell(Happened("warning", "node_id_recycled", text, uid))
+        self._hub.tell(Happened("warning", "node_id_recycled", text, uid, {"node_id": node_id, "uid": uid}))
 
     def _on_rival(self, rival: Rival) -> None:
         what = {
@@ -175,13 +185,16 @@ class NodeIdTable:
             AllocatorStatus.OFF: "This one is off.",
             AllocatorStatus.STANDING_DOWN: "This one stands down.",
         }[self.allocator.state]
-        self._hub.tell(Happened("warning", "second_allocator", f"Node {rival.node_id} gives node ids too. {what}"))
+        text = f"Node {rival.node_id} gives node ids too. {what}"
+        params: dict[str, object] = {"node_id": rival.node_id, "allocator": self.allocator.state.value}
+        self._hub.tell(Happened("warning", "second_allocator", text, params=params))
         self._hub.tell(BusChanged())
 
     def _on_rival_gone(self, rival: Rival) -> None:
         what = "This one gives them again." if self.allocator.state is AllocatorStatus.ON else ""
         text = f"Node {rival.node_id} no longer gives node ids. {what}".rstrip()
-        self._hub.tell(Happened("notice", "second_allocator_gone", text))
+        params: dict[str, object] = {"node_id": rival.node_id, "allocator": self.allocator.state.value}
+        self._hub.tell(Happened("notice", "second_allocator_gone", text, params=params))
         self._hub.tell(BusChanged())
 
     def _on_shared(self, now: Instant) -> None:
@@ -199,6 +212,7 @@ class NodeIdTable:
         text = f"{program} uses hornbill's node id {self.own_id}. {gives} Close one of the two programs."
         params: dict[str, object] = {
             "node_id": self.own_id, "makers_program": shared.is_makers_program, "allocator": allocator.state.value,
+            "shared_s": SHARED_FOR_S,
         }  # fmt: skip
         self._hub.tell(Happened("warning", "own_node_id", text, params=params))
         self._hub.tell(BusChanged())

@@ -45,7 +45,13 @@ class _Hold(SetpointSource):
     def interrupt(self, why: str) -> Happened:
         """What ended it before its time."""
         text = f"The hold of {self.servo.title} at {self.value:g} {UNIT[self.kind]} has ended: {why}"
-        return Happened("notice", "hold_ended", text, self.servo.uid)
+        return Happened("notice", "hold_ended", text, self.servo.uid, self.params)
+
+    @property
+    def params(self) -> dict[str, object]:
+        """Its servo and value, for an event."""
+        unit = "rpm" if self.kind == "speed" else "pct"
+        return {"servo": self.servo.title, f"at_{unit}": self.value}
 
 
 class Holds:
@@ -137,7 +143,7 @@ class Holds:
         if hold.target is not None and self._motion.told(servo.uid) is not hold.target:
             return  # commanded since, if only to the same, or torque off: somebody else's now
         text = f"{servo.title} is braked: nobody said in time that it shall run on at {hold.value:g} {UNIT[hold.kind]}."
-        self._hub.tell(Happened("notice", "hold_ended", text, servo.uid))
+        self._hub.tell(Happened("notice", "hold_ended", text, servo.uid, {**hold.params, "braked": True}))
         await self._brake(servo, hold.lease_id, hold.kind)
 
     async def _release(self, servo: Servo, lease_id: str | None, kind: str) -> Target:
@@ -174,4 +180,6 @@ class Holds:
         try:
             await self._motion.torque_away(servo, "off")
         except HornbillError as error:  # it is owed from here on, and written until it is answered
-            self._hub.tell(Happened("warning", "hold_ended", error.detail, servo.uid))
+            self._hub.tell(
+                Happened("warning", "hold_ended", error.detail, servo.uid, {**error.told, "servo": servo.title})
+            )

@@ -98,7 +98,7 @@ class Identify:
     def _end(self, lease: HeldLease, *, own: bool) -> None:
         if own:
             with contextlib.suppress(Unknown):  # it ran out: the tick has told that
-                self._takeovers.release(lease.id, "{holder} ended.")
+                self._takeovers.release(lease.id, "job_ended")
 
 
 def _moved(job: RunningJob) -> bool | None:

@@ -345,7 +345,7 @@ class IdentifyMotion:
             f"Not given back after the wiggle of {servo.title}: {', '.join(left)}. They hold what limits it, in RAM "
             "alone. Write them again, or restart it."
         )
-        self._hub.tell(Happened("failure", "not_restored", text, servo.uid))
+        self._hub.tell(Happened("failure", "not_restored", text, servo.uid, {"servo": servo.title, "keys": left}))
         if isinstance(error, HornbillError):
             error.extend(after=f" {text}")
             error.facts["not_restored"] = left

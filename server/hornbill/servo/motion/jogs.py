@@ -65,7 +65,10 @@ class _Jog(PeriodicSource):
     def interrupt(self, why: str) -> Happened:
         """What ended the move, and where."""
         text = f"The move of {self.servo.title} to {self.degrees:g}° has ended at {self.track.at:.1f}°: {why}"
-        return Happened("notice", "move_ended", text, self.servo.uid)
+        params: dict[str, object] = {
+            "servo": self.servo.title, "to_deg": self.degrees, "at_deg": round(self.track.at, 1),
+        }  # fmt: skip
+        return Happened("notice", "move_ended", text, self.servo.uid, params)
 
     def _undisturbed(self, sent: Target) -> bool:
         """Whether nobody else has commanded the servo since. Raises what ends every motion."""

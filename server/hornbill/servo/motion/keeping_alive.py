@@ -251,7 +251,9 @@ class KeepingAlive:
         expected = isinstance(error, Stopped | LeaseRequired | LeaseHeld | BusDisconnected)
         if self._find(driven.servo.uid) is driven and not expected:
             text = f"{error.detail} {driven.servo.title} is not kept under its last command any more. Command it again."
-            self._hub.tell(Happened("warning", "let_go", text, driven.servo.uid))
+            self._hub.tell(
+                Happened("warning", "let_go", text, driven.servo.uid, {**error.told, "servo": driven.servo.title})
+            )
 
 
 def interval_s(servo: Servo) -> float:

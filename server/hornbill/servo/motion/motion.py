@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
 
+from hornbill.domain.event import LeaseEnd
 from hornbill.domain.motion import Caution
 from hornbill.errors import (
     BusDisconnected,
@@ -278,9 +279,9 @@ class Motion:
     def tick(self) -> None:
         """Notice a lease that ran out; call it at least every 50 ms."""
         while (lease := self._leases.lapsed(self._base.now())) is not None:
-            self.lease_ended(lease, f"The lease of {lease.holder} ran out.")
+            self.lease_ended(lease, LeaseEnd("ran_out", lease.holder))
 
-    def lease_ended(self, lease: HeldLease, why: str) -> None:
+    def lease_ended(self, lease: HeldLease, why: LeaseEnd) -> None:
         """Torque off on everything that was energised under this lease."""
         servos = self._release(lease.id)
         for servo in servos:
@@ -288,9 +289,10 @@ class Motion:
         names = ", ".join(servo.title for servo in servos)
         self._hub.tell(LeaseChanged())
         if servos:
-            self._hub.tell(Happened("notice", "lease_ended", f"{why} Torque goes off on {names}."))
+            params: dict[str, object] = {**why.params, "servos": [servo.title for servo in servos]}
+            self._hub.tell(Happened("notice", "lease_ended", f"{why.text} Torque goes off on {names}.", params=params))
         outcome = "lapsed" if lease.expires_at <= self._base.now() else "released"
-        entry = NewAuditEntry(lease.holder, "lease", outcome, detail=why)
+        entry = NewAuditEntry(lease.holder, "lease", outcome, detail=why.text)
         self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)
 
     def quiet(self) -> None:

@@ -3,7 +3,9 @@
 import asyncio
 import logging
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 from hornbill.errors import HornbillError
 from hornbill.servo.runtime.hub import Happened, Hub
@@ -58,6 +60,9 @@ class PeriodicSource(SetpointSource):
         self.misses += slots
 
 
+INTERNAL: Final = {"problem": "internal"}
+
+
 class SetpointRunner:
     """Runs sources, each in a task of its own, until its last setpoint, until motion may not go on, or until `end`.
 
@@ -106,14 +111,14 @@ class SetpointRunner:
         try:
             await self.follow(source)
         except HornbillError as error:
-            self._report(source, error.detail, "notice")
+            self._report(source, error.detail, "notice", error.told)
         except Exception as error:  # a defect of ours must not look like a run that goes on
             log.exception("setpoints failed")
-            self._report(source, f"hornbill itself failed: {error!r}. Report this.", "failure")
+            self._report(source, f"hornbill itself failed: {error!r}. Report this.", "failure", INTERNAL)
         finally:
             self._tasks.pop(source, None)
 
-    def _report(self, source: SetpointSource, why: str, level: str) -> None:
+    def _report(self, source: SetpointSource, why: str, level: str, told: Mapping[str, object]) -> None:
         event = source.interrupt(why)
         if event is not None:
-            self._hub.tell(replace(event, level=level))
+            self._hub.tell(replace(event, level=level, params={**told, **event.params}))

@@ -105,7 +105,8 @@ class SetpointStream(PeriodicSource):
     def interrupt(self, why: str) -> Happened:
         """Keep why it ended."""
         self.ended, self.ended_summary = why, self.ended_summary or why
-        return Happened("notice", "stream_ended", f"A stream to {len(self.uids)} servos has ended: {why}")
+        text = f"A stream to {len(self.uids)} servos has ended: {why}"
+        return Happened("notice", "stream_ended", text, params={"servos": len(self.uids)})
 
     def _go_on(self) -> None:
         if not self.legs:

@@ -3,9 +3,12 @@
 import asyncio
 import secrets
 from collections import OrderedDict
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
+from hornbill.domain.event import LeaseEnd, LeaseEndCode, because
+from hornbill.domain.fields import known
 from hornbill.errors import Busy, InvalidValue, Unknown
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.motion.motion import AUDITED_S, Motion
@@ -28,6 +31,8 @@ KEPT = 16
 """Requests that can still be asked about after their end."""
 
 Outcome = Literal["waiting", "granted", "refused", "withdrawn"]
+_Ended = Literal["lease_withdrawn", "lease_refused"]
+_STATES: Final[Mapping[_Ended, Outcome]] = {"lease_withdrawn": "withdrawn", "lease_refused": "refused"}
 
 
 @dataclass(slots=True)
@@ -82,13 +87,13 @@ class TakeOvers:
         self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", detail=detail))
         return lease
 
-    def release(self, lease_id: str, why: str) -> HeldLease:
-        """Give a lease back: torque goes off on what was commanded under it. `why`: a sentence with {holder} in it.
+    def release(self, lease_id: str, why: LeaseEndCode) -> HeldLease:
+        """Give a lease back: torque goes off on what was commanded under it.
 
         Raises Unknown once it has ended.
         """
         lease = self._leases.release(lease_id, self._base.now())
-        self._motion.lease_ended(lease, why.format(holder=lease.holder))
+        self._motion.lease_ended(lease, LeaseEnd(why, lease.holder))
         return lease
 
     async def force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
@@ -119,9 +124,10 @@ class TakeOvers:
         held = self._leases.current(now)
         self._leases.promised_to, self._waiting = by, asked
         if held is not None:
-            text = f"{by} asks {held.holder} for motion control{_because(reason)} "
+            text = f"{by} asks {held.holder} for motion control{because(reason)} "
             text += f"It passes in {patience_s:g} s unless {held.holder} refuses."
-            self._hub.tell(Happened("notice", "lease_asked", text))
+            params: dict[str, object] = {"by": by, "holder": held.holder, "reason": reason, "patience_s": patience_s}
+            self._hub.tell(Happened("notice", "lease_asked", text, params=params))
             self._hub.tell(LeaseChanged())
         await self.settle()
         return asked
@@ -147,7 +153,7 @@ class TakeOvers:
     def withdraw(self, asked_id: str) -> TakeOverRequest:
         """Ask no more. What was granted or refused stays so. Raises Unknown."""
         asked = self.look(asked_id)
-        self._end(asked, "withdrawn", f"{asked.by} does not ask for motion control any more.")
+        self._end(asked, "lease_withdrawn", f"{asked.by} does not ask for motion control any more.")
         return asked
 
     def refuse(self, shown_id: str, lease_id: str | None) -> TakeOverRequest:
@@ -156,7 +162,8 @@ class TakeOvers:
         asked = self._waiting
         if asked is None or shown_id not in (asked.shown_id, asked.id):
             raise Unknown("unknown_lease", "Nobody asks for motion control by this id any more.")
-        self._end(asked, "refused", f"{lease.holder} keeps motion control: {asked.by} was refused.")
+        text = f"{lease.holder} keeps motion control: {asked.by} was refused."
+        self._end(asked, "lease_refused", text, holder=lease.holder)
         return asked
 
     def tick(self) -> None:
@@ -166,7 +173,7 @@ class TakeOvers:
             return
         now = self._base.now()
         if now - asked.seen_at >= min(SIGN_S, asked.patience_s):
-            self._end(asked, "withdrawn", f"{asked.by} asked for motion control and is gone.")
+            self._end(asked, "lease_withdrawn", f"{asked.by} asked for motion control and is gone.", gone=True)
         elif now >= asked.due or self._leases.current(now) is None:
             self._passing = asyncio.get_running_loop().create_task(self._pass(asked))
 
@@ -179,7 +186,7 @@ class TakeOvers:
     async def _pass(self, asked: TakeOverRequest) -> None:
         try:
             old = self._leases.current(self._base.now())
-            await self._let_go(asked.by, f"Motion control passes to {asked.by}, who asked for it.")
+            await self._let_go(LeaseEnd("passed", asked.by))
             if asked.state != "waiting":
                 return  # withdrawn meanwhile
             asked.lease = self._leases.hand_over(asked.by, asked.ttl_s, self._base.now(), grace_s=GRACE_S)
@@ -191,41 +198,44 @@ class TakeOvers:
     async def _force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
         try:
             if self._waiting is not None:
-                self._end(self._waiting, "refused", f"{holder} took motion control by force.")
+                text = f"{holder} took motion control by force."
+                self._end(self._waiting, "lease_refused", text, holder=holder, forced=True)
             old = self._leases.current(self._base.now())
-            await self._let_go(holder, f"{holder} took motion control by force: {reason.rstrip('.')}.")
+            await self._let_go(LeaseEnd("forced", holder, reason))
             lease = self._leases.hand_over(holder, ttl_s, self._base.now(), grace_s=0.0)
             self._tell_passed(lease, old, "forced", reason)
             return lease
         finally:
             self._passing = None
 
-    async def _let_go(self, to: str, why: str) -> None:
+    async def _let_go(self, why: LeaseEnd) -> None:
         """End whatever lease there is, and wait for torque to be off on what it commanded."""
-        self._leases.promised_to = to
+        self._leases.promised_to = why.holder
         self._motion.tick()  # one that ran out a moment ago
         old = self._leases.take_away(self._base.now())
         if old is not None:
             self._motion.lease_ended(old, why)
         await self._motion.torque_off.acknowledged(PASS_S)
 
-    def _end(self, asked: TakeOverRequest, state: Outcome, text: str) -> None:
+    def _end(self, asked: TakeOverRequest, code: _Ended, text: str, **params: object) -> None:
         if asked.state != "waiting":
             return
-        asked.state, self._waiting, self._leases.promised_to = state, None, None
-        self._hub.tell(Happened("notice", f"lease_{state}", text))
+        asked.state, self._waiting, self._leases.promised_to = _STATES[code], None, None
+        self._hub.tell(Happened("notice", code, text, params={"by": asked.by, **params}))
         self._hub.tell(LeaseChanged())
 
-    def _tell_passed(self, lease: HeldLease, old: HeldLease | None, how: str, reason: str) -> None:
+    def _tell_passed(
+        self, lease: HeldLease, old: HeldLease | None, how: Literal["passed", "forced"], reason: str
+    ) -> None:
         self._hub.tell(LeaseChanged())
         verb = "took motion control by force" if how == "forced" else "got motion control"
         whose = "" if old is None else f" from {old.holder}"
-        level = "warning" if how == "forced" else "notice"
-        self._hub.tell(Happened(level, f"lease_{how}", f"{lease.holder} {verb}{whose}{_because(reason)}"))
         before = None if old is None else old.holder
+        text = f"{lease.holder} {verb}{whose}{because(reason)}"
+        params: dict[str, object] = {**known(by=lease.holder, reason=reason or None, holder=before)}
+        if how == "forced":
+            self._hub.tell(Happened("warning", "lease_forced", text, params=params))
+        else:
+            self._hub.tell(Happened("notice", "lease_passed", text, params=params))
         entry = NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, detail=reason)
         self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)
-
-
-def _because(reason: str) -> str:
-    return f": {reason.rstrip('.')}." if reason.strip() else "."

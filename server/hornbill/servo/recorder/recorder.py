@@ -4,11 +4,14 @@ import asyncio
 import logging
 import re
 from collections import deque
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Final, cast
 
 import orjson
 
+from hornbill.domain.event import EventCode
+from hornbill.domain.fields import Param, known
 from hornbill.domain.recording import MARKS_MOST, Mark, Reason
 from hornbill.errors import Busy, HornbillError, InvalidValue, LogFailed
 from hornbill.node.tap import FrameTap
@@ -153,9 +156,9 @@ class Recorder:
             "params": event.params,
         })  # fmt: skip
         if event.code == "offline":
-            self._mark("lost", event.text, event.uid)
+            self._mark("lost", event.text, event.uid, params=event.params)
         elif event.code == "bus_lost" and event.level == "failure":
-            self._mark("bus_lost", event.text)
+            self._mark("bus_lost", event.text, params=event.params)
 
     def _on_reading(self, change: ReadingChanged) -> None:
         if change.key != "fault_failure" or self._recorded:
@@ -165,9 +168,12 @@ class Recorder:
         new = word & ~self._failures.get(change.uid, 0)
         self._failures[change.uid] = word
         if servo is not None and new:
-            labels = {bit.bit: bit.label for bit in self._fleet.catalog.faults if bit.parameter == change.key}
-            names = ", ".join(labels.get(bit, f"bit {bit}") for bit in sorted(bits_of(new)))
-            self._mark("failure", f"{servo.title} reports a failure: {names}.", change.uid, which=new)
+            labels = {bit.bit: bit for bit in self._fleet.catalog.faults if bit.parameter == change.key}
+            bits = sorted(bits_of(new))
+            names = ", ".join(labels[bit].label if bit in labels else f"bit {bit}" for bit in bits)
+            text = f"{servo.title} reports a failure: {names}."
+            faults = [labels[bit].key if bit in labels else f"bit {bit}" for bit in bits]
+            self._mark("failure", text, change.uid, which=new, params={"servo": servo.title, "faults": faults})
 
     def _on_stop(self, _change: StopChanged) -> None:
         latch, before = self._stop.latch, self._latch
@@ -179,7 +185,8 @@ class Recorder:
             return
         why = f": {latch.reason}" if latch.reason else ""
         self._note({"type": "stop", "latched": True, "mode": latch.mode, "by": latch.by, "reason": latch.reason})
-        self._mark("stop", f"Stop by {latch.by}{why}.", which=id(latch))
+        params: dict[str, object] = {**known(by=latch.by, why=latch.reason or None)}
+        self._mark("stop", f"Stop by {latch.by}{why}.", which=id(latch), params=params)
 
     def _on_lease(self, _change: LeaseChanged) -> None:
         lease = self._leases.current(self._base.now())
@@ -206,6 +213,7 @@ class Recorder:
         which: object = None,
         slug: str = "",
         before_s: float | None = None,
+        params: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
         """Something happened: it goes into the bundle that is pending, or begins one."""
         if self._draft is None or self._recorded or self._closing.is_set():
@@ -213,7 +221,9 @@ class Recorder:
         now, same = self._base.now(), (reason, uid, which)
         last = self._last.get(same)
         self._last[same] = now
-        mark = Mark(at=self._base.utc(now), reason=reason, text=text[:2000], uid=uid)
+        mark = Mark(
+            at=self._base.utc(now), reason=reason, text=text[:2000], uid=uid, params=cast("dict[str, Param]", params)
+        )
         pending = self._pending
         if pending is not None:
             if len(pending.marks) < MARKS_MOST:
@@ -254,17 +264,21 @@ class Recorder:
             if not isinstance(error, HornbillError):
                 log.exception("a bundle could not be written")
             detail = error.detail if isinstance(error, HornbillError) else f"The bundle cannot be written: {error}."
-            pending.done.set_exception(LogFailed(detail))
+            failed = error if isinstance(error, LogFailed) else LogFailed(detail)
+            pending.done.set_exception(failed)
             pending.done.exception()  # nobody may be waiting
-            self._tell("warning", "bundle_failed", f"{detail} Everything else goes on.")
+            self._tell("warning", "bundle_failed", f"{detail} Everything else goes on.", failed.told)
             return
         pending.done.set_result(name)
-        self._tell("notice", "bundle_written", f"{pending.text.rstrip('.')}. Recorded in {name} ({size / 1e6:.1f} MB).")
+        text = f"{pending.text.rstrip('.')}. Recorded in {name} ({size / 1e6:.1f} MB)."
+        params = {**pending.marks[0].params, "mark": pending.reason, "text": pending.text, "name": name}
+        self._tell("notice", "bundle_written", text, {**params, "size_mb": round(size / 1e6, 1)})
         if dropped:
-            self._tell("notice", "bundles_dropped", f"Room was made for it: {', '.join(dropped)} deleted.")
+            text = f"Room was made for it: {', '.join(dropped)} deleted."
+            self._tell("notice", "bundles_dropped", text, {"names": dropped})
 
-    def _tell(self, level: str, code: str, text: str) -> None:
-        self._hub.tell(Happened(level, code, text))
+    def _tell(self, level: str, code: EventCode, text: str, params: Mapping[str, object]) -> None:
+        self._hub.tell(Happened(level, code, text, params={**params}))
 
 
 def _slug(text: str) -> str:

@@ -134,7 +134,7 @@ class Swap:
                 stuck.append(f"{one.servo.title} ({one.key} {one.number} instead of {one.before})")
         if stuck:
             text = f"Ids that could not be put back: {', '.join(stuck)}. Read these servos, and write their ids anew."
-            self._hub.tell(Happened("failure", "not_rolled_back", text))
+            self._hub.tell(Happened("failure", "not_rolled_back", text, params={"ids": stuck}))
 
     async def _put_back(self, one: Moved, until: float) -> bool:
         while await self._try(one) is not None:

@@ -29,7 +29,7 @@ class Audit:
             if not self._failed:
                 self._failed = True
                 text = "The audit cannot be kept. Check the data folder and its disk; what is done now is not recorded."
-                self._hub.tell(Happened("warning", "store_failed", text))
+                self._hub.tell(Happened("warning", "store_failed", text, params={"what": "audit"}))
 
     def later(self, after: Coroutine[object, object, None], entry: Callable[[], NewAuditEntry]) -> None:
         """Keep an entry once `after` has ended, so that a commit delays nothing urgent. Returns at once."""

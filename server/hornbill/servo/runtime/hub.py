@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
+from hornbill.domain.event import EventCode
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.units import Uid
 
@@ -50,7 +51,7 @@ class Happened:
     """
 
     level: str
-    code: str
+    code: EventCode
     text: str
     uid: Uid | None = None
     params: dict[str, object] = field(default_factory=dict[str, object], hash=False)

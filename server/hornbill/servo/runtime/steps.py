@@ -28,8 +28,7 @@ class Evidence:
     @classmethod
     def of(cls, error: HornbillError) -> Self:
         """A problem as evidence: its code is the value `problem`, its plain facts are the other values."""
-        plain = {name: fact for name, fact in error.facts.items() if isinstance(fact, str | int | float)}
-        return cls("problem", error.detail, {**plain, "problem": error.code, "summary": error.summary})
+        return cls("problem", error.detail, error.told)
 
 
 @dataclass(slots=True)

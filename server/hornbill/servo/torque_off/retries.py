@@ -192,7 +192,9 @@ class TorqueOffRetries:
             return
         order.named = True
         text = f"{order.to.title} did not answer to torque {order.mode}; it is written until it does."
-        self._hub.tell(Happened("failure", "no_answer", f"{text} If it can move, cut its supply.", order.to.uid))
+        params: dict[str, object] = {"servos": [order.to.title], "mode": order.mode}
+        text += " If it can move, cut its supply."
+        self._hub.tell(Happened("failure", "no_answer", text, order.to.uid, params))
 
     @staticmethod
     def _settle(order: TorqueOffOrder) -> None:
@@ -263,7 +265,8 @@ class TorqueOffRetries:
             if order.named:
                 order.named, where = False, "off" if order.mode == "off" else "on the brake"
                 text = f"Torque is {where} on {order.to.title} now."
-                self._hub.tell(Happened("notice", "torque_off", text, order.to.uid))
+                params: dict[str, object] = {"servo": order.to.title, "mode": order.mode}
+                self._hub.tell(Happened("notice", "torque_off", text, order.to.uid, params))
             self._hub.tell(ServoChanged(order.to.uid))
         self._settle(order)
 

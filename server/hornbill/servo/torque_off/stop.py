@@ -127,7 +127,7 @@ class StopControl:
         text = "Pressed before the server was restarted."
         self.latch = Latch(mode, at, by, f"{reason.rstrip('.')}. {text}" if reason else text)
         text = f"Still stopped by {by}, from before the server was restarted. Torque goes {mode} on every servo found."
-        self._hub.tell(Happened("warning", "stopped", text))
+        self._hub.tell(Happened("warning", "stopped", text, params={"by": by, "mode": mode, "before_start": True}))
 
     def now(self, mode: str, by: str, reason: str) -> Latch:
         """Stop. The first frames leave on the next turn of the event loop; pressing again sends again.
@@ -157,7 +157,8 @@ class StopControl:
                 f"Stopped by {by}, but the bus is lost: torque goes {mode} on every servo as soon as it is back. "
                 "Cut the supply of what can move until then."
             )
-        self._hub.tell(Happened("failure", "stopped", text))
+        params: dict[str, object] = {"by": by, "mode": mode, "bus_lost": self._bus_gone}
+        self._hub.tell(Happened("failure", "stopped", text, params=params))
         self._audit.later(self._retries.acknowledged(AUDITED_S), lambda: _pressed(latch))
         return latch
 
@@ -200,13 +201,15 @@ class StopControl:
         """Unlatch. Moves and turns on nothing; a servo that has not answered yet is written to until it does."""
         if self.latch is None:
             return
-        open_ones = ", ".join(one.label for one in self.latch.unconfirmed())
+        unconfirmed = [one.label for one in self.latch.unconfirmed()]
+        open_ones = ", ".join(unconfirmed)
         latch, self.latch = self.latch, None
         self._hub.tell(StopChanged())
         text = f"Stop cleared by {by}. Torque stays off until turned on."
         if open_ones:
             text += f" Not confirmed: {open_ones}. Torque may still be on there; it is turned off when it answers."
-        self._hub.tell(Happened("warning" if open_ones else "notice", "stop_cleared", text))
+        params: dict[str, object] = {"by": by, "unconfirmed": unconfirmed}
+        self._hub.tell(Happened("warning" if open_ones else "notice", "stop_cleared", text, params=params))
         detail = f"Stop of {latch.by} cleared. {_confirmed(latch)}"
         self._audit.later(
             self._retries.acknowledged(AUDITED_S), lambda: NewAuditEntry(by, "stop", "cleared", detail=detail)
@@ -253,7 +256,9 @@ class StopControl:
         text = f"No answer to the stop from {', '.join(one.label for one in silent)}. Torque may still be on there; "
         text += "it is written until they answer. If they can move, cut their supply."
         only = silent[0] if len(silent) == 1 else None
-        self._hub.tell(Happened("failure", "no_answer", text, only.uid if isinstance(only, Confirmation) else None))
+        params: dict[str, object] = {"servos": [one.label for one in silent], "stop": True}
+        uid = only.uid if isinstance(only, Confirmation) else None
+        self._hub.tell(Happened("failure", "no_answer", text, uid, params))
 
     def _confirm(self, latch: Latch, one: Confirmation | NodeConfirmation) -> None:
         if one.ms is None:
@@ -262,7 +267,9 @@ class StopControl:
         if one.named:
             one.named = False
             uid = one.uid if isinstance(one, Confirmation) else None
-            self._hub.tell(Happened("notice", "stopped_late", f"{one.label} has answered: torque {latch.mode}.", uid))
+            text = f"{one.label} has answered: torque {latch.mode}."
+            params: dict[str, object] = {"servo": one.label, "mode": latch.mode}
+            self._hub.tell(Happened("notice", "stopped_late", text, uid, params))
         if latch is self.latch:
             self._hub.tell(StopChanged())
 

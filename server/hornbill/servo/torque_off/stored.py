@@ -133,7 +133,9 @@ class StoredTorqueOff:
         except Exception:
             log.exception("the stop could not be kept")
             text = "The stop cannot be kept. It holds now, and a server started anew would not know of it: check the "
-            self._hub.tell(Happened("warning", "store_failed", text + "data folder and its disk."))
+            self._hub.tell(
+                Happened("warning", "store_failed", text + "data folder and its disk.", params={"what": "stop"})
+            )
 
     def _saves(self) -> dict[str, Json]:
         try:

@@ -2,6 +2,7 @@
 import type { Facts } from "../../form/facts";
 import type { Topics } from "../language";
 import { words as bus } from "./bus";
+import { refusals } from "./events";
 
 const { notes } = bus.line;
 
@@ -197,7 +198,7 @@ export const words = {
           p.ours_answers ? "hornbillも応答: 同じIDを2台に渡すおそれがあります" : "hornbillは控えています",
         ),
       allocator_off: asking,
-      allocation_refused: asking,
+      allocation_refused: p => `${asking(p)}。${refusals[p.refusal as keyof typeof refusals]?.(p) ?? ""}`,
       allocation_stuck: p =>
         p.node === undefined
           ? `${asking(p)}。固有IDの3つの部分のうち${p.parts}つだけ届きました。`

@@ -71,7 +71,7 @@ async def renew_lease(host: TheHost, lease_id: LeaseId) -> Lease:
 @routes.delete("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
 async def release_lease(host: TheHost, lease_id: LeaseId) -> LeaseView:
     """Give motion control back. Torque goes off on what was commanded under it; whoever asked for it gets it then."""
-    lease = host.takeovers.release(lease_id, "{holder} gave motion control back.")
+    lease = host.takeovers.release(lease_id, "given_back")
     shown = present.lease_view(host, lease)
     await host.torque_off.acknowledged(PASS_S)
     await host.takeovers.settle()

@@ -23,7 +23,7 @@ from hornbill.bus.recordings.bundle import (
     read_writes,
 )
 from hornbill.bus.recordings.folder import StoredFile
-from hornbill.domain.fields import Model
+from hornbill.domain.fields import Model, Param, Params
 from hornbill.domain.recording import About, Columns, Reason
 from hornbill.errors import InvalidValue, LogFailed
 
@@ -39,6 +39,7 @@ class BundleMark(Model):
     uid: str | None = Field(
         default=None, description="Unique ID of the servo, 32 hex digits. Null if it concerns none."
     )
+    params: Params = Field(default_factory=dict[str, Param])
 
 
 class PendingBundle(Model):

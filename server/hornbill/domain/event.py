@@ -1,0 +1,111 @@
+"""Events: codes of what happened, and what the event log cannot store."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from hornbill.domain.fields import Param, known
+
+EventCode = Literal[
+    # bus
+    "connected",
+    "disconnected",
+    "bus_lost",
+    "bus_trouble",
+    "bus_back",
+    "sample_point",
+    # node IDs
+    "allocator_mode",
+    "allocated",
+    "node_ids_freed",
+    "node_id_recycled",
+    "no_node_id",
+    "second_allocator",
+    "second_allocator_gone",
+    "own_node_id",
+    "own_node_id_alone",
+    # servos
+    "ready",
+    "offline",
+    "restarted",
+    "fault",
+    "fault_cleared",
+    "hunting",
+    "hunting_ended",
+    "saturated",
+    "saturated_ended",
+    "turns_lost",
+    "drift",
+    "ram_values_lost",
+    "position_unit",
+    "not_rolled_back",
+    "not_restored",
+    # motion control
+    "lease_asked",
+    "lease_withdrawn",
+    "lease_refused",
+    "lease_passed",
+    "lease_forced",
+    "lease_ended",
+    "hold_ended",
+    "move_ended",
+    "stream_ended",
+    "let_go",
+    # torque off
+    "stopped",
+    "stopped_late",
+    "stop_cleared",
+    "no_answer",
+    "torque_off",
+    # recordings, store
+    "bundle_written",
+    "bundle_failed",
+    "bundles_dropped",
+    "log_started",
+    "log_stopped",
+    "log_full",
+    "log_failed",
+    "store_failed",
+]
+"""Code of an event; with its `params` a page words it in its language."""
+
+Unstored = Literal["audit", "faults", "changes", "stop", "servo", "lost_values", "position_unit"]
+"""What could not be stored: `what` of the event store_failed."""
+
+
+LeaseEndCode = Literal["ran_out", "given_back", "page_closed", "job_ended", "passed", "forced"]
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseEnd:
+    """Why a lease ended, as a code with its values and as an English sentence. `holder`: who had it, or who took it."""
+
+    code: LeaseEndCode
+    holder: str
+    reason: str = ""
+    """Why it was taken by force, in the words of whoever did."""
+
+    @property
+    def text(self) -> str:
+        """One sentence."""
+        return _LEASE_ENDS[self.code].format(holder=self.holder, because=because(self.reason))
+
+    @property
+    def params(self) -> dict[str, Param]:
+        """Its values."""
+        return known(why=self.code, holder=self.holder, reason=self.reason or None)
+
+
+_LEASE_ENDS: Final[Mapping[LeaseEndCode, str]] = {
+    "ran_out": "The lease of {holder} ran out.",
+    "given_back": "{holder} gave motion control back.",
+    "page_closed": "The page of {holder} closed.",
+    "job_ended": "{holder} ended.",
+    "passed": "Motion control passes to {holder}, who asked for it.",
+    "forced": "{holder} took motion control by force{because}",
+}
+
+
+def because(reason: str) -> str:
+    """The end of a sentence, with what somebody gave as the reason."""
+    return f": {reason.rstrip('.')}." if reason.strip() else "."
