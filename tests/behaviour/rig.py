@@ -20,7 +20,7 @@ from hornbill.bus.reopening import ReopeningPort
 from hornbill.errors import PortOpenFailed
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.device.servo import Servo, State
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.runtime.hub import Change, Happened
 from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.recipe import Recipe
@@ -254,7 +254,7 @@ def play(
             await port.open()
             return port
 
-        host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1), wall=walls)
+        host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)), wall=walls)
         app = _api(CATALOG)
         app.state.host, app.state.adapters = host, Adapters(looks={})
         transport = httpx.ASGITransport(app, raise_app_exceptions=True)

@@ -14,7 +14,7 @@ import pytest
 
 from behaviour.rig import CATALOG, Rig, json, play, problem
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.motion.identify_motion import FURTHEST_DEG
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.device import ServoStage
@@ -317,7 +317,7 @@ async def restart_server(rig: Rig, place: str) -> Store:
         await port.open()
         return port
 
-    rig.host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+    rig.host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
     rig.app.state.host = rig.host
     return kept
 

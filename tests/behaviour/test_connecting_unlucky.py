@@ -40,7 +40,7 @@ PARTS: dict[str, Callable[[Rig], tuple[object, str, Callable[..., Any]]]] = {
     "allocator": lambda rig: (rig.host.allocating, "join", failing),
     "doctor": lambda rig: (rig.host.doctor, "follow", failing),
     "watch": lambda rig: (rig.host.watch, "begin", failing),
-    "before": lambda rig: (rig.host, "before_join", failing_later),
+    "before": lambda rig: (rig.host, "_before_join", failing_later),
 }
 
 

@@ -12,7 +12,7 @@ import pytest
 from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, play, problem
 from hornbill.errors import StoreFailed
 from hornbill.servo.device.servo import Servo, State
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import Uid
@@ -369,7 +369,7 @@ def test_another_run_of_the_server_goes_on_where_a_servo_runs_on(tmp_path: Path)
             return port
 
         with Store(tmp_path / "data") as kept:
-            host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+            host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
             host.hub.listen(rig.changes.append)
             rig.changes.clear()
             rig.host = rig.app.state.host = host

@@ -13,7 +13,7 @@ from hornbill.app.settings import Settings
 from hornbill.errors import BusDisconnected
 from hornbill.node.allocator import RECYCLE_AFTER_S, AllocationMode
 from hornbill.servo.device.servo import Servo, State
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
 from hornbill.units import NodeId, Uid
@@ -188,7 +188,7 @@ def test_the_mode_is_chosen_over_rest_and_kept() -> None:
         (waiting,) = (await table(rig))["pending"]
         assert sim.uid.hex().startswith(waiting["uid_part"])
         assert waiting["attempts"] > 3
-        again = Host(CATALOG, rig.host.store, no_port, node_id=127, unique_id=bytes(16), version=(0, 1))
+        again = Host(CATALOG, rig.host.store, no_port, HostSettings(127, bytes(16), (0, 1)))
         assert again.allocating.allocator.mode == "off"
         await again.close()
         assert json(await rig.call("PUT", "/bus/allocator", {"mode": "on"}))["state"] == "on"
@@ -205,9 +205,7 @@ def test_a_mode_told_at_the_start_counts_before_the_one_chosen_last(monkeypatch:
     async def scene(rig: Rig) -> None:
         json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}))
         for told, counts in ((AllocationMode.INSIST, "insist"), (None, "off")):
-            host = Host(
-                CATALOG, rig.host.store, no_port, node_id=127, unique_id=bytes(16), version=(0, 1), allocator=told
-            )
+            host = Host(CATALOG, rig.host.store, no_port, HostSettings(127, bytes(16), (0, 1), allocator=told))
             assert host.allocating.allocator.mode == counts
             await host.close()
 
@@ -417,7 +415,7 @@ def test_a_server_killed_in_any_stage_leaves_a_table_its_successor_goes_on_with(
             async def open_port(_address: str, _bitrate: int) -> Any:
                 return rig.bus.port("successor")
 
-            host = Host(CATALOG, store, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+            host = Host(CATALOG, store, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
             await host.connect("memory:successor", 1_000_000)
             async with asyncio.timeout(30):
                 while sum(servo.state is State.READY for servo in host.fleet.all()) < 3:

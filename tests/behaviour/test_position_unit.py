@@ -12,7 +12,7 @@ from hornbill.app.settings import Settings
 from hornbill.domain.servo import PositionUnit
 from hornbill.servo.device.position_unit import to_degrees, to_position
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.runtime.hub import Sampled
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
@@ -327,9 +327,7 @@ def test_the_setting_forces_a_unit_on_all_but_those_that_were_given_their_own(mo
         json(await rig.call("PUT", f"/servos/{one.uid}/position-unit", {"unit": "radian"}))
         await rig.host.disconnect()
         own = Settings().position_unit
-        host = Host(
-            CATALOG, rig.host.store, open_port, node_id=126, unique_id=bytes(16), version=(0, 1), position_unit=own
-        )
+        host = Host(CATALOG, rig.host.store, open_port, HostSettings(126, bytes(16), (0, 1), position_unit=own))
         await host.connect("memory:second", 1_000_000)
         await asyncio.sleep(5)
         shown = {

@@ -11,7 +11,7 @@ from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.ports.slcan_lines import line_of
 from hornbill.bus.reopening import adapter_port
 from hornbill.servo.device.servo import State
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.monitoring.line_budget import FULL, READ_BYTES
 from hornbill.servo.monitoring.polling import BUDGET
 from hornbill.sim.bench.bench import Bench
@@ -53,7 +53,7 @@ def test_six_servos_stay_online_over_a_real_port_at_115200_baud_and_nothing_is_d
             await port.open()
             return port
 
-        host = Host(CATALOG, store, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+        host = Host(CATALOG, store, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
         try:
             connection = await host.connect(f"slcan:{adapter.channel}", 1_000_000)
             line = connection.port.details.serial_line

@@ -199,7 +199,7 @@ def test_where_repeats_are_late_the_shortest_timeout_is_longer() -> None:
         for _ in range(5):
             await asyncio.sleep(1)
             assert await cautions(rig, servo) == []
-        keeping = rig.host.motion._keeping  # pyright: ignore[reportPrivateUsage]
+        keeping = rig.host.motion.keeping_alive
         assert keeping.shortest_s == 0.06
         keeping._note_lateness(0.08)  # pyright: ignore[reportPrivateUsage]
         (caution,) = await cautions(rig, servo)

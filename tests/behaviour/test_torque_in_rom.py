@@ -12,7 +12,7 @@ import pytest
 
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play, problem
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.device import ServoStage
 from hornbill.sim.services import Services
@@ -744,8 +744,8 @@ def test_a_server_that_is_killed_with_the_output_on_leaves_it_to_the_next_to_swi
             await asyncio.sleep(4)
         store = Store(f"sqlite:///{left}")
         heir = Host(
-            CATALOG, store, lambda _address, _bitrate: open_port(rig), node_id=126, unique_id=bytes(range(16, 32)),
-            version=(0, 1), wall=rig.walls,
+            CATALOG, store, lambda _address, _bitrate: open_port(rig),
+            HostSettings(126, bytes(range(16, 32)), (0, 1)), wall=rig.walls,
         )  # fmt: skip
         try:
             await heir.connect("memory:next", 1_000_000)

@@ -9,7 +9,7 @@ from typing import Any
 from behaviour.rig import CATALOG, Cable
 from bench.line import line
 from hornbill.bus.embedded.memory import MemoryBus
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.demo import demo_fleet
 from hornbill.store.store import Store
@@ -31,7 +31,7 @@ def figures() -> Iterator[dict[str, Any]]:
             await port.open()
             return port
 
-        host = Host(CATALOG, store, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+        host = Host(CATALOG, store, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
         bench = Bench(bus.port, CATALOG)
         for recipe in demo_fleet(CATALOG, 6, 1):
             bench.add(recipe)

@@ -13,7 +13,7 @@ from bench.line import line
 from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.servo import Servo, State
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.bench.bench import Bench
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
@@ -122,7 +122,7 @@ async def with_host(scene: Callable[[Host], Awaitable[T]], port: Callable[[], Ca
         return port()
 
     kept = Store("sqlite://")
-    host = Host(CATALOG, kept, open_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+    host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
     try:
         await host.connect("canned:", 1_000_000)
         return await scene(host)

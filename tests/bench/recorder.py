@@ -16,7 +16,7 @@ from hornbill.bus.recordings.bundle import BundleWriter
 from hornbill.bus.recordings.folder import BUNDLES, RecordingFolder
 from hornbill.node.hooks import Hooks
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.recorder.frame_ring import FrameRing
 from hornbill.servo.recorder.recorder import Recorder
 from hornbill.store.store import Store
@@ -75,7 +75,7 @@ async def _writing() -> dict[str, Any]:
         raise NotImplementedError(f"{address} at {bitrate}")
 
     with tempfile.TemporaryDirectory() as folder, Store("sqlite://") as store:
-        host = Host(Catalog.load(), store, no_port, node_id=127, unique_id=bytes(16), version=(0, 1))
+        host = Host(Catalog.load(), store, no_port, HostSettings(127, bytes(16), (0, 1)))
         box: Recorder = host.recorder
         box.begin(partial(BundleWriter.begin, RecordingFolder(Path(folder), BUNDLES)))
         now = host.base.now()

@@ -18,7 +18,7 @@ from bench.line import line
 from hornbill.api.http import create_api
 from hornbill.bus.listing import Adapters
 from hornbill.servo.device.servo import Servo
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.runtime.hub import Sampled, ServoChanged
 from hornbill.store.store import Store
 from hornbill.units import Uid
@@ -47,7 +47,7 @@ async def _measure() -> dict[str, Any]:
     async def no_port(_address: str, _bitrate: int) -> CanPort:
         raise AssertionError
 
-    host = Host(CATALOG, kept, no_port, node_id=127, unique_id=bytes(range(16)), version=(0, 1))
+    host = Host(CATALOG, kept, no_port, HostSettings(127, bytes(range(16)), (0, 1)))
     app = create_api(CATALOG)
     app.state.host, app.state.adapters = host, Adapters(looks={})
     config = uvicorn.Config(

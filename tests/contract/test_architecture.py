@@ -75,3 +75,58 @@ def test_no_star_import() -> None:
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom):
                 assert all(alias.name != "*" for alias in node.names), file
+
+
+MOST_COLLABORATORS = 7
+
+
+def classes() -> list[tuple[Path, ast.ClassDef]]:
+    trees = [(file, ast.parse(file.read_text(encoding="utf-8"))) for file in FILES]
+    return [(file, node) for file, tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+
+
+def test_no_constructor_takes_more_than_seven_arguments() -> None:
+    """What is more is a frozen bundle. Dataclasses have fields instead of a constructor, so they are left out."""
+    over: list[str] = []
+    for file, one in classes():
+        for method in one.body:
+            if isinstance(method, ast.FunctionDef) and method.name == "__init__":
+                taken = [*method.args.posonlyargs, *method.args.args, *method.args.kwonlyargs][1:]
+                if len(taken) > MOST_COLLABORATORS:
+                    over.append(f"{file.relative_to(PACKAGE)}: {one.name} takes {len(taken)}")
+    assert not over
+
+
+FRAMEWORKS = {"api/http.py: app.openapi"}
+"""FastAPI has its document replaced this way and no other."""
+
+
+def test_nothing_is_wired_by_setting_an_attribute_of_another_object() -> None:
+    """A callback or a collaborator comes in by the constructor, or by a method that listens (hub, hooks, subscribe).
+
+    Looked for: a public attribute that a class declares as something to call, and an attribute of another object that
+    is given a lambda, a `partial` or a bound method.
+    """
+    found: set[str] = set()
+    for file in FILES:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        methods = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}
+        for node in ast.walk(tree):
+            targets: list[ast.expr] = []
+            if isinstance(node, ast.AnnAssign) and ast.unparse(node.annotation).startswith("Callable"):
+                targets = [node.target] if not ast.unparse(node.target).startswith("self._") else []
+            elif isinstance(node, ast.Assign) and is_call(node.value, methods):
+                targets = [target for target in node.targets if not ast.unparse(target).startswith("self.")]
+            found |= {
+                f"{file.relative_to(PACKAGE)}: {ast.unparse(target)}"
+                for target in targets
+                if isinstance(target, ast.Attribute)
+            }
+    assert not found - FRAMEWORKS
+
+
+def is_call(value: ast.expr, methods: set[str]) -> bool:
+    """Whether a value is something to call, as far as its own text tells."""
+    if isinstance(value, ast.Attribute):
+        return ast.unparse(value.value) == "self" and value.attr in methods
+    return isinstance(value, ast.Lambda) or (isinstance(value, ast.Call) and ast.unparse(value.func) == "partial")

@@ -54,15 +54,24 @@ def with_frame_gap(address: str, gap_ms: float | None) -> str:
 
 
 class BusPorts:
-    """Opens ports for the host and places for simulated servos."""
+    """Opens ports for the host."""
 
     def __init__(
-        self, embedded: MemoryBus | None, logs: Path, bundles: Path | None = None, memory: BaudMemory | None = None
+        self,
+        embedded: MemoryBus | None,
+        logs: Path,
+        bundles: Path | None = None,
+        memory: BaudMemory | None = None,
+        *,
+        allow: Callable[[str], None] = lambda _address: None,
+        before_embedded: Callable[[], Awaitable[None]] | None = None,
     ) -> None:
         """`embedded` is the bus within this process, if there is one.
 
         `logs` and `bundles` are where recordings without a folder are looked for. `memory` holds the baud rates of
-        serial adapters.
+        serial adapters. `allow` is called before anything is opened for somebody who asks over the network, and raises
+        PortOpenFailed. `before_embedded` is awaited before the embedded bus is opened: its servos may be switched on
+        only once somebody asks for them.
         """
         self._embedded = embedded
         self._memory = memory
@@ -70,14 +79,12 @@ class BusPorts:
         self._bundles = bundles
         self.own = [] if embedded is None else [FoundAdapter(EMBEDDED, "Simulated servos", bitrate=embedded.bitrate)]
         """What can be connected beside what is plugged in."""
-        self.allow: Callable[[str], None] = lambda _address: None
-        """Asked before anything is opened for somebody who asks over the network; raises PortOpenFailed."""
-        self.before_embedded: Callable[[], Awaitable[None]] | None = None
-        """Awaited before the embedded bus is opened: its servos may be switched on only once somebody asks for them."""
+        self._allow = allow
+        self._before_embedded = before_embedded
 
     async def open(self, address: str, bitrate: int) -> CanPort:
         """An open port. Raises PortOpenFailed with the reason and the remedy."""
-        self.allow(split_frame_gap(address)[0])
+        self._allow(split_frame_gap(address)[0])
         if address.startswith(RECORDING):
             return await open_replay(address, bitrate=bitrate, folder=self._logs)
         if address.startswith(BUNDLE):
@@ -104,20 +111,6 @@ class BusPorts:
             log(f"{port.trouble}\nIt is tried again by itself until it opens.")
         await host.attach(port)
 
-    async def places(self, address: str | None, stack: AsyncExitStack) -> Callable[[str], CanPort]:
-        """Places for simulated servos: on the embedded bus, or all behind one more handle of the adapter `address`.
-
-        The handle is closed by `stack`. Raises PortOpenFailed for an address that can never open.
-        """
-        if self._embedded is not None:
-            return self._embedded.port
-        assert address is not None
-        handle = adapter_port(address, memory=self._memory)
-        await handle.open_sooner_or_later()
-        shared = SharedBus(handle)
-        stack.push_async_callback(shared.close)
-        return shared.port
-
     def _port(self, address: str, bitrate: int) -> ReopeningPort:
         """A port that opens itself again. Raises PortOpenFailed for an address that makes no sense."""
         bus = self._embedded
@@ -126,13 +119,30 @@ class BusPorts:
         plain, gap_s = parse_frame_gap(address)
 
         async def open_embedded(statistics: PortStatistics) -> CanPort:
-            if self.before_embedded is not None:
-                await self.before_embedded()
+            if self._before_embedded is not None:
+                await self._before_embedded()
             port = bus.port("demo", bitrate=bitrate)
             port.statistics = statistics
             return port
 
         return ReopeningPort(open_embedded, address=plain, bitrate=bitrate, frame_gap_s=gap_s)
+
+
+async def places(
+    embedded: MemoryBus | None, address: str | None, memory: BaudMemory, stack: AsyncExitStack
+) -> Callable[[str], CanPort]:
+    """Places for simulated servos: on the embedded bus, or all behind one more handle of the adapter `address`.
+
+    The handle is closed by `stack`. Raises PortOpenFailed for an address that can never open.
+    """
+    if embedded is not None:
+        return embedded.port
+    assert address is not None
+    handle = adapter_port(address, memory=memory)
+    await handle.open_sooner_or_later()
+    shared = SharedBus(handle)
+    stack.push_async_callback(shared.close)
+    return shared.port
 
 
 def _is_embedded(address: str) -> bool:

@@ -14,7 +14,7 @@ from hornbill import __version__, resources
 from hornbill.api.http import create_api
 from hornbill.api.security.access import Access
 from hornbill.api.security.origin import local_policy
-from hornbill.app.bus_ports import EMBEDDED, BusPorts, StoredBauds, with_frame_gap
+from hornbill.app.bus_ports import EMBEDDED, BusPorts, StoredBauds, places, with_frame_gap
 from hornbill.app.network_policy import NetworkPolicy, decide, may_open
 from hornbill.app.settings import Settings
 from hornbill.app.view_feed import ViewFeed
@@ -25,7 +25,7 @@ from hornbill.bus.recordings.bus_log import BusLog
 from hornbill.bus.recordings.folder import BUNDLES, LOGS, RecordingFolder
 from hornbill.node.allocator import AllocationMode
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.host import Host
+from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.runtime.hub import Happened
 from hornbill.sim.bench.bench import Bench, demo_fleet
 from hornbill.store.store import Store
@@ -76,14 +76,23 @@ def build(
             # Simulated servos sit on the embedded bus, unless told to join the one of an adapter.
             embedded = MemoryBus(fast=fast) if settings.bus is None else None
             bauds = StoredBauds(store.settings)
-            ports = BusPorts(embedded, folder / LOGS_FOLDER, folder / BUNDLES_FOLDER, bauds)
-            ports.allow = partial(may_open, exposed, None if settings.bus is None else split_frame_gap(settings.bus)[0])
+            at_once = demo or settings.sim_api
+            bench = None
+            if at_once or embedded is not None:
+                bench = Bench(await places(embedded, settings.bus, bauds, stack), catalog, settings.seed)
+                shown = demo or not settings.sim_api
+                for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
+                    bench.add(recipe)
+            app.state.bench = bench if at_once else None
+            # The demo is one of the choices: nothing of it runs until it is chosen, nor beside another bus.
+            chosen = None if embedded is None else bench
+            ports = BusPorts(
+                embedded, folder / LOGS_FOLDER, folder / BUNDLES_FOLDER, bauds,
+                allow=partial(may_open, exposed, None if settings.bus is None else split_frame_gap(settings.bus)[0]),
+                before_embedded=partial(_switch_on, app, chosen),
+            )  # fmt: skip
             host = Host(
-                catalog, store, ports.open, node_id=settings.node_id,
-                unique_id=store.settings.own_unique_id(), version=_version(),
-                allocator=None if settings.allocator is None else AllocationMode(settings.allocator),
-                position_unit=settings.position_unit,
-                poll_budget=settings.poll_budget_pct / 100, telemetry_minutes=settings.telemetry_minutes,
+                catalog, store, ports.open, _host_settings(settings, store), before_join=partial(_one_bus, chosen)
             )  # fmt: skip
             app.state.bus_log = bus_log = bus_log_of(host, folder / LOGS_FOLDER)
             stack.push_async_callback(bus_log.stop)  # after the host: what it sends last is in the log
@@ -95,21 +104,8 @@ def build(
             app.state.adapters = adapters = Adapters(ports.own, memory=bauds)
             stack.callback(adapters.close)
             poses.follow(host, viewer)
-            app.state.bench = None
-            bench = None
-            at_once = demo or settings.sim_api
-            if at_once or embedded is not None:
-                bench = Bench(await ports.places(settings.bus, stack), catalog, settings.seed)
-                shown = demo or not settings.sim_api
-                for recipe in demo_fleet(catalog, settings.servos, settings.seed) if shown else ():
-                    bench.add(recipe)
+            if bench is not None:
                 stack.push_async_callback(bench.close)
-            if at_once:
-                app.state.bench = bench
-            if bench is not None and embedded is not None:
-                # The demo is one of the choices: nothing of it runs until it is chosen, nor beside another bus.
-                ports.before_embedded = partial(_switch_on, app, bench)
-                host.before_join = partial(_one_bus, bench)
             address = EMBEDDED if at_once and embedded is not None else settings.bus
             if address is not None:
                 await ports.join(host, with_frame_gap(address, settings.frame_gap_ms), settings.bitrate, log)
@@ -134,14 +130,15 @@ def build(
     )
 
 
-async def _switch_on(app: FastAPI, bench: Bench) -> None:
-    app.state.bench = bench
-    await bench.start()
+async def _switch_on(app: FastAPI, bench: Bench | None) -> None:
+    if bench is not None:
+        app.state.bench = bench
+        await bench.start()
 
 
-async def _one_bus(bench: Bench, address: str) -> None:
+async def _one_bus(bench: Bench | None, address: str) -> None:
     """Simulated servos beside the servos of another bus would be moved by nobody, and be taken for real ones."""
-    if address != EMBEDDED:
+    if bench is not None and address != EMBEDDED:
         await bench.rest()
 
 
@@ -164,6 +161,18 @@ def _view_policy(policy: Callable[[HTTPConnection], str | None]) -> Callable[[HT
         return policy(connection) is None and (not needs or "origin" in connection.headers)
 
     return allowed
+
+
+def _host_settings(settings: Settings, store: Store) -> HostSettings:
+    return HostSettings(
+        settings.node_id,
+        store.settings.own_unique_id(),
+        _version(),
+        None if settings.allocator is None else AllocationMode(settings.allocator),
+        settings.position_unit,
+        settings.poll_budget_pct / 100,
+        settings.telemetry_minutes,
+    )
 
 
 def _version() -> tuple[int, int]:

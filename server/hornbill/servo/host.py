@@ -44,6 +44,7 @@ from hornbill.servo.motion.bursts import Bursts
 from hornbill.servo.motion.holds import Holds
 from hornbill.servo.motion.identify import Identify
 from hornbill.servo.motion.jogs import Jogs
+from hornbill.servo.motion.keeping_alive import TIMEOUT
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.motion.setpoint_runner import SetpointRunner
 from hornbill.servo.motion.streams import Streams
@@ -82,7 +83,7 @@ from hornbill.servo.torque_off.stop import StopControl
 from hornbill.servo.torque_off.stored import StoredTorqueOff
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.store import Store
-from hornbill.units import Instant
+from hornbill.units import Instant, Raw
 from hornbill.wire.messages import ArrayCommand
 from hornbill.wire.port import RECORDINGS, CanPort, same_device
 from hornbill.wire.services import SoftwareVersion
@@ -108,6 +109,28 @@ class Connection:
     tx_fps: float = 0.0
     line_pct: float | None = None
     """Of the receiving direction of the serial line; None where none limits."""
+
+
+@dataclass(frozen=True, slots=True)
+class HostSettings:
+    """Our own node (`node_id` 1..127, `unique_id` 16 bytes, `version` major and minor), and what a site chooses.
+
+    `allocator` is its mode, None for the one chosen last. `position_unit` is forced on every servo that has not been
+    given one of its own. `poll_budget` is the share of the bus polling may take, 0..1; `telemetry_minutes` of every
+    channel are kept.
+    """
+
+    node_id: int
+    unique_id: bytes
+    version: tuple[int, int]
+    allocator: AllocationMode | None = None
+    position_unit: PositionUnit | None = None
+    poll_budget: float = BUDGET
+    telemetry_minutes: float = MINUTES
+
+
+async def _nothing(_address: str) -> None:
+    pass
 
 
 class Rates:
@@ -149,21 +172,13 @@ class Host:
         catalog: Catalog,
         store: Store,
         open_port: Callable[[str, int], Awaitable[CanPort]],
+        settings: HostSettings,
         *,
-        node_id: int,
-        unique_id: bytes,
-        version: tuple[int, int],
-        allocator: AllocationMode | None = None,
-        position_unit: PositionUnit | None = None,
-        poll_budget: float = BUDGET,
-        telemetry_minutes: float = MINUTES,
+        before_join: Callable[[str], Awaitable[None]] = _nothing,
         wall: Callable[[], float] = time.time,
     ) -> None:
-        """`open_port(address, bitrate)` opens an adapter; `node_id` is our own, 1..127.
-
-        `allocator` is its mode, None for the one chosen last. `position_unit` is forced on every servo that has
-        not been given one of its own. `poll_budget` is the share of the bus polling may take, 0..1;
-        `telemetry_minutes` of every channel are kept. `wall` gives seconds since 1970 UTC.
+        """`open_port(address, bitrate)` opens an adapter. `before_join` is awaited with the address of a new bus when
+        the one before has been left: what was on that may rest. `wall` gives seconds since 1970 UTC.
         """
         self.catalog = catalog
         self.store = store
@@ -173,15 +188,16 @@ class Host:
         self.events: deque[tuple[float, Happened]] = deque(maxlen=EVENTS_KEPT)
         """The last events, each with its time in seconds since 1970 UTC."""
         self.hub.listen(self._note_event)
-        store.on_done = self._note_store
+        self._forget_store = store.listen(self._note_store)
         self._store_failed = False
         self.connection: Connection | None = None
         self._open_port = open_port
-        self.before_join: Callable[[str], Awaitable[None]] | None = None
-        """Awaited with the address of a new bus, when the one before is left: what was on that may rest."""
-        self._own = (node_id, unique_id, SoftwareVersion(*version))
+        self._before_join = before_join
+        self._settings = settings
         self.counts = Counts(self.hub)
-        self.requests = ServoRequests(self.hub, self.base)
+        self.requests = ServoRequests(
+            self.hub, self.base, self._participant, before_write={TIMEOUT: self._before_timeout}
+        )  # fmt: skip
         self.audit = Audit(store.audit, self.hub)
         self.leases = Leases()
         self.jobs = Jobs(lambda job: self.hub.tell(JobChanged(job)), self.base.utc_now, store.jobs)
@@ -189,11 +205,11 @@ class Host:
         self.history = History(store, self.audit)
         self.profiles = Profiles(store, catalog, self.audit)
         self.telemetry = TelemetryCollector(
-            self.hub, self.base, lambda uid: self.fleet.find(uid), minutes=telemetry_minutes
+            self.hub, self.base, lambda uid: self.fleet.find(uid), minutes=settings.telemetry_minutes
         )
         self.drift = DriftDetector(store.servos, self.hub, self.audit)
         self.position_units = PositionUnits(
-            self.requests, self.hub, self.base, store.settings, self.audit, position_unit
+            self.requests, self.hub, self.base, store.settings, self.audit, settings.position_unit
         )  # fmt: skip
         self.fleet = Fleet(
             catalog, self.requests, self.hub, self.base, RomKnowledge(store, self.hub, self.base, self.drift),
@@ -203,7 +219,7 @@ class Host:
         self.effects = Effects(catalog, self.hub, self.fleet.find)
         self.faults = Faults(catalog, store, self.hub, self.base, self.fleet.find, self.audit)
         self.allocating = NodeIdTable(
-            store, self.hub, self.base, self.fleet.ask_now, own_id=node_id, mode=allocator
+            store, self.hub, self.base, self.fleet.ask_now, own_id=settings.node_id, mode=settings.allocator
         )  # fmt: skip
         self.torque_off = TorqueOffRetries(self.requests, self.hub, self.base, self.fleet)
         self.stop = StopControl(self.services, self.fleet, self.torque_off)
@@ -220,7 +236,7 @@ class Host:
         self.holds = Holds(self.services, self.motion, self.setpoints, self.jogs.end)
         self.claims = Claims(
             self.fleet.all, store, lambda: None if self.connection is None else self.connection.directory, self.base,
-            own_id=node_id,
+            own_id=settings.node_id,
         )  # fmt: skip
         follow = RestartFollower(self.services, self.stop, self.fleet)
         self.restarting = Restarting(
@@ -230,7 +246,7 @@ class Host:
         self.profile_jobs = ProfileJobs(self.services, self.profiles, self.changes, self.restarting, self.fleet)
         self.matrix = Matrix(self.services, self.fleet, self.changes, self.restarting)
         self.takeovers = TakeOvers(self.services, self.motion)
-        self.wiggle = Identify(self.services, self.takeovers, self.motion, self.setpoints, self.stop)
+        self.wiggle = Identify(self.services, self.takeovers, self.motion, self.setpoints)
         self.restore_output_jobs = RestoreOutputJobs(self.services, self.motion, self.stop, self.fleet, follow)
         writer = CommissionWriter(self.services, self.fleet, self.changes, self.restarting)
         parking = IdParking(writer, self.fleet, self.claims, self.allocating, store.allocations)
@@ -243,7 +259,7 @@ class Host:
         self.sides = Sides(catalog, self.fleet, store, self.profiles)
         self.restoring = Restoring(self.requests, self.changes)
         self.watch = BusWatch(self.hub, self.base, self.fleet, self.motion, self._bus_back)
-        self.polling = Polling(self.requests, self.base, poll_budget, LineBudget(self._port))
+        self.polling = Polling(self.requests, self.base, settings.poll_budget, LineBudget(self._port))
         self.activities = Activities(self.hub, self.base, self.polling, self.fleet.find, self.motion.driven)
         self.doctor = Doctor(self.base.now, self.fleet.all)
         self.hub.listen(self._on_seen, ServoSeen)
@@ -253,7 +269,7 @@ class Host:
         self.monitor = BusMonitor(self.tap, self.base, lambda: TransferText(catalog, self.fleet.all))
         self.recorder = Recorder(
             self.services, tap=self.tap, fleet=self.fleet, stop=self.stop, port=self._port,
-            bundler=Bundler(self.base, catalog, self.telemetry, node_id),
+            bundler=Bundler(self.base, catalog, self.telemetry, settings.node_id),
         )  # fmt: skip
         """What happened lately; it begins when it is told where bundles go."""
         self._switching = asyncio.Lock()
@@ -274,8 +290,7 @@ class Host:
                 raise
             try:
                 await self._leave()
-                if self.before_join is not None:
-                    await self.before_join(address)
+                await self._before_join(address)
             except BaseException:
                 await port.close()
                 raise
@@ -292,18 +307,17 @@ class Host:
             return await self._join(port)
 
     async def _join(self, port: CanPort) -> Connection:
-        node_id, unique_id, version = self._own
+        own = self._settings
         writable = frozenset(row.name for row in self.catalog.parameters.values() if row.writable)
         participant = Participant(
-            GuardedPort(port, writable=writable), node_id=node_id, name="org.hornbill",
-            unique_id=unique_id, software_version=version,
+            GuardedPort(port, writable=writable), node_id=own.node_id, name="org.hornbill",
+            unique_id=own.unique_id, software_version=SoftwareVersion(*own.version),
         )  # fmt: skip
         try:
             directory = self.fleet.attach(participant)
             participant.subscribe(ArrayCommand, self.activities.on_array_command)
             allocator = self.allocating.join(participant, directory, recorded=port.address.startswith(RECORDINGS))
             self.connection = connection = Connection(port, participant, allocator, directory)
-            self.requests.participant = participant
             self.tap.attach(participant)
             if isinstance(port, RecordedPort) and port.about is not None:
                 self.telemetry.set_aside()
@@ -319,7 +333,7 @@ class Host:
 
     async def _part(self, port: CanPort, participant: Participant) -> None:
         """Take no part in a bus any more, however far that had come, and close its port."""
-        self.connection, self.requests.participant = None, None
+        self.connection = None
         try:
             self.doctor.leave()
             self.tap.detach()
@@ -342,7 +356,7 @@ class Host:
             return
         with self.motion.barred():
             await self.motion.leave()
-            self.connection, self.requests.participant = None, None
+            self.connection = None
         await self._part(connection.port, connection.participant)
         self.hub.tell(BusChanged())
         address = connection.port.address
@@ -361,7 +375,14 @@ class Host:
         await self.stored_torque_off.close()
         await self.recorder.close()
         await self.audit.close()
+        self._forget_store()
         await asyncio.gather(self._ticker, return_exceptions=True)
+
+    def _participant(self) -> Participant | None:
+        return None if self.connection is None else self.connection.participant
+
+    async def _before_timeout(self, servo: Servo, raw: Raw) -> None:
+        await self.motion.keeping_alive.before_timeout(servo, raw)
 
     def _port(self) -> CanPort | None:
         return None if self.connection is None else self.connection.port

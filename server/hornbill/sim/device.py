@@ -1,6 +1,7 @@
 """Owns SimDevice: the servo behind its bus connection: its stages from power to power, its supply, its horn."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from random import Random
 from typing import Final
@@ -38,34 +39,46 @@ class ServoStage(Enum):
     SAVING = "saving"
 
 
+@dataclass(frozen=True, slots=True)
+class ServoBuild:
+    """One servo as it was built and saved, switched off.
+
+    `firmware` is the integer of 0x52 (1300), `uid` 16 bytes, `faults` the bits of the model's table. `rom` is what was
+    saved before, by key, raw; `angle_deg` is where the horn stands, clockwise from the notch. Equal seeds give equal
+    servos.
+    """
+
+    model: ServoModel
+    firmware: int
+    uid: bytes
+    faults: Sequence[FaultBit]
+    serial: int
+    production: tuple[int, int, int, int, int]
+    rom: Mapping[str, Raw]
+    seed: int
+    angle_deg: float
+    behaviour: Behaviour
+
+
 class SimDevice:
     """Power, start, ROM write, protection. `on_up` is called when it runs after a start, `on_dark` when it stops."""
 
     def __init__(
-        self,
-        model: ServoModel,
-        firmware: int,
-        *,
-        faults: Sequence[FaultBit],
-        serial: int,
-        production: tuple[int, int, int, int, int],
-        rom: Mapping[str, Raw] | None,
-        random: Random,
-        angle_deg: float,
-        behaviour: Behaviour,
-        on_up: Callable[[Instant], None],
-        on_dark: Callable[[], None],
+        self, build: ServoBuild, random: Random, on_up: Callable[[Instant], None], on_dark: Callable[[], None]
     ) -> None:
+        model, behaviour = build.model, build.behaviour
         plant = plant_of(model)
         self.stage = ServoStage.OFF
         self.powered = False
         self.starts = 0
         self.started_at: Instant = 0.0
-        self.memory = Memory(model, firmware, serial=serial, production=production, rom=rom)
+        self.memory = Memory(
+            model, build.firmware, serial=build.serial, production=build.production, rom=build.rom
+        )  # fmt: skip
         self.conditions = Conditions(voltage_v=model.nominal_v)
-        self.faults = SimFaults(faults)
+        self.faults = SimFaults(build.faults)
         self.faults.failures_latch = behaviour.failures_latch
-        self.motion = HornMotion(plant, angle_deg)
+        self.motion = HornMotion(plant, build.angle_deg)
         self.commander = CommandInput(self.memory, self.motion, plant, behaviour)
         self._protection = Protection(plant, Random(random.random()), self.conditions)
         self.registers = Registers(self.memory, self.commander, self._protection, self.faults, self._judge)

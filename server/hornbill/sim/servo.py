@@ -1,16 +1,14 @@
 """One simulated BLA servo on a bus, as a pure function of frames and time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from random import Random
 
-from hornbill.schema.fault import FaultBit
-from hornbill.schema.model import ServoModel
 from hornbill.sim import address
 from hornbill.sim.array_command import taken
 from hornbill.sim.behaviour import TENTHS_PER_UNIT, Behaviour, PositionUnit
 from hornbill.sim.broadcast import Broadcast, actuator_status, node_status
-from hornbill.sim.device import ServoStage, SimDevice
+from hornbill.sim.device import ServoBuild, ServoStage, SimDevice
 from hornbill.sim.faults import SimFaults
 from hornbill.sim.link import SimNode
 from hornbill.sim.mechanics.conditions import Conditions
@@ -37,37 +35,17 @@ class SimulatedServo:
     and send what `take_outbox` returns. Nothing here reads a clock, and equal seeds give equal servos.
     """
 
-    def __init__(
-        self,
-        model: ServoModel,
-        firmware: int,
-        uid: bytes,
-        *,
-        faults: Sequence[FaultBit],
-        serial: int = 1,
-        production: tuple[int, int, int, int, int] = (2024, 1, 15, 9, 30),
-        rom: Mapping[str, Raw] | None = None,
-        seed: int = 0,
-        angle_deg: float = 0.0,
-        behaviour: Behaviour | None = None,
-    ) -> None:
-        """`firmware` is the integer of 0x52 (1300), `uid` 16 bytes, `faults` the bits of the model's table.
-
-        `rom` is what was saved before, by key; `angle_deg` is where the horn stands, clockwise from the notch.
-        Raises ValueError for a unique id of another length and for values ROM cannot hold.
-        """
-        if len(uid) != 16:
-            raise ValueError(f"The unique id is {len(uid)} bytes long. Give 16.")
-        self.model = model
-        self.firmware = firmware
-        self.uid = uid
-        random = Random(seed)
-        self._device = SimDevice(
-            model, firmware, faults=faults, serial=serial, production=production, rom=rom, random=random,
-            angle_deg=angle_deg, behaviour=behaviour or Behaviour(), on_up=self._up, on_dark=self._dark,
-        )  # fmt: skip
+    def __init__(self, build: ServoBuild) -> None:
+        """Raises ValueError for a unique id of another length than 16 bytes and for values ROM cannot hold."""
+        if len(build.uid) != 16:
+            raise ValueError(f"The unique id is {len(build.uid)} bytes long. Give 16.")
+        self.model = build.model
+        self.firmware = build.firmware
+        self.uid = uid = build.uid
+        random = Random(build.seed)
+        self._device = SimDevice(build, random, self._up, self._dark)
         self._services = Services(
-            model, firmware, uid, self._device.registers, self.memory, self.conditions.refuse_keys
+            build.model, build.firmware, uid, self._device.registers, self.memory, self.conditions.refuse_keys
         )  # fmt: skip
         self._link = SimNode(uid, random, self.conditions)
         self._broadcast = Broadcast(self._link.broadcast)

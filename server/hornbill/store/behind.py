@@ -17,12 +17,12 @@ _INSTANT: Final[ContextVar[float | None]] = ContextVar("instant", default=None)
 class Writer:
     """The thread. Calls are made one after the other, in the order in which they were handed over."""
 
-    def __init__(self, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
+    def __init__(self, wall: Callable[[], float], on_done: Callable[[Exception | None], None]) -> None:
+        """`wall` gives seconds since 1970 (UTC); `on_done` is called on the event loop after each call of `post`, with
+        what it raised."""
         self._wall = wall
         self._thread = ThreadPoolExecutor(1, "store")
-        self.on_done: Callable[[Exception | None], None] = lambda _error: None
-        """Called on the event loop after each call of `post`, with what it raised."""
+        self._on_done = on_done
 
     def now(self) -> float:
         """The instant of the call under way in the thread: when it was handed over. Elsewhere, now."""
@@ -39,7 +39,7 @@ class Writer:
         return asyncio.get_running_loop().run_in_executor(self._thread, dated)
 
     def post(self, call: Callable[[], object]) -> "asyncio.Future[object]":
-        """Hand a call over that nobody waits for. What it raises is logged, and told to `on_done`."""
+        """Hand a call over that nobody waits for. What it raises is logged, and reported to `on_done`."""
         posted = self.run(call)
         posted.add_done_callback(self._done)
         return posted
@@ -53,7 +53,7 @@ class Writer:
         if error is not None:
             log.error("the store failed", exc_info=error)
         if error is None or isinstance(error, Exception):
-            self.on_done(error)
+            self._on_done(error)
 
 
 class Behind:

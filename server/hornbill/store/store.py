@@ -49,8 +49,7 @@ class Store:
         self._writer: Writer | None = None
         self.address = self._database.address
         """The database, for people to see: without its password."""
-        self.on_done: Callable[[Exception | None], None] = lambda _error: None
-        """Called after a change has followed into the database, or failed to, with the reason."""
+        self._listeners: list[Callable[[Exception | None], object]] = []
         now = self._now
         self.allocations = AllocationStore(self._database, now)
         self.servos = Servos(self._database, now)
@@ -67,8 +66,7 @@ class Store:
     def begin(self) -> None:
         """Let no event loop wait for the database from now on. Call it before anybody else uses this store."""
         self.settings.own_unique_id()  # made before the copy, which would make one that is kept nowhere
-        self._writer = Writer(self._wall)
-        self._writer.on_done = lambda error: self.on_done(error)
+        self._writer = Writer(self._wall, self._done)
         self._near = near = Database("sqlite://")
         with self._database.reading() as far, near.transaction() as session:
             for table in _SMALL:
@@ -98,8 +96,21 @@ class Store:
             return call(*args, **options)
         return await self._writer.run(lambda: call(*args, **options))
 
+    def listen(self, listener: Callable[[Exception | None], object]) -> Callable[[], None]:
+        """Call `listener` after every change that was written to the database, with the error if it failed.
+
+        Returns what ends it; twice is harmless.
+        """
+        self._listeners.append(listener)
+
+        def forget() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return forget
+
     async def settled(self) -> None:
-        """Wait until all that was changed before is in the database, or failed to get there (see `on_done`)."""
+        """Wait until all that was changed before is in the database, or failed to get there (see `listen`)."""
         await self.run(lambda: None)
 
     def posted(self, subject: object) -> "asyncio.Future[object] | None":
@@ -116,6 +127,10 @@ class Store:
         if self._near is not None:
             self._near.close()
         self._database.close()
+
+    def _done(self, error: Exception | None) -> None:
+        for listener in tuple(self._listeners):
+            listener(error)
 
     def _now(self) -> float:
         return self._wall() if self._writer is None else self._writer.now()

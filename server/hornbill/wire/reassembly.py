@@ -90,16 +90,23 @@ class Reassembler:
     transfer ids must not go unheard.
     """
 
-    __slots__ = ("_max_sessions", "_node_id", "_routes", "_sessions", "_swept", "_timeout", "counters", "on_drop")
+    __slots__ = ("_max_sessions", "_node_id", "_on_drop", "_routes", "_sessions", "_swept", "_timeout", "counters")
 
-    def __init__(self, node_id: int | None = None, *, timeout: float = 2.0, max_sessions: int = 4096) -> None:
+    def __init__(
+        self,
+        node_id: int | None = None,
+        *,
+        timeout: float = 2.0,
+        max_sessions: int = 4096,
+        on_drop: Callable[[DropReason, int, bytes], object] | None = None,
+    ) -> None:
+        """`on_drop` is called with reason, identifier and data of what is dropped, but for the services of others."""
         if node_id is not None and not 1 <= node_id <= 127:
             raise ValueError(f"node_id is {node_id}. Give 1 to 127, or None to hear everything.")
         if timeout <= 0 or max_sessions < 1:
             raise ValueError(f"A timeout of {timeout} s and {max_sessions} sessions must both be above 0.")
         self.counters = ReassemblyCounters()
-        self.on_drop: Callable[[DropReason, int, bytes], object] | None = None
-        """Called with reason, identifier and data of what is dropped, but for the services of others."""
+        self._on_drop = on_drop
         self._node_id = node_id
         self._timeout = timeout
         self._max_sessions = max_sessions
@@ -238,7 +245,7 @@ class Reassembler:
 
     def _drop(self, reason: DropReason, can_id: int, data: bytes) -> None:
         setattr(self.counters, reason, getattr(self.counters, reason) + 1)
-        if self.on_drop is not None:
-            self.on_drop(reason, can_id, data)
+        if self._on_drop is not None:
+            self._on_drop(reason, can_id, data)
         if log.isEnabledFor(logging.DEBUG):
             log.debug("dropped (%s): %08x %s", reason, can_id, data.hex())

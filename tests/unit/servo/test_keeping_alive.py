@@ -30,9 +30,7 @@ def runs_on(*, uptime_s: float, age_s: float, way_s: float, restarted_after_s: f
 
     never = cast(Any, None)
     base = TimeBase(lambda: now)
-    keeping = KeepingAlive(
-        cast(Any, SimpleNamespace(node_info=node_info, before_write={})), Hub(), base, never, never, never
-    )
+    keeping = KeepingAlive(cast(Any, SimpleNamespace(node_info=node_info)), Hub(), base, never, never, never)
     return asyncio.run(keeping._runs_on(cast(Any, servo), 1))  # pyright: ignore[reportPrivateUsage]
 
 

@@ -211,7 +211,7 @@ def test_what_settled_was_waited_for_is_in_the_database(place: str) -> None:
 def test_a_change_that_does_not_follow_is_told_and_the_next_one_that_does_too(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         told: list[Exception | None] = []
-        store.on_done = told.append
+        store.listen(told.append)
         gate.error = failure = StoreFailed("The disk is full.")
         job = StoredJob("1", "save", UID, "running", 1.0, None, None, {"steps": []})
         store.jobs.put(job)

@@ -65,7 +65,6 @@ Seen = tuple[str, str]
 
 def replay(row: Sequence[Frame], node_id: int | None) -> tuple[list[Transfer], dict[str, int], set[Seen]]:
     """Feed a row frame by frame: what came out, the counters that are not 0, and what followed on what."""
-    reassembler = Reassembler(node_id, max_sessions=MAX_SESSIONS)
     last: dict[int, str] = {}
     seen: set[Seen] = set()
     received: list[Transfer] = []
@@ -74,7 +73,9 @@ def replay(row: Sequence[Frame], node_id: int | None) -> tuple[list[Transfer], d
         seen.add((last.get(can_id, "nothing"), what))
         last[can_id] = what
 
-    reassembler.on_drop = lambda reason, can_id, _data: happened(reason, can_id)
+    reassembler = Reassembler(
+        node_id, max_sessions=MAX_SESSIONS, on_drop=lambda reason, can_id, _data: happened(reason, can_id)
+    )
     for frame in row:
         for transfer in reassembler.feed([frame]):
             received.append(transfer)

@@ -22,16 +22,14 @@ def test_a_wrong_toggle_bit_is_told_with_its_frame() -> None:
     one, two, three = frames(GetSetRequest(0, integer(5), "0x2C"), at=1.0)
     wrong = two._replace(data=two.data[:-1] + bytes((two.data[-1] ^ 0x20,)))
     told: list[tuple[str, int, bytes]] = []
-    reassembler = Reassembler()
-    reassembler.on_drop = lambda reason, can_id, data: told.append((reason, can_id, data))
+    reassembler = Reassembler(on_drop=lambda reason, can_id, data: told.append((reason, can_id, data)))
     assert reassembler.feed([one, wrong, three]) == []
     assert told == [("bad_toggle", wrong.id, wrong.data), ("unexpected", three.id, three.data)]
 
 
 def test_nothing_is_told_of_a_good_bus() -> None:
     told: list[str] = []
-    reassembler = Reassembler()
-    reassembler.on_drop = lambda reason, _id, _data: told.append(reason)
+    reassembler = Reassembler(on_drop=lambda reason, _id, _data: told.append(reason))
     heard = [
         *frames(NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL), at=1.0),
         *frames(GetSetRequest(0, integer(5), "0x2C")),
@@ -43,8 +41,7 @@ def test_nothing_is_told_of_a_good_bus() -> None:
 @given(any_frames)
 def test_every_count_was_told(heard: list[Frame]) -> None:
     told: Counter[str] = Counter()
-    reassembler = Reassembler(timeout=0.5, max_sessions=2)
-    reassembler.on_drop = lambda reason, _id, _data: told.update((reason,))
+    reassembler = Reassembler(timeout=0.5, max_sessions=2, on_drop=lambda reason, _id, _data: told.update((reason,)))
     for frame in heard:
         reassembler.feed([frame])
     counters = reassembler.counters

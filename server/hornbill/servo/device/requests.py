@@ -1,9 +1,9 @@
 """Owns Asker: the one place that reads, writes and commands a servo, with each operation's own patience."""
 
 from collections import Counter, defaultdict
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 from hornbill.errors import BusDisconnected, NoAnswer, Refused
 from hornbill.node.participant import Participant
@@ -62,6 +62,9 @@ an older "on" can never overtake, or be overtaken by, a newer "off"."""
 ONCE = Patience(priority=20, timeout_s=0.5, tries=1, kind="action")
 """Save, reset and restart are never repeated: the second copy would find the servo restarting from the first."""
 
+BeforeWrite: TypeAlias = Mapping[str, Callable[[Servo, Raw], Awaitable[None]]]
+"""By key of a row: awaited with its new value before it is written."""
+
 BOUNDS_S = (0.001, 0.002, 0.003, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 3.0)
 
 Answer = TypeVar("Answer")
@@ -70,12 +73,14 @@ Answer = TypeVar("Answer")
 class ServoRequests:
     """Reads and writes registers over whatever participant is connected now."""
 
-    def __init__(self, hub: Hub, base: TimeBase) -> None:
+    def __init__(
+        self, hub: Hub, base: TimeBase, participant: Callable[[], Participant | None], before_write: BeforeWrite
+    ) -> None:
+        """`participant` gives our node on the bus that is connected now."""
         self._hub = hub
         self._base = base
-        self.participant: Participant | None = None
-        self.before_write: dict[str, Callable[[Servo, Raw], Awaitable[None]]] = {}
-        """By key of a row: awaited with its new value before it is written."""
+        self._participant = participant
+        self._before_write = before_write
         self.asked: Counter[tuple[str, str]] = Counter()
         """Requests that have ended, by kind and outcome: answered, no_answer, or failed (cancelled, or never sent)."""
         self.refused: Counter[str] = Counter()
@@ -155,7 +160,7 @@ class ServoRequests:
             servo.note_write(parameter.key, written, self._base.now())
         commands = value != EMPTY and (parameter.key == output.KEY or parameter.key in COMMANDS)
         try:
-            if written is not None and (prepare := self.before_write.get(parameter.key)) is not None:
+            if written is not None and (prepare := self._before_write.get(parameter.key)) is not None:
                 await prepare(servo, written)
             response = await self._ask(servo, request, GetSetResponse, patience)
         except BaseException as error:
@@ -226,9 +231,15 @@ class ServoRequests:
 
     def connected(self) -> Participant:
         """Our node on the bus. Raises BusDisconnected without one."""
-        if self.participant is None:
+        participant = self._participant()
+        if participant is None:
             raise BusDisconnected("No bus is connected. Connect an adapter first.")
-        return self.participant
+        return participant
+
+    @property
+    def participant(self) -> Participant | None:
+        """Our node on the bus; None without one."""
+        return self._participant()
 
 
 def _lets_go(parameter: Parameter, value: Value) -> bool:

@@ -170,8 +170,7 @@ class BusMonitor:
 
     def _begin(self) -> None:
         self._narrator = self._make_narrator()
-        self._reassembler = Reassembler()
-        self._reassembler.on_drop = self._note_drop
+        self._reassembler = Reassembler(on_drop=self._note_drop)
         self._drops: list[tuple[DropReason, int, bytes]] = []
         self._since = self._base.now()
 

@@ -12,7 +12,6 @@ from hornbill.servo.motion.setpoint_runner import SetpointRunner
 from hornbill.servo.motion.takeover import TakeOvers
 from hornbill.servo.runtime.jobs import RunningJob, Step
 from hornbill.servo.runtime.leases import HeldLease
-from hornbill.servo.torque_off.stop import StopControl
 from hornbill.store.audit import NewAuditEntry
 
 OWN_TTL_S = 5.0
@@ -22,14 +21,7 @@ OWN_TTL_S = 5.0
 class Identify:
     """Starts identify jobs, each under the lease of who asks for it, or one of its own."""
 
-    def __init__(
-        self,
-        services: HostServices,
-        takeovers: TakeOvers,
-        motion: Motion,
-        runner: SetpointRunner,
-        stop: StopControl,
-    ) -> None:
+    def __init__(self, services: HostServices, takeovers: TakeOvers, motion: Motion, runner: SetpointRunner) -> None:
         self._services = services
         self._base = services.base
         self._jobs = services.jobs
@@ -37,7 +29,6 @@ class Identify:
         self._takeovers = takeovers
         self._motion = motion
         self._runner = runner
-        self._stop = stop
         self._audit = services.audit
 
     def identify(self, servo: Servo, lease_id: str | None, *, by: str = "") -> RunningJob:
@@ -52,7 +43,7 @@ class Identify:
         if running is not None and running.kind == "identify":
             return running
         permission.check_free(servo, self._jobs)
-        self._stop.check()
+        self._motion.stop.check()
         permission.check_ready(servo)
         permission.row_for(servo, "angle")
         if servo.rom_lost:
@@ -80,9 +71,7 @@ class Identify:
         outcome, detail = "cancelled", ""
         try:
             async with servo.changing:
-                wiggling = IdentifyMotion(
-                    self._services, self._motion, self._runner, self._stop, job, servo, lease, own=own
-                )
+                wiggling = IdentifyMotion(self._services, self._motion, self._runner, job, servo, lease, own=own)
                 result = await wiggling.run()
             outcome = "succeeded"
             return result

@@ -24,7 +24,6 @@ from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.servo.runtime.shielded import shielded
 from hornbill.servo.runtime.steps import Evidence
-from hornbill.servo.torque_off.stop import StopControl
 from hornbill.units import Instant, Raw
 
 AMPLITUDE_DEG = 3.0
@@ -123,7 +122,6 @@ class IdentifyMotion:
         services: HostServices,
         motion: Motion,
         runner: SetpointRunner,
-        stop: StopControl,
         job: RunningJob,
         servo: Servo,
         lease: HeldLease,
@@ -137,7 +135,6 @@ class IdentifyMotion:
         self._leases = services.leases
         self._motion = motion
         self._runner = runner
-        self._stop = stop
         self._job = job
         self._servo = servo
         self._lease = lease
@@ -336,7 +333,7 @@ class IdentifyMotion:
                 await self._motion.torque_away(servo, "brake" if horn.mode == MODES["brake"] else "off")
                 if horn.mode != ON:
                     servo.output.as_found(horn.output)
-        elif self._stop.latched or self._motion.torque_off.pending(servo.uid):
+        elif self._motion.stop.latched or self._motion.torque_off.pending(servo.uid):
             await self._motion.torque_off.acknowledged(QUIET_S)
         left = await self._borrowed.give_back()
         if not left:

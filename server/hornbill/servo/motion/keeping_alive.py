@@ -67,7 +67,6 @@ class KeepingAlive:
         self._find = find
         self._shows: set[Uid] = set()
         self._late_s, self._late_before_s, self._window_ends = 0.0, 0.0, base.now() + LATENESS_S
-        requests.before_write[TIMEOUT] = self._before_shorter
         hub.listen(self._on_reading, ReadingChanged)
 
     @property
@@ -123,7 +122,7 @@ class KeepingAlive:
         if driven is not None and driven.alive is not None and not driven.alive.done():
             self._feed_now(driven)
 
-    async def _before_shorter(self, servo: Servo, raw: Raw) -> None:
+    async def before_timeout(self, servo: Servo, raw: Raw) -> None:
         """Feed a servo whose timeout is about to be shortened: the new one may have passed since the last time."""
         driven = self._find(servo.uid)
         if driven is None or driven.alive is None or driven.alive.done() or raw > (servo.raw(TIMEOUT) or 0):

@@ -72,7 +72,7 @@ class Motion:
         self._base = base = services.base
         self._leases = services.leases
         self._audit = services.audit
-        self._stop = stop
+        self.stop = stop
         self.torque_off = torque_off
         self._streamed = streamed
         self._driven: dict[Uid, Driven] = {}
@@ -80,7 +80,7 @@ class Motion:
         """Servos that a lease energised and its ID, also by a save or a restart: off when it ends, commanded or not."""
         self._sending: dict[asyncio.Task[Raw], Uid] = {}
         self._ageing: dict[Uid, asyncio.Task[None]] = {}
-        self._keeping = KeepingAlive(requests, hub, base, self._gate, self._send, self._driven.get)
+        self.keeping_alive = KeepingAlive(requests, hub, base, self._gate, self._send, self._driven.get)
         self._bus_gone = False
         self.leaving = False
         """The bus is being left: nothing may be put under command any more."""
@@ -112,7 +112,7 @@ class Motion:
             raise Busy(f"{servo.title} is commanded by a stream. Give the stream its value, or end it first.")
         target = self.permit(servo, lease, kind, value, clamp=clamp, confirm=confirm)
         driven = self._drive(servo, lease)
-        self._keeping.pause(driven)  # or the old target could leave after the new one
+        self.keeping_alive.pause(driven)  # or the old target could leave after the new one
         try:
             # beside a read that is under way, but never before a command that is
             waits = servo.uid in self._sending.values()
@@ -123,7 +123,7 @@ class Motion:
             holds = target.raw
         self._moved(driven, target)
         self._note_command(servo, target)
-        self._keeping.begin(driven, target, holds)
+        self.keeping_alive.begin(driven, target, holds)
         return target
 
     def permit(
@@ -147,7 +147,7 @@ class Motion:
         keys = ("current_angle", "command_angle")  # on the way the horn is somewhere between them
         known = (servo.registers[key] for key in keys if key in servo.registers)
         here = [one.raw for one in known if one.raw is not None and one.at is not None and one.raw != DUMMY]
-        return cautions.cautions(servo, kind, raw, here, self._keeping.shortest_s)
+        return cautions.cautions(servo, kind, raw, here, self.keeping_alive.shortest_s)
 
     def drive_by_burst(self, lease: HeldLease, parts: Collection[tuple[Servo, Target]]) -> None:
         """Take servos under command to which a burst has just been handed, and keep them alive."""
@@ -161,7 +161,7 @@ class Motion:
             servo.note(target.parameter.key, target.raw, now)
             for key in permission.ROW_OF.values():
                 servo.forget(key)  # whether ArrayCommand shows in them is not documented
-            self._keeping.told(driven, target)
+            self.keeping_alive.told(driven, target)
 
     def still_holds(self, servo: Servo, lease_id: str | None, target: Target) -> None:
         """Whether it is still under this command, for whoever waits for its end.
@@ -192,7 +192,7 @@ class Motion:
         lease = self.may_move(servo, lease_id)
         mode = servo.registers["torque_mode"].parameter
         driven = self._drive(servo, lease)
-        self._keeping.pause(driven)
+        self.keeping_alive.pause(driven)
         here = await self._here(servo)
         self.may_move(servo, lease_id)
         if here is not None:
@@ -209,7 +209,7 @@ class Motion:
                     raise
                 holds = hold.raw
             self._note_command(servo, hold)
-            self._keeping.begin(driven, hold, holds)
+            self.keeping_alive.begin(driven, hold, holds)
             return raw
         for key in permission.ROW_OF.values():  # the servo has set them anew (section 4.13)
             await self._requests.read(servo, servo.registers[key].parameter, READ)
@@ -343,7 +343,7 @@ class Motion:
         return lease
 
     def _check_open(self) -> None:
-        self._stop.check()
+        self.stop.check()
         if self.leaving:
             raise BusDisconnected("The bus is being disconnected, so nothing is moved any more.")
         if self._bus_gone:
@@ -454,7 +454,7 @@ class Motion:
         """
         if self._has(driven):
             return
-        self._stop.check()
+        self.stop.check()
         if self._bus_gone or self.leaving:
             raise BusDisconnected("The bus went away while the command was under way. Torque goes off.")
         lease = self._leases.current(self._base.now())
@@ -501,4 +501,4 @@ class Motion:
                 task.cancel()
         driven = self._driven.pop(uid, None)
         if driven is not None:
-            self._keeping.pause(driven)
+            self.keeping_alive.pause(driven)

@@ -9,6 +9,7 @@ from hornbill.errors import InvalidValue
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.firmware import from_text
 from hornbill.sim.behaviour import Behaviour
+from hornbill.sim.device import ServoBuild
 from hornbill.sim.mechanics.conditions import ROOM_C
 from hornbill.sim.servo import SimulatedServo
 from hornbill.units import Raw
@@ -87,7 +88,7 @@ class Recipe:
             random.randrange(8, 18), random.randrange(60),
         )  # fmt: skip
         identity = {"servo_id": self.servo_id, "node_id": self.node_id}
-        made = SimulatedServo(
+        build = ServoBuild(
             model,
             from_text(self.firmware),
             uid if self.uid is None else self.uid,
@@ -97,8 +98,9 @@ class Recipe:
             rom=identity | dict(self.rom),
             seed=random.getrandbits(32),
             angle_deg=self.angle_deg,
-            behaviour=self.behaviour,
+            behaviour=self.behaviour or Behaviour(),
         )
+        made = SimulatedServo(build)
         made.conditions.temperature_c = self.room_c
         made.conditions.load_pct = self.load_pct
         made.conditions.load_inertia = self.load_inertia
