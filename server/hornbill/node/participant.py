@@ -107,7 +107,8 @@ class Participant:
         self._presence = Presence(name=name, unique_id=unique_id, software_version=software_version, born=self.clock())
         self._backlog = Backlog(port.statistics)
         self._requests = Requests(node_id, self._transmit, self.clock, lambda: self._backlog.is_empty(self.clock()))
-        self._reassembler = Reassembler(node_id)
+        self._with_own_id: list[Frame] = []
+        self._reassembler = Reassembler(node_id, on_own_id=self._with_own_id.append)
         self._transfer_ids: dict[int, int] = {}
         self._running = False
         self._status_timer: asyncio.TimerHandle | None = None
@@ -233,16 +234,13 @@ class Participant:
             return
         if self.on_frames:
             self.on_frames.tell(frames, False)
-        heard, own, now = self.heard, self.node_id, self.clock()
-        shared = [frame for frame in frames if frame.id & 0x7F == own]
-        if shared:
-            self._hear_own_id(shared, now)
+        heard, now = self.heard, self.clock()
         transfers = self._reassembler.feed(frames, now)
+        if self._with_own_id:
+            self._hear_own_id(now)
         self.counters.transfers += len(transfers)
         for transfer in transfers:
             source = transfer.source
-            if source == own:
-                continue
             if source:
                 heard[source] = transfer.at
             if transfer.kind == Kind.RESPONSE:
@@ -262,7 +260,9 @@ class Participant:
         except BusDisconnected:
             log.debug("no bus to answer node %d on", asked.source)
 
-    def _hear_own_id(self, frames: Sequence[Frame], now: Instant) -> None:
+    def _hear_own_id(self, now: Instant) -> None:
+        frames = list(self._with_own_id)
+        self._with_own_id.clear()
         if self.port.address.startswith(RECORDINGS):
             return  # what we said ourselves when it was recorded
         known = self.shared_id.frames > 0

@@ -74,15 +74,16 @@ class ReassemblyCounters:
     unknown_type: int = 0
     """Multi-frame transfers of a data type that is not known."""
     not_ours: int = 0
-    """Service frames between other nodes."""
+    """Service frames between other nodes, and all frames with our own node id."""
 
 
 class Reassembler:
     """Turns received frames into transfers, per source, type, destination and priority.
 
-    With `node_id` (1..127), services addressed to other nodes are dropped before anything is kept of them;
-    without, everything comes out, for a monitor. `timeout` is the longest a transfer may take from its
-    first frame on, in seconds. At most `max_sessions` are under way at a time; then the oldest gives way.
+    With `node_id` (1..127), services addressed to other nodes are dropped before anything is kept of them, and so is
+    what others say with this node id; without, everything comes out, for a monitor. `timeout` is the longest a
+    transfer may take from its first frame on, in seconds. At most `max_sessions` are under way at a time; then the
+    oldest gives way.
 
     Single-frame transfers come out whatever their type; a longer one needs the signature of its type, so
     those of unknown types are dropped. A repeated single-frame transfer comes out twice: answers are
@@ -90,7 +91,9 @@ class Reassembler:
     transfer ids must not go unheard.
     """
 
-    __slots__ = ("_max_sessions", "_node_id", "_on_drop", "_routes", "_sessions", "_swept", "_timeout", "counters")
+    __slots__ = (
+        "_max_sessions", "_node_id", "_on_drop", "_on_own_id", "_routes", "_sessions", "_swept", "_timeout", "counters",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -99,14 +102,19 @@ class Reassembler:
         timeout: float = 2.0,
         max_sessions: int = 4096,
         on_drop: Callable[[DropReason, int, bytes], object] | None = None,
+        on_own_id: Callable[[Frame], object] | None = None,
     ) -> None:
-        """`on_drop` is called with reason, identifier and data of what is dropped, but for the services of others."""
+        """`on_drop` is called with reason, identifier and data of what is dropped, but for the services of others.
+
+        `on_own_id` is called with every frame that has `node_id`, before `feed` returns.
+        """
         if node_id is not None and not 1 <= node_id <= 127:
             raise ValueError(f"node_id is {node_id}. Give 1 to 127, or None to hear everything.")
         if timeout <= 0 or max_sessions < 1:
             raise ValueError(f"A timeout of {timeout} s and {max_sessions} sessions must both be above 0.")
         self.counters = ReassemblyCounters()
         self._on_drop = on_drop
+        self._on_own_id = on_own_id
         self._node_id = node_id
         self._timeout = timeout
         self._max_sessions = max_sessions
@@ -139,7 +147,7 @@ class Reassembler:
             at = at or stamp
             route = routes[can_id] if can_id in routes else self._learn(can_id)
             if route is None or not data:
-                self._drop_frame(can_id, data)
+                self._drop_frame(can_id, data, at)
                 continue
             tail = data[-1]
             kind, type_id, source, destination, priority, seed = route
@@ -188,7 +196,9 @@ class Reassembler:
         kind, type_id, source, destination, priority, _ = parse(can_id)
         service = kind != Kind.MESSAGE
         route: _Route | None = None
-        wanted = not service or (source and destination and self._node_id in (None, destination))
+        wanted = source != self._node_id and (
+            not service or (source and destination and self._node_id in (None, destination))
+        )
         if wanted and 0 <= can_id < 1 << 29:
             data_type = BY_KEY.get((service, type_id))
             seed = _UNKNOWN_TYPE if data_type is None else data_type.crc_seed
@@ -236,9 +246,13 @@ class Reassembler:
         for can_id in late:
             self._drop("timed_out", can_id, self._sessions.pop(can_id)[3])
 
-    def _drop_frame(self, can_id: int, data: bytes) -> None:
+    def _drop_frame(self, can_id: int, data: bytes, at: Instant) -> None:
         """A frame that has no route or no tail byte."""
-        if 0 <= can_id < 1 << 29 and can_id & 0x7F and can_id & 0x7F00 and self._routes.get(can_id) is None:
+        if can_id & 0x7F == self._node_id and 0 <= can_id < 1 << 29:
+            self.counters.not_ours += 1
+            if self._on_own_id is not None:
+                self._on_own_id(Frame(can_id, data, at))
+        elif 0 <= can_id < 1 << 29 and can_id & 0x7F and can_id & 0x7F00 and self._routes.get(can_id) is None:
             self.counters.not_ours += 1
         else:
             self._drop("bad_tail" if self._routes.get(can_id) else "bad_identifier", can_id, data)
