@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hornbill.bus.recordings.reader import Recording, RecordingCounters
-from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter
+from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter, candump
 from hornbill.errors import LogFailed
 from hornbill.wire.frame import Frame, LoggedFrame
 
@@ -85,6 +85,15 @@ def test_candump_names_the_channel_and_the_first_line_is_that_of_can_utils(tmp_p
     write(path, LogFormat.CANDUMP, FRAMES[8:9])
     assert path.read_text() == "(1700000000.008219) can0 1003F30B#0001020304050607 T\n"
     assert [one.channel for one in read_file(path)] == ["can0"]
+
+
+@pytest.mark.parametrize("channel", ["can0", "ttyACM0", "0"])
+def test_lines_of_a_bundle_are_those_of_python_can(channel: str, tmp_path: Path) -> None:
+    logged = [LoggedFrame(frame, channel, n % 2 == 0) for n, frame in enumerate(FRAMES)]
+    file = LogWriter(tmp_path / "log", LogFormat.CANDUMP, 10**9)
+    file.write(logged)
+    file.close()
+    assert candump(logged) == (tmp_path / "log").read_text()
 
 
 @every_form
