@@ -25,11 +25,11 @@ _MENDED = (
     # Loads the decoder of Gaussian splats, which makes functions of text: the policy forbids it, and no scene of ours
     # has splats.
     (
-        r"=fetch\(\w{1,4}\)\.then\(e=>e\.arrayBuffer\(\)\)\.then\(e=>\w{1,4}\(\{wasmBinary:e\}\)\);function",
-        "=null;function",
+        rb"=fetch\(\w{1,4}\)\.then\(e=>e\.arrayBuffer\(\)\)\.then\(e=>\w{1,4}\(\{wasmBinary:e\}\)\);function",
+        b"=null;function",
     ),
     # three.js warns of its own clock, which viser's libraries make.
-    (r"\b\w{1,4}\(`Clock: This module has been deprecated\. Please use THREE\.Timer instead\.`\)", "void 0"),
+    (rb"\b\w{1,4}\(`Clock: This module has been deprecated\. Please use THREE\.Timer instead\.`\)", b"void 0"),
 )
 """What of viser's program is replaced, as patterns, and by what. Each is there once, or not at all."""
 _STYLE = """<style>
@@ -101,24 +101,30 @@ def client() -> Client:
     if found is None or html.count("<script") != 1:
         raise UnknownClient(f"viser {version} packs its page in a way hornbill does not know: use viser 1.1.1")
     packed, style_bytes, program_bytes, loader = found.groups()
-    program = _part(packed, int(style_bytes), int(program_bytes)).decode()
+    program = _part(packed, int(style_bytes), int(program_bytes))
     if loader.count(_UNPACKED) != 1:
         raise UnknownClient(f"viser {version} unpacks its program in a way hornbill does not know: use viser 1.1.1")
-    mends = [(hit[0], by) for pattern, by in _MENDED if len(hit := re.findall(pattern, program)) == 1]
-    for text, by in mends:
-        program = program.replace(text, by)
+    mends: list[tuple[str, str]] = []
+    for pattern, by in _MENDED:
+        hits = list(re.finditer(pattern, program))
+        if len(hits) == 1:
+            mends.append((hits[0][0].decode(), by.decode()))
+            program[hits[0].start() : hits[0].end()] = by  # in place: a copy is megabytes that stay with the process
     replaced = f"{json.dumps(mends)}.reduce((code,[text,by])=>code.replace(text,by),{_UNPACKED})"
     mended = loader.replace(_UNPACKED, replaced)
     html = html.replace(loader, mended)
-    return Client(version, html, _source(mended.encode()), _source(program.encode()), len(mends))
+    return Client(version, html, _source(mended.encode()), _source(program), len(mends))
 
 
-def _part(packed: str, start: int, length: int) -> bytes:
+def _part(packed: str, start: int, length: int) -> bytearray:
     """`length` bytes from `start` of what is packed. Unpacked piece by piece, for all at once is many megabytes."""
     unpacker = zstandard.ZstdDecompressor().decompressobj()
-    pieces = range(0, len(packed), _AT_ONCE)
-    content = b"".join(unpacker.decompress(_unpack(packed[begin : begin + _AT_ONCE])) for begin in pieces)
-    return content[start : start + length]
+    part, end, at = bytearray(), start + length, 0
+    for begin in range(0, len(packed), _AT_ONCE):
+        piece = unpacker.decompress(_unpack(packed[begin : begin + _AT_ONCE]))
+        part += piece[max(start - at, 0) : max(end - at, 0)]
+        at += len(piece)
+    return part
 
 
 def _unpack(text: str) -> bytes:
@@ -135,5 +141,5 @@ def _unpack(text: str) -> bytes:
     return content + rest.to_bytes(max(len(digits) - whole - 1, 0), "big")
 
 
-def _source(script: bytes) -> str:
+def _source(script: bytes | bytearray) -> str:
     return f"'sha256-{b64encode(hashlib.sha256(script).digest()).decode()}'"

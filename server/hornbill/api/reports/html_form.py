@@ -1,11 +1,15 @@
 """The printable form of a report: one HTML page without scripts or links."""
 
-from jinja2 import Environment, PackageLoader
+from functools import cache
+from typing import TYPE_CHECKING
 
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.scale import Value, with_unit
 from hornbill.servo.runs.report import Report, took, when
 from hornbill.servo.runtime.steps import Step
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 VERDICTS = {"waiting": "Not finished", "done": "Done", "failed": "Failed", "not_tried": "Not tried"}
 _SIGNS = {"done": "✓", "failed": "✕", "waiting": "…", "not_tried": "–", "skipped": "–", "running": "…"}
@@ -18,7 +22,7 @@ def as_html(report: Report, catalog: Catalog) -> str:
         row = catalog.parameters.get(key)
         return key if row is None else row.label
 
-    page = _PAGES.get_template("report.html")
+    page = _pages().get_template("report.html")
     return page.render(report=report, label=label, signs=_SIGNS, summary=_summary(report), verdicts=VERDICTS)
 
 
@@ -47,7 +51,12 @@ def _none_is_empty(value: object) -> object:
     return "" if value is None else value
 
 
-_PAGES = Environment(
-    loader=PackageLoader("hornbill.api.reports", ""), autoescape=True, trim_blocks=True, finalize=_none_is_empty
-)
-_PAGES.filters |= {"took": _took, "value_text": _value_text, "when": when}
+@cache
+def _pages() -> "Environment":
+    from jinja2 import Environment, PackageLoader  # late: few servers print a report
+
+    pages = Environment(
+        loader=PackageLoader("hornbill.api.reports", ""), autoescape=True, trim_blocks=True, finalize=_none_is_empty
+    )
+    pages.filters |= {"took": _took, "value_text": _value_text, "when": when}
+    return pages
