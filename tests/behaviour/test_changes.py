@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.configuration.changes import WriteOptions
+from hornbill.servo.configuration.writing import WriteOptions
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runtime.hub import Change, Happened, Sampled
 from hornbill.sim.behaviour import Behaviour

@@ -4,10 +4,10 @@ import logging
 import math
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import cast
 
-from hornbill.domain.change import Change, Reason, SavePreview, Verdict
+from hornbill.domain.change import Change, Reason, Verdict
 from hornbill.errors import (
     BadRequest,
     Busy,
@@ -30,14 +30,13 @@ from hornbill.servo.configuration.claims import Claims
 from hornbill.servo.configuration.history import History
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
-from hornbill.servo.configuration.writing import Outcome, Write, Writing, change
+from hornbill.servo.configuration.writing import Outcome, Write, WriteOptions, Writing, change
 from hornbill.servo.device import permission
-from hornbill.servo.device.output import KEY, MODES, ON
+from hornbill.servo.device.output import KEY, ON
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
 from hornbill.servo.runtime.hub import ReadingChanged, ServoChanged
-from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.shielded import shielded
 from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Raw, Uid
@@ -51,35 +50,6 @@ def not_a_key(key: str) -> bool:
     """Whether somebody names the boot loader (0x49, in any spelling) or a register by its address: never keys."""
     plain = key.strip().casefold().replace("-", "_").replace(" ", "_")
     return plain in ("boot_loader", "bootloader", "booting_loader") or _ADDRESS.fullmatch(plain) is not None
-
-
-@dataclass(frozen=True, slots=True)
-class WriteOptions:
-    """Who writes, and how. `by` is the lease's holder by default; `by`, `job` and `reason` are for snapshot and audit.
-
-    `save`: a save follows, so that torque on is left to it. `confirm`: words of NeedsConfirmation (supply, temperature,
-    multi_turn) that were answered with yes. `leaving`: servos whose IDs do not count as taken, because the same run
-    moves them.
-    """
-
-    lease_id: str | None = None
-    dry_run: bool = False
-    save: bool = False
-    revision: str | None = None
-    confirm: Collection[str] = ()
-    leaving: Collection[Uid] = ()
-    by: str | None = None
-    job: str | None = None
-    reason: Reason | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Edit:
-    """What became of a change, and its save: the job, or for a dry run the plan."""
-
-    outcome: Outcome
-    job: RunningJob | None = None
-    plan: SavePreview | None = None
 
 
 class Changes:
@@ -178,7 +148,7 @@ class Changes:
         except BadRequest as error:
             error.facts.setdefault("key", row.key)
             raise
-        if row.moves_horn and servo.raw("torque_mode") == 0 and raw != servo.raw(row.key):
+        if row.moves_horn and servo.raw(KEY) == ON and raw != servo.raw(row.key):
             raise TorqueOn(
                 f"Changing {row.label.lower()} while torque is on would move the horn of {servo.title}. "
                 "Turn torque off first.",
@@ -186,32 +156,32 @@ class Changes:
             )
         return raw
 
-    async def edit(self, servo: Servo, values: Mapping[str, object], options: WriteOptions) -> Edit:
+    async def edit(self, servo: Servo, values: Mapping[str, object], options: WriteOptions) -> Outcome:
         """`apply`, and with `save` the save that follows. A running save of just these values is joined.
 
         Raises what `apply` and Restarting.check raise, before anything is written. When the save cannot begin after the
         values were written, they stay written, and the outcome names that failure.
         """
         if not options.save:
-            return Edit(await self.apply(servo, values, options))
+            return await self.apply(servo, values, options)
         if not options.dry_run and options.revision is None:
             job = self._restarting.save_in_progress(servo, values, options.lease_id)
             if job is not None:
                 held = cast("Mapping[str, Value]", values)
-                return Edit(Outcome("applied", [Change(key, v, v, v, "unchanged") for key, v in held.items()]), job)
+                return Outcome("applied", [Change(key, v, v, v, "unchanged") for key, v in held.items()], job=job)
         wanted = RestartOptions(options.lease_id, confirm=options.confirm, values=values, leaving=options.leaving)
         self._restarting.check(servo, "save", wanted)
         outcome = await self.apply(servo, values, options)
         if outcome.outcome == "planned":
             raws = self.plan(servo, values, confirm=options.confirm, leaving=options.leaving)
-            return Edit(outcome, plan=await self._restarting.plan(servo, "save", replace(wanted, raws=raws)))
+            return replace(outcome, plan=await self._restarting.plan(servo, "save", replace(wanted, raws=raws)))
         if outcome.outcome != "applied":
-            return Edit(outcome)
+            return outcome
         try:
             written = RestartOptions(options.lease_id, confirm=options.confirm, written=outcome.changes)
-            return Edit(outcome, self._restarting.start(servo, "save", written))
+            return replace(outcome, job=self._restarting.start(servo, "save", written))
         except HornbillError as error:
-            return Edit(replace(outcome, failure=error))
+            return replace(outcome, failure=error)
 
     async def apply(self, servo: Servo, values: Mapping[str, object], options: WriteOptions) -> Outcome:
         """Check all, take a snapshot, write all, read all back; on any failure the old values are put back.
@@ -226,11 +196,11 @@ class Changes:
         """
         lease_id, revision, dry_run = options.lease_id, options.revision, options.dry_run
         by = options.by or self._leases.who(lease_id, self._base.now())
-        mode = None if dry_run else self._torque_away(servo, values)
-        if mode is not None:  # taking torque away never waits behind a change, and needs no lease
+        taken = None if dry_run else self._torque_away(servo, values)
+        if taken is not None:  # taking torque away never waits behind a change, and needs no lease
             self._check_revision(servo, revision)
             before = servo.configured(KEY)
-            return self._staged(servo, await self._take_torque(servo, mode, by), MODES[mode], before, by)
+            return self._staged(servo, await self._take_torque(servo, taken, by), taken, before, by)
         async with servo.changing:  # or one's roll-back would undo what the other wrote meanwhile
             self._check(servo, values, lease_id, revision)
             boots = servo.boots
@@ -257,7 +227,7 @@ class Changes:
                 self._check(servo, values, lease_id, None)
                 if servo.boots != boots:
                     raise Busy(f"{servo.title} restarted before anything was written. Read it again.")
-                outcome = await shielded(self._write(servo, writes, by, options))
+                outcome = await shielded(self._writing.all_or_nothing(servo, writes, by, options))
                 return outcome if torque is None else self._staged(servo, outcome, torque, before, by)
 
     def _staged(self, servo: Servo, outcome: Outcome, torque: Raw, before: Raw | None, by: str) -> Outcome:
@@ -287,53 +257,44 @@ class Changes:
         others = [one for one in outcome.changes if one.key != KEY]
         return Outcome(outcome.outcome, [*others, Change(KEY, was, wanted, after, verdict)], outcome.failure)
 
-    async def torque(self, servo: Servo, mode: str, lease_id: str | None, *, by: str | None = None) -> None:
-        """Torque on (under a lease), off or brake (always), and an audit row. Raises as Motion does."""
+    async def torque(self, servo: Servo, torque: Raw, lease_id: str | None, *, by: str | None = None) -> Raw:
+        """Torque on (under a lease), off or brake (always), and an audit row: what 0x20 holds then.
+
+        Raises as Motion.switch does.
+        """
         by = by or self._leases.who(lease_id, self._base.now())
-        if mode == "on":
-            await self._torque(servo, mode, lease_id, by)
-            return
-        outcome = await self._take_torque(servo, mode, by)
-        if outcome.failure is not None:
-            raise outcome.failure
-
-    def _torque_away(self, servo: Servo, values: Mapping[str, object]) -> str | None:
-        """ "off" or "brake" when that is all that is asked for."""
-        if set(values) != {"torque_mode"}:
-            return None
-        raw = self._raw(servo, self.row(servo, "torque_mode"), values["torque_mode"], servo.raws())
-        return next((mode for mode, number in MODES.items() if number == raw), None)
-
-    async def _take_torque(self, servo: Servo, mode: str, by: str) -> Outcome:
-        before = servo.raw("torque_mode")
+        row, before = servo.catalog.by_key[KEY], servo.raw(KEY)
+        shown, wanted = (None if raw is None else scale.to_value(row, raw) for raw in (before, torque))
         try:
-            after, failure = await self._torque(servo, mode, None, by), None
-        except HornbillError as error:
-            after, failure = None, error
-        row = servo.catalog.by_key["torque_mode"]
-        old, new = (None if raw is None else scale.to_value(row, raw) for raw in (before, after))
-        changed = Change("torque_mode", old, mode, new, _verdict(failure))
-        return Outcome("applied" if failure is None else "rolled_back", [changed], failure)
-
-    async def _torque(self, servo: Servo, mode: str, lease_id: str | None, by: str) -> Raw:
-        row = servo.catalog.by_key["torque_mode"]
-        before = servo.raw("torque_mode")
-        shown = None if before is None else scale.to_value(row, before)
-        try:
-            if mode == "on":
-                raw = await self._motion.torque_on(servo, lease_id)
-            else:
-                raw = await self._motion.torque_away(servo, mode, by=by)
+            raw = await self._motion.switch(servo, torque, lease_id, by=by)
         except BadRequest:  # nothing was sent, or somebody else's stop came in between, which has its own row
             raise
         except HornbillError as error:
-            entry = NewAuditEntry(by, "torque", _verdict(error), servo.uid, row.key, shown, mode, detail=error.detail)
+            entry = NewAuditEntry(by, "torque", _verdict(error), servo.uid, KEY, shown, wanted, detail=error.detail)
             self._audit.note(entry)
             raise
         self._audit.note(
-            NewAuditEntry(by, "torque", "applied", servo.uid, row.key, shown, mode, scale.to_value(row, raw))
+            NewAuditEntry(by, "torque", "applied", servo.uid, KEY, shown, wanted, scale.to_value(row, raw))
         )
         return raw
+
+    def _torque_away(self, servo: Servo, values: Mapping[str, object]) -> Raw | None:
+        """The 0x20 of off or brake when that is all that is asked for."""
+        if set(values) != {KEY}:
+            return None
+        raw = self._raw(servo, self.row(servo, KEY), values[KEY], servo.raws())
+        return None if raw == ON else raw
+
+    async def _take_torque(self, servo: Servo, torque: Raw, by: str) -> Outcome:
+        before = servo.raw(KEY)
+        try:
+            after, failure = await self.torque(servo, torque, None, by=by), None
+        except HornbillError as error:
+            after, failure = None, error
+        row = servo.catalog.by_key[KEY]
+        old, wanted, new = (None if raw is None else scale.to_value(row, raw) for raw in (before, torque, after))
+        changed = Change(KEY, old, wanted, new, _verdict(failure))
+        return Outcome("applied" if failure is None else "rolled_back", [changed], failure)
 
     def _check(self, servo: Servo, values: Mapping[str, object], lease_id: str | None, revision: str | None) -> None:
         self._check_revision(servo, revision)
@@ -377,7 +338,7 @@ class Changes:
     def _writes(servo: Servo, wanted: Mapping[str, Raw]) -> list[Write]:
         """In the order asked for, torque last."""
         writes: list[Write] = []
-        for key in sorted(wanted, key=lambda key: key == "torque_mode"):
+        for key in sorted(wanted, key=lambda key: key == KEY):
             before = servo.raw(key)
             assert before is not None, f"{key} was not read before it is written"
             writes.append(Write(servo.registers[key].parameter, before, wanted[key]))
@@ -394,29 +355,6 @@ class Changes:
                 f"No snapshot of {servo.title} could be kept, so nothing was written. "
                 "Check the data folder and its disk."
             ) from error
-
-    async def _write(self, servo: Servo, writes: list[Write], by: str, options: WriteOptions) -> Outcome:
-        try:
-            outcome = await self._writing.all_or_nothing(servo, writes, options.lease_id)
-        finally:
-            self._hub.tell(ServoChanged(servo.uid))
-        self._note(servo, outcome, by, options)
-        return outcome
-
-    def _note(self, servo: Servo, outcome: Outcome, by: str, options: WriteOptions) -> None:
-        """One audit row a key that was written. Commands and keep-alives have none: a rig sends 1,000 a second."""
-        failure = "" if outcome.failure is None else outcome.failure.detail
-        detail = " ".join(part for part in (options.reason.text if options.reason else "", failure) if part)
-        self._audit.note(
-            *(
-                NewAuditEntry(
-                    by, "torque" if one.key == "torque_mode" else "write", one.verdict, servo.uid, one.key,
-                    one.before, one.requested, one.after, detail, options.job,
-                )
-                for one in outcome.changes
-                if one.verdict != "unchanged"
-            )
-        )  # fmt: skip
 
 
 def _reason(keys: list[str]) -> Reason:

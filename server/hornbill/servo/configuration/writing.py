@@ -1,20 +1,23 @@
 """Owns Writing: the writes of one change, the proof that they hold, and their undoing when anything fails."""
 
 import asyncio
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from hornbill.domain.change import Change, Verdict
+from hornbill.domain.change import Change, Reason, SavePreview, Verdict
 from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoAnswer, NotAsWanted, Refused
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.device import permission
+from hornbill.servo.device.output import KEY, taken_by
 from hornbill.servo.device.requests import READ, WRITE
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.motion import Motion
-from hornbill.servo.runtime.hub import Happened
-from hornbill.units import Instant, Raw
+from hornbill.servo.runtime.hub import Happened, ServoChanged
+from hornbill.servo.runtime.jobs import RunningJob
+from hornbill.store.audit import NewAuditEntry
+from hornbill.units import Instant, Raw, Uid
 
 KEEP_WRITING = replace(WRITE, tries=READ.tries)
 """With a fifth of all frames lost a write (three frames each way) succeeds in 0.26 of its tries: 10 of them fail once
@@ -28,12 +31,37 @@ LOOK_AGAIN_S = 0.05
 
 
 @dataclass(frozen=True, slots=True)
+class WriteOptions:
+    """Who writes, and how. `by` is the lease's holder by default; `by`, `job` and `reason` are for snapshot and audit.
+
+    `save`: a save follows, so that torque on is left to it. `confirm`: words of NeedsConfirmation (supply, temperature,
+    multi_turn) that were answered with yes. `leaving`: servos whose IDs do not count as taken, because the same run
+    moves them.
+    """
+
+    lease_id: str | None = None
+    dry_run: bool = False
+    save: bool = False
+    revision: str | None = None
+    confirm: Collection[str] = ()
+    leaving: Collection[Uid] = ()
+    by: str | None = None
+    job: str | None = None
+    reason: Reason | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Outcome:
-    """`outcome`: applied, rolled_back or planned. Of rolled_back, keys that were not come to are not in `changes`."""
+    """`outcome`: applied, rolled_back or planned. Of rolled_back, keys that were not come to are not in `changes`.
+
+    `job` is the save that follows, `plan` what that would be after a dry run.
+    """
 
     outcome: str
     changes: list[Change]
     failure: HornbillError | None = None
+    job: RunningJob | None = None
+    plan: SavePreview | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,47 +74,64 @@ class Write:
 
 
 class Writing:
-    """Writes rows of one servo that were checked before, all or nothing."""
+    """Writes rows of one servo that were checked before, all or nothing, and enters them in the audit."""
 
     def __init__(self, services: HostServices, motion: Motion) -> None:
         self._requests = services.requests
         self._hub = services.hub
         self._base = services.base
+        self._audit = services.audit
         self._motion = motion
 
-    async def all_or_nothing(self, servo: Servo, writes: Iterable[Write], lease_id: str | None) -> Outcome:
+    async def all_or_nothing(self, servo: Servo, listed: Sequence[Write], by: str, options: WriteOptions) -> Outcome:
         """Write all in this order, then read all back; on any failure put back what was there, last first.
 
         Never raises HornbillError: what went wrong is in the outcome. A servo that answers a write with another value
         told so: that is `clamped`, and stays. What it answers afterwards must be what it answered then.
         """
-        listed = list(writes)
         tried: list[Write] = []
         answers: dict[str, Raw] = {}
         try:
             for one in listed:
-                if one.raw != one.before:
-                    tried.append(one)
-                    answers[one.row.key] = await self._write(servo, one, lease_id)
+                if one.raw == one.before:
+                    continue
+                tried.append(one)
+                if one.row.key == KEY:
+                    answers[KEY] = await self._motion.switch(servo, one.raw, options.lease_id)
+                else:
+                    answers[one.row.key] = await self._requests.write(servo, one.row, one.raw, KEEP_WRITING)
             await self._prove(servo, tried, answers)
         except HornbillError as error:
             refused = tried[-1].row.key if isinstance(error, Refused | BadRequest) and len(answers) < len(tried) else ""
             held = await self._undo(servo, tried, refused, error)
             self._say_what_is_not_back(servo, tried, held)
-            return Outcome("rolled_back", self._undone(servo, listed, held, refused), error)
-        changes: list[Change] = []
-        for one in listed:
-            after = answers.get(one.row.key, one.before)
-            verdict = "unchanged" if one.raw == one.before else "applied" if after == one.raw else "clamped"
-            changes.append(change(servo, listed, one, after, verdict))
-        return Outcome("applied", changes)
+            outcome = Outcome("rolled_back", self._undone(servo, listed, held, refused), error)
+        else:
+            changes: list[Change] = []
+            for one in listed:
+                after = answers.get(one.row.key, one.before)
+                verdict = "unchanged" if one.raw == one.before else "applied" if after == one.raw else "clamped"
+                changes.append(change(servo, listed, one, after, verdict))
+            outcome = Outcome("applied", changes)
+        finally:
+            self._hub.tell(ServoChanged(servo.uid))
+        self._note(servo, outcome, by, options)
+        return outcome
 
-    async def _write(self, servo: Servo, one: Write, lease_id: str | None) -> Raw:
-        if one.row.key != "torque_mode":
-            return await self._requests.write(servo, one.row, one.raw, KEEP_WRITING)
-        if one.raw == 0:
-            return await self._motion.torque_on(servo, lease_id)
-        return await self._motion.torque_away(servo, "off" if one.raw == 1 else "brake")
+    def _note(self, servo: Servo, outcome: Outcome, by: str, options: WriteOptions) -> None:
+        """One audit row a key that was written. Commands and keep-alives have none: a rig sends 1,000 a second."""
+        failure = "" if outcome.failure is None else outcome.failure.detail
+        detail = " ".join(part for part in (options.reason.text if options.reason else "", failure) if part)
+        self._audit.note(
+            *(
+                NewAuditEntry(
+                    by, "torque" if one.key == KEY else "write", one.verdict, servo.uid, one.key,
+                    one.before, one.requested, one.after, detail, options.job,
+                )
+                for one in outcome.changes
+                if one.verdict != "unchanged"
+            )
+        )  # fmt: skip
 
     async def _prove(self, servo: Servo, written: list[Write], answers: Mapping[str, Raw]) -> None:
         """Raises NotAsWanted when a row does not hold what its write answered, Refused or NoAnswer when unread."""
@@ -118,9 +163,9 @@ class Writing:
         """
         held: dict[str, Raw | None] = {}
         owed = {one.row.key: one for one in reversed(tried)}
-        if self._keeps_torque(servo, owed.get("torque_mode")):
-            owed.pop("torque_mode")
-            held["torque_mode"] = servo.raw("torque_mode")
+        if self._keeps_torque(servo, owed.get(KEY)):
+            owed.pop(KEY)
+            held[KEY] = servo.raw(KEY)
         until = self._base.now() + UNDO_WITHIN_S
         silent_since = self._base.now() if isinstance(error, NoAnswer | NotAsWanted) else None
         while owed and self._base.now() < until:
@@ -143,7 +188,7 @@ class Writing:
     @staticmethod
     def _keeps_torque(servo: Servo, one: Write | None) -> bool:
         """Whether torque mode is not for us to put back: it was on, or somebody took torque away meanwhile."""
-        return one is not None and (one.before == 0 or servo.raw("torque_mode") not in (one.raw, None))
+        return one is not None and (one.before == 0 or servo.raw(KEY) not in (one.raw, None))
 
     @staticmethod
     def _ready(servo: Servo, silent_since: Instant | None) -> bool:
@@ -156,8 +201,8 @@ class Writing:
     async def _put_back(self, servo: Servo, one: Write) -> bool:
         """Whether the servo took it. Raises NoAnswer, BusDisconnected."""
         try:
-            if one.row.key == "torque_mode":
-                await self._motion.torque_away(servo, "off" if one.before == 1 else "brake")
+            if one.row.key == KEY:
+                await self._motion.torque_away(servo, taken_by(one.before))
             else:
                 await self._requests.write(servo, one.row, one.before, KEEP_WRITING)
         except Refused:
@@ -172,7 +217,7 @@ class Writing:
             return one.before if was_refused else None
 
     @staticmethod
-    def _undone(servo: Servo, listed: list[Write], held: Mapping[str, Raw | None], refused: str) -> list[Change]:
+    def _undone(servo: Servo, listed: Sequence[Write], held: Mapping[str, Raw | None], refused: str) -> list[Change]:
         changes: list[Change] = []
         for one in listed:
             key = one.row.key
@@ -185,7 +230,7 @@ class Writing:
         return changes
 
     def _say_what_is_not_back(self, servo: Servo, tried: list[Write], held: Mapping[str, Raw | None]) -> None:
-        lost = [one for one in tried if one.row.key != "torque_mode" and held[one.row.key] != one.before]
+        lost = [one for one in tried if one.row.key != KEY and held[one.row.key] != one.before]
         if lost:
             names = ", ".join(one.row.label for one in lost)
             params: dict[str, object] = {"servo": servo.title, "keys": [one.row.key for one in lost]}
@@ -213,6 +258,6 @@ def _verdict(one: Write, held: Raw | None, *, was_refused: bool) -> Verdict:
         return "no_answer"
     if held == one.before:
         return "refused" if was_refused else "rolled_back"
-    if one.row.key == "torque_mode" and one.raw == 0:
+    if one.row.key == KEY and one.raw == 0:
         return "rolled_back"  # off is what brake was to become, or the other way: somebody took torque away
     return "applied" if held == one.raw else "clamped"

@@ -27,7 +27,6 @@ from hornbill.wire.services import (
     GetSetResponse,
     RestartNodeRequest,
     RestartNodeResponse,
-    Value,
     ValueKind,
     integer,
 )
@@ -90,7 +89,13 @@ class ServoRequests:
 
     async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
         """RAM's raw value of one row, and remember it. Raises NoAnswer, Refused, BusDisconnected."""
-        return await self._get_set(servo, parameter, EMPTY, patience)
+        _node(servo)
+        try:
+            response = await self._ask(servo, GetSetRequest(0, EMPTY, parameter.name), GetSetResponse, patience)
+        except NoAnswer as error:
+            error.facts["key"] = parameter.key
+            raise
+        return self._taken(servo, parameter, response, patience, "read")
 
     async def write(self, servo: Servo, parameter: Parameter, raw: Raw, patience: Patience = WRITE) -> Raw:
         """Write one row and answer what RAM holds now.
@@ -98,7 +103,28 @@ class ServoRequests:
         Raises NoAnswer, Refused, BusDisconnected, and NotInThisModel for a servo of an unknown series: only its output
         can be taken.
         """
-        return await self._get_set(servo, parameter, integer(raw), patience)
+        if servo.of_unknown_series and not _lets_go(parameter, raw):
+            raise unknown_series(servo)
+        _node(servo)  # what cannot be sent is not noted as written
+        servo.note_write(parameter.key, raw, self._base.now())
+        try:
+            if (prepare := self._before_write.get(parameter.key)) is not None:
+                await prepare(servo, raw)
+            response = await self._ask(servo, GetSetRequest(0, integer(raw), parameter.name), GetSetResponse, patience)
+        except BaseException as error:
+            if isinstance(error, NoAnswer):
+                error.facts["key"] = parameter.key
+            servo.forget(parameter.key)  # it may have been carried out all the same
+            self._hub.tell(ReadingChanged(servo.uid, parameter.key))
+            if parameter.key == output.KEY:
+                self._hub.tell(ServoChanged(servo.uid))
+            raise
+        finally:
+            if parameter.key == output.KEY or parameter.key in COMMANDS:
+                servo.output.commanded(
+                    self._base.now()
+                )  # an answer that is lost may be that to a command which was not
+        return self._taken(servo, parameter, response, patience, "write")
 
     async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
         """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
@@ -150,34 +176,12 @@ class ServoRequests:
             servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self._base.now()
             servo.angle_polled_at = servo.angle_at
 
-    async def _get_set(self, servo: Servo, parameter: Parameter, value: Value, patience: Patience) -> Raw:
-        request = GetSetRequest(0, value, parameter.name)
-        if value != EMPTY and servo.of_unknown_series and not _lets_go(parameter, value):
-            raise unknown_series(servo)
-        _node(servo)  # what cannot be sent is not noted as written
-        written = value.value if isinstance(value.value, int) else None
-        if value != EMPTY:
-            servo.note_write(parameter.key, written, self._base.now())
-        commands = value != EMPTY and (parameter.key == output.KEY or parameter.key in COMMANDS)
-        try:
-            if written is not None and (prepare := self._before_write.get(parameter.key)) is not None:
-                await prepare(servo, written)
-            response = await self._ask(servo, request, GetSetResponse, patience)
-        except BaseException as error:
-            if isinstance(error, NoAnswer):
-                error.facts["key"] = parameter.key
-            if value != EMPTY:  # it may have been carried out all the same
-                servo.forget(parameter.key)
-                self._hub.tell(ReadingChanged(servo.uid, parameter.key))
-                if parameter.key == output.KEY:
-                    self._hub.tell(ServoChanged(servo.uid))
-            raise
-        finally:
-            if commands:  # an answer that is lost may be that to a command which was not
-                servo.output.commanded(self._base.now())
+    def _taken(
+        self, servo: Servo, parameter: Parameter, response: GetSetResponse, patience: Patience, verb: str
+    ) -> Raw:
+        """The value of an answer, remembered. Raises Refused without one."""
         raw = self._integer_of(response, parameter, patience)
         if raw is None:
-            verb = "read" if value == EMPTY else "write"
             raise Refused(
                 f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}): it answered without a value. "
                 "Try again; if it does so each time, this servo does not have it.",
@@ -242,9 +246,9 @@ class ServoRequests:
         return self._participant()
 
 
-def _lets_go(parameter: Parameter, value: Value) -> bool:
+def _lets_go(parameter: Parameter, raw: Raw) -> bool:
     """Whether a write takes the output or brakes (0x20)."""
-    return parameter.key == output.KEY and value.value in (output.MODES["off"], output.MODES["brake"])
+    return parameter.key == output.KEY and raw in (output.MODES["off"], output.MODES["brake"])
 
 
 def _title(who: Servo | int) -> str:

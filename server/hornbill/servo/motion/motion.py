@@ -21,7 +21,7 @@ from hornbill.errors import (
 from hornbill.schema.effect import MODE
 from hornbill.schema.parameter import DUMMY, Parameter
 from hornbill.servo.device import permission
-from hornbill.servo.device.output import KEY, MODES, ON
+from hornbill.servo.device.output import KEY, MODES, ON, taken_by
 from hornbill.servo.device.permission import Target
 from hornbill.servo.device.requests import COMMAND, POLL, READ, TORQUE, Patience
 from hornbill.servo.device.services import HostServices
@@ -181,6 +181,12 @@ class Motion:
             raise error
         if driven.alive is None or driven.alive.done():
             raise Busy(f"{servo.title} was let go before it settled.")
+
+    async def switch(self, servo: Servo, torque: Raw, lease_id: str | None, *, by: str | None = None) -> Raw:
+        """Write 0x20: what it holds then. On needs a lease (`torque_on`), off and brake do not (`torque_away`)."""
+        if torque == ON:
+            return await self.torque_on(servo, lease_id)
+        return await self.torque_away(servo, taken_by(torque), by=by)
 
     async def torque_on(self, servo: Servo, lease_id: str | None) -> Raw:
         """Energise the motor where it stands, under a lease. Raises as `command` does.

@@ -9,7 +9,8 @@ from hornbill.errors import BadRequest, InvalidValue
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import Value
-from hornbill.servo.configuration.changes import Changes, Edit, WriteOptions
+from hornbill.servo.configuration.changes import Changes
+from hornbill.servo.configuration.writing import Outcome, WriteOptions
 from hornbill.servo.device import permission
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.output import KEY, ON
@@ -34,7 +35,7 @@ class Restoring:
         *,
         keys: Sequence[str] | None = None,
         identity: bool = False,
-    ) -> tuple[Edit, list[LeftOut]]:
+    ) -> tuple[Outcome, list[LeftOut]]:
         """Write (and save) what `side` holds, of `keys` or of every row the servo has; also the rows left out.
 
         Without `keys`, identity rows (0x44 to 0x46) stay unless `identity`, and torque mode stays. Raises what
@@ -54,8 +55,7 @@ class Restoring:
                 f"Nothing of {side.title} is left to be written to {servo.title}. Name the rows in keys.",
                 left_out=[{"key": one.key, "why": one.why} for one in left_out],
             )
-        edit = await self._changes.edit(servo, values, replace(options, reason=_reason(side)))
-        return edit, left_out
+        return await self._changes.edit(servo, values, replace(options, reason=_reason(side))), left_out
 
 
 def _reason(side: Side) -> Reason:

@@ -8,9 +8,10 @@ from hornbill.domain.profile import Profile
 from hornbill.errors import Conflict, HornbillError, InvalidValue, NotAsWanted
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration import torque_in_rom
-from hornbill.servo.configuration.changes import Changes, WriteOptions
+from hornbill.servo.configuration.changes import Changes
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
+from hornbill.servo.configuration.writing import WriteOptions
 from hornbill.servo.device import permission
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.services import HostServices
@@ -185,8 +186,8 @@ class ProfileJobs:
         if run.options.save:
             torque_in_rom.decide(target.servo, words, target.values)
         if run.options.dry_run:
-            edit = await self._changes.edit(target.servo, target.values, run.write_options(words))
-            target.changes, target.plan = edit.outcome.changes, edit.plan
+            planned = await self._changes.edit(target.servo, target.values, run.write_options(words))
+            target.changes, target.plan = planned.changes, planned.plan
             target.outcome = "planned"
         left = f", {len(target.left_out)} left out" if target.left_out else ""
         values = {"rows": len(target.values), "left_out": len(target.left_out)}

@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 
 from hornbill.domain.change import Reason
 from hornbill.errors import Busy, HornbillError, NoAnswer, NotAsWanted, Unknown
-from hornbill.servo.configuration.changes import Changes, Edit, WriteOptions
+from hornbill.servo.configuration.changes import Changes
 from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
+from hornbill.servo.configuration.writing import Outcome, WriteOptions
 from hornbill.servo.device import permission
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.services import HostServices
@@ -145,7 +146,7 @@ class CommissionWriter:
 
     async def plan(
         self, servo: Servo, request: CommissionRequest, lease_id: str | None, values: Mapping[str, object]
-    ) -> Edit:
+    ) -> Outcome:
         """What would be written, and with a save what ROM would hold. Sends only reads."""
         options = WriteOptions(
             lease_id, dry_run=True, save=request.save, confirm=request.words(values), leaving=request.uids

@@ -132,8 +132,8 @@ class CommissioningJobs:
 
     async def _plan_one(self, request: CommissionRequest, one: Wanted, servo: Servo, lease_id: str | None) -> Planned:
         values = wanted_values(self._profiles, request, one, servo)
-        edit = await self._writer.plan(servo, request, lease_id, values)
-        return Planned(servo, edit.outcome.changes, edit.plan)
+        planned = await self._writer.plan(servo, request, lease_id, values)
+        return Planned(servo, planned.changes, planned.plan)
 
     def resumer(self, job: RunningJob) -> Work:
         """Resume a job: finished targets are read again, interrupted ones are repeated, the others follow.

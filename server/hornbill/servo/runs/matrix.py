@@ -7,10 +7,10 @@ from functools import partial
 
 from hornbill.domain.change import Change, Reason
 from hornbill.errors import Conflict, HornbillError, NotAsWanted
-from hornbill.servo.configuration.changes import Changes, WriteOptions
+from hornbill.servo.configuration.changes import Changes
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
-from hornbill.servo.configuration.writing import UNDO_WITHIN_S, Outcome
+from hornbill.servo.configuration.writing import UNDO_WITHIN_S, Outcome, WriteOptions
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.output import KEY
@@ -218,8 +218,8 @@ class Matrix:
         target.servo = self._fleet.get(target.uid)
         options = replace(run.write_options(target), dry_run=True)
         if run.options.dry_run:
-            edit = await self._changes.edit(target.servo, target.values, options)
-            target.changes, target.plan = edit.outcome.changes, edit.plan
+            planned = await self._changes.edit(target.servo, target.values, options)
+            target.changes, target.plan = planned.changes, planned.plan
         else:
             if run.options.save:
                 save = RestartOptions(run.options.lease_id, confirm=run.options.confirm, values=target.values)

@@ -9,7 +9,7 @@ from hornbill.api.security.roles import Role
 from hornbill.domain.change import DriftRow, Reason
 from hornbill.domain.fields import Model, SafetyConfirm, SaveAfter, UidField
 from hornbill.errors import Busy
-from hornbill.servo.configuration.changes import WriteOptions
+from hornbill.servo.configuration.writing import WriteOptions
 
 routes = Routes("history")
 

@@ -19,7 +19,7 @@ from hornbill.domain.servo import Reading
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import COMMANDS
 from hornbill.schema.parameter import Parameter
-from hornbill.servo.configuration.changes import Edit, WriteOptions
+from hornbill.servo.configuration.writing import Outcome, WriteOptions
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.reading import reading, readings
 from hornbill.servo.device.servo import Servo
@@ -114,15 +114,14 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
         return patched(servo, await host.changes.edit(servo, body.values, options))
 
 
-def patched(servo: Servo, edit: Edit) -> ParametersPatched:
+def patched(servo: Servo, outcome: Outcome) -> ParametersPatched:
     """The response to a change, with the save that was started, or the plan of a dry run."""
-    outcome = edit.outcome
     return ParametersPatched(
-        **dict(edit.plan or SavePreview()),
+        **dict(outcome.plan or SavePreview()),
         outcome=outcome.outcome,  # pyright: ignore[reportArgumentType]
         changes=outcome.changes,
         revision=servo.revision,
-        job=None if edit.job is None else edit.job.id,
+        job=None if outcome.job is None else outcome.job.id,
         failure=None if outcome.failure is None else outcome.failure.detail,
         problem=None if outcome.failure is None else problem(outcome.failure),
     )

@@ -14,7 +14,7 @@ from hornbill.domain.fields import DryRun, Model, Param, Params, SafetyConfirm, 
 from hornbill.errors import Unknown
 from hornbill.schema.firmware import to_text
 from hornbill.schema.scale import Value
-from hornbill.servo.configuration.changes import WriteOptions
+from hornbill.servo.configuration.writing import WriteOptions
 from hornbill.servo.device import permission
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host

@@ -14,6 +14,7 @@ from hornbill.domain.motion import Caution, MotionHold, MotionProfile
 from hornbill.domain.servo import Reading
 from hornbill.errors import InvalidValue
 from hornbill.servo.device import permission
+from hornbill.servo.device.output import MODES, ON
 from hornbill.servo.device.reading import reading
 from hornbill.servo.motion.bursts import Setpoint
 from hornbill.servo.motion.settle import wait_settled
@@ -225,5 +226,5 @@ async def command_servos(host: TheHost, body: Burst, lease: LeaseHeader = None) 
 async def set_torque(host: TheHost, servo: TheServo, body: TorqueMode, lease: LeaseHeader = None) -> Reading:
     """Energise the motor where it stands (needs a lease), or take its output away (never does)."""
     host.connected()
-    await host.changes.torque(servo, body.mode, lease)
+    await host.changes.torque(servo, ON if body.mode == "on" else MODES[body.mode], lease)
     return reading(servo, "torque_mode", host.base)
