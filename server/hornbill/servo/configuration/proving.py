@@ -55,17 +55,19 @@ def check_held(servo: Servo, written: Iterable[Change]) -> None:
 
 
 def differing(servo: Servo, wanted: Mapping[str, Raw | None]) -> tuple[list[dict[str, object]], str]:
-    """Rows whose ROM is not `wanted`: as facts (key, wanted, found in engineering values), and as a sentence."""
-    values = servo.raws()
-    facts: list[dict[str, object]] = []
-    said: list[str] = []
-    for key, raw in wanted.items():
-        row, held = servo.registers[key].parameter, servo.registers[key].rom
-        shown = [None if one is None else scale.to_value(row, one, values) for one in (raw, held)]
-        texts = ["unknown" if one is None else scale.to_text(row, one, values) for one in (raw, held)]
-        facts.append({"key": key, "wanted": shown[0], "found": shown[1]})
-        said.append(f"{row.label} {texts[1]} instead of {texts[0]}")
-    return facts, ", ".join(said)
+    """Rows whose ROM is not `wanted`: as facts, and as a sentence."""
+    found = [difference(servo, key, raw, servo.registers[key].rom) for key, raw in wanted.items()]
+    return [fact for fact, _ in found], ", ".join(text for _, text in found)
+
+
+def difference(
+    servo: Servo, key: str, wanted: Raw | None, found: Raw | None, verb: str = ""
+) -> tuple[dict[str, object], str]:
+    """A row that holds something else: as a fact (key, wanted, found in engineering values), and in words."""
+    row, values = servo.registers[key].parameter, servo.raws()
+    shown = [None if raw is None else scale.to_value(row, raw, values) for raw in (wanted, found)]
+    texts = ["unknown" if raw is None else scale.to_text(row, raw, values) for raw in (wanted, found)]
+    return {"key": key, "wanted": shown[0], "found": shown[1]}, f"{row.label} {verb}{texts[1]} instead of {texts[0]}"
 
 
 AT_REST = ("command_speed", "command_torque", "current_speed")

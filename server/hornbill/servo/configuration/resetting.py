@@ -12,7 +12,7 @@ from hornbill.schema.scale import Value
 from hornbill.servo.configuration.following import RestartFollower
 from hornbill.servo.configuration.forecast import forecast_of, forecast_params, supply_problem
 from hornbill.servo.configuration.history import History
-from hornbill.servo.configuration.proving import differing
+from hornbill.servo.configuration.proving import difference, differing
 from hornbill.servo.device import identification, permission
 from hornbill.servo.device.requests import READ, WRITE
 from hornbill.servo.device.services import HostServices
@@ -250,11 +250,10 @@ class ResetSteps:
             found = run.written[key] = await self._requests.write(servo, row, raw, _PATIENT)
             if found != raw:
                 values = servo.raws()
-                shown = [scale.to_value(row, one, values) for one in (raw, found)]
                 raise NotAsWanted(
                     f"{servo.title} made {scale.to_text(row, found, values)} of {row.label.lower()} "
                     f"{scale.to_text(row, raw, values)}.",
-                    differences=[{"key": key, "wanted": shown[0], "found": shown[1]}],
+                    differences=[difference(servo, key, raw, found)[0]],
                 )
         job.done(step, Evidence("rows_written", ", ".join(keys), {"keys": [*keys]}))
 

@@ -8,6 +8,7 @@ from hornbill.domain.change import Change, Reason, SavePreview, Verdict
 from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoAnswer, NotAsWanted, Refused
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
+from hornbill.servo.configuration.proving import difference
 from hornbill.servo.device import permission
 from hornbill.servo.device.output import KEY, taken_by
 from hornbill.servo.device.requests import READ, WRITE
@@ -135,21 +136,16 @@ class Writing:
 
     async def _prove(self, servo: Servo, written: list[Write], answers: Mapping[str, Raw]) -> None:
         """Raises NotAsWanted when a row does not hold what its write answered, Refused or NoAnswer when unread."""
-        wrong: list[dict[str, object]] = []
-        said: list[str] = []
+        wrong: list[tuple[dict[str, object], str]] = []
         for one in written:
             wanted, found = answers[one.row.key], await self._requests.read(servo, one.row)
             if found != wanted:
-                values = servo.raws()
-                shown = [scale.to_value(one.row, raw, values) for raw in (wanted, found)]
-                texts = [scale.to_text(one.row, raw, values) for raw in (found, wanted)]
-                wrong.append({"key": one.row.key, "wanted": shown[0], "found": shown[1]})
-                said.append(f"{one.row.label} holds {texts[0]} instead of {texts[1]}")
+                wrong.append(difference(servo, one.row.key, wanted, found, "holds "))
         if wrong:
             raise NotAsWanted(
-                f"{servo.title} took every value, and was then found to hold something else: {'; '.join(said)}. "
-                "It may have restarted, or another tool writes to it.",
-                differences=wrong,
+                f"{servo.title} took every value, and was then found to hold something else: "
+                f"{'; '.join(text for _, text in wrong)}. It may have restarted, or another tool writes to it.",
+                differences=[fact for fact, _ in wrong],
             )
 
     async def _undo(

@@ -8,6 +8,7 @@ from hornbill.domain.fields import known
 from hornbill.domain.profile import Profile
 from hornbill.errors import Conflict, NotAsWanted
 from hornbill.schema import scale
+from hornbill.servo.configuration.proving import difference
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.services import HostServices
@@ -185,17 +186,13 @@ class CommissionSteps:
             raise NotAsWanted(f"{servo.title} answers on node {servo.node_id} instead of {fixed}.", key="node_id")
         wrong: list[dict[str, object]] = []
         said: list[str] = []
-        values = servo.raws()
         for key, raw in wanted.items():
-            register = servo.registers[key]
-            found = {"RAM": servo.configured(key)} | ({"ROM": register.rom} if run.request.save else {})
+            found = {"RAM": servo.configured(key)} | ({"ROM": servo.registers[key].rom} if run.request.save else {})
             for place, held in found.items():
                 if held != raw and not (held is None and place == "ROM" and rom_may_be_unknown):
-                    row = register.parameter
-                    shown = [None if one is None else scale.to_value(row, one, values) for one in (raw, held)]
-                    wrong.append({"key": key, "wanted": shown[0], "found": shown[1], "in": place})
-                    text = "unknown" if held is None else scale.to_text(row, held, values)
-                    said.append(f"{row.label} in {place} is {text} instead of {scale.to_text(row, raw, values)}")
+                    fact, text = difference(servo, key, raw, held, f"in {place} is ")
+                    wrong.append({**fact, "in": place})
+                    said.append(text)
         if wrong:
             raise NotAsWanted(f"{servo.title} holds something else: {'; '.join(said)}.", differences=wrong)
         return kept, wanted
