@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Self, cast
 
 from hornbill import errors
@@ -64,10 +64,13 @@ class Step:
         self.ahead = None if found is None else found.ahead
 
 
+_STEP_FIELDS = tuple(one.name for one in fields(Step))
+
+
 def write(steps: list[Step], result: Mapping[str, object] | None, error: HornbillError | None) -> dict[str, Json]:
     """The document; what is no JSON in a result or in the facts of an error becomes text."""
     document = {
-        "steps": [asdict(step) for step in steps],
+        "steps": [{name: getattr(step, name) for name in _STEP_FIELDS} for step in steps],
         "result": result,
         "error": error
         and {
