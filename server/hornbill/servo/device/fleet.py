@@ -265,7 +265,7 @@ class Fleet:
                 if servo.busy is None and not bus_gone:
                     text = f"{servo.title} went silent."
                     self._hub.tell(Happened("warning", "offline", text, servo.uid, {"servo": servo.title}))
-            time_out = servo.raw("timeout_time")
+            time_out = None if servo.output.commanded_at is None else servo.raw("timeout_time")
             if time_out is not None and servo.output.time_out(now, time_out / 1000):
                 self._hub.tell(ServoChanged(servo.uid))
             since = servo.soft_start_since

@@ -176,7 +176,9 @@ class Servo:
 
         A bit is set at the limit already, where output stays on: then the reading is the limit itself.
         """
-        warning = self.raw("fault_warning") or 0
+        warning = self.raw("fault_warning")
+        if not warning:
+            return frozenset()
         return frozenset(
             bit
             for bit, (reading, limit) in self.catalog.protections.items()
@@ -390,12 +392,11 @@ class Servo:
 
     def differs_from_rom(self, key: str) -> bool | None:
         """Whether a row is configured otherwise than ROM, so that a restart would lose it; None while not known."""
-        one, configured = self.registers[key], self.configured(key)
-        if not one.parameter.rom or one.rom is None or configured is None:
+        one = self.registers[key]
+        if not one.parameter.rom or one.rom is None or self.temporary(key):
             return None
-        if self.temporary(key):
-            return None
-        return configured != one.rom
+        configured = self.configured(key)
+        return None if configured is None else configured != one.rom
 
     @property
     def soft_start_rows(self) -> dict[str, Raw]:

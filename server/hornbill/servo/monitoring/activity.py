@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from hornbill.domain.event import EventCode
-from hornbill.schema.effect import COMMANDS, in_force
+from hornbill.schema.effect import COMMANDS, MODE, in_force
 from hornbill.servo.device.fleet import EVERY_SERVO
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.monitoring.oscillation import QUIET_S, Oscillation
@@ -98,7 +98,7 @@ class _Watch:
     angles: deque[tuple[Instant, float]] = field(default_factory=lambda: deque[tuple[Instant, float]](maxlen=64))
     angle_at: Instant = FAR
     moving: bool = False
-    commands: tuple[Raw | None, ...] = ()
+    commands: list[Raw | None] = field(default_factory=list[Raw | None])
     foreign: tuple[int, float] | None = None
     commanded_at: Instant = FAR
     torque_pct: float | None = None
@@ -255,7 +255,7 @@ class Activities:
     def _look_at_command(self, watch: _Watch, now: Instant) -> None:
         """What was commanded, by us or as its registers were read: a new command ends rest."""
         servo = watch.servo
-        commands = tuple(servo.raw(key) for key in COMMANDS)
+        commands = [servo.raw(key) for key in COMMANDS]
         if commands != watch.commands:
             if watch.commands:
                 watch.commanded_at = now
@@ -285,7 +285,7 @@ class Activities:
             return "brake"
         if output.state == "unknown" or now - watch.angle_at > SILENT_S:
             return "unknown"
-        kind = in_force(servo.raws(), servo.registers)
+        kind = in_force({key: servo.raw(key) for key in (MODE, *COMMANDS)}, servo.registers)
         if kind in ("speed", "torque") and servo.raw(_REGISTER[kind]) not in (0, None):
             return "turning"
         if self._hunts(watch, now):

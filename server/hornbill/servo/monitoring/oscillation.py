@@ -98,8 +98,10 @@ class Oscillation:
 
     def proved(self, now: Instant) -> bool:
         """Whether it swings now and keeps swinging."""
+        if self.since_turn(now) > QUIET_S:
+            return False
         turns = self._recent()
-        if self.since_turn(now) > QUIET_S or len(turns) < TURNS or turns[-1].t - turns[0].t < SUSTAINED_S:
+        if len(turns) < TURNS or turns[-1].t - turns[0].t < SUSTAINED_S:
             return False
         ways = [abs(after.degrees - before.degrees) for before, after in pairwise(turns)]
         return max(ways[-2:]) >= SUSTAINED * max(ways)
