@@ -51,7 +51,9 @@ def test_snapshots_and_audit_are_told_in_words(page: Page, demo: Demo) -> None:
 def test_a_report_prints_black_on_white_with_every_fact_and_no_button(page: Page, demo: Demo) -> None:
     uid = servo_of(demo, "BLA21-12U-A0")
     as_in_rom(demo.api, uid)
-    job = demo.api.post(f"/servos/{uid}/save").json()["id"]
+    save = demo.api.post(f"/servos/{uid}/save")
+    assert save.is_success, save.text
+    job = save.json()["id"]
     wait_for(lambda: demo.api.get(f"/jobs/{job}").json()["state"] == "succeeded", 30, "the save does not end")
     page.goto(f"{demo.url}records#reports")
     page.get_by_test_id(f"job-{job}").get_by_role("button").first.click()

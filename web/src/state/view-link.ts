@@ -81,6 +81,8 @@ export class ViewLink {
     this.#said = null;
     const old = this.#socket;
     this.#socket = null;
-    old?.close();
+    // Closed while it connects, a socket is an error in the browser's console: it opens first.
+    if (old?.readyState === WebSocket.CONNECTING) old.onopen = () => old.close();
+    else old?.close();
   }
 }
