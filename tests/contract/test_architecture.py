@@ -104,8 +104,8 @@ FRAMEWORKS = {"api/http.py: app.openapi"}
 def test_nothing_is_wired_by_setting_an_attribute_of_another_object() -> None:
     """A callback or a collaborator comes in by the constructor, or by a method that listens (hub, hooks, subscribe).
 
-    Looked for: a public attribute that a class declares as something to call, and an attribute of another object that
-    is given a lambda, a `partial` or a bound method.
+    Looked for: a public attribute that a class declares as something to call, and an attribute of another object, or an
+    entry of one, that is given a lambda, a `partial` or a bound method.
     """
     found: set[str] = set()
     for file in FILES:
@@ -116,13 +116,20 @@ def test_nothing_is_wired_by_setting_an_attribute_of_another_object() -> None:
             if isinstance(node, ast.AnnAssign) and ast.unparse(node.annotation).startswith("Callable"):
                 targets = [node.target] if not ast.unparse(node.target).startswith("self._") else []
             elif isinstance(node, ast.Assign) and is_call(node.value, methods):
-                targets = [target for target in node.targets if not ast.unparse(target).startswith("self.")]
+                targets = [target for target in node.targets if not is_own(target)]
             found |= {
                 f"{file.relative_to(PACKAGE)}: {ast.unparse(target)}"
                 for target in targets
-                if isinstance(target, ast.Attribute)
+                if isinstance(target, ast.Attribute | ast.Subscript)
             }
     assert not found - FRAMEWORKS
+
+
+def is_own(target: ast.expr) -> bool:
+    """Whether it is an attribute of `self`, an entry of one, or an entry of a local mapping."""
+    if isinstance(target, ast.Subscript):
+        return isinstance(target.value, ast.Name) or is_own(target.value)
+    return isinstance(target, ast.Attribute) and ast.unparse(target.value) == "self"
 
 
 def is_call(value: ast.expr, methods: set[str]) -> bool:

@@ -75,7 +75,7 @@ from hornbill.servo.runtime.hub import (
     ServoRead,
     ServoSeen,
 )
-from hornbill.servo.runtime.jobs import Jobs
+from hornbill.servo.runtime.jobs import Jobs, RunningJob, Work
 from hornbill.servo.runtime.leases import Leases
 from hornbill.servo.runtime.timebase import TimeBase
 from hornbill.servo.torque_off.retries import TorqueOffRetries
@@ -200,7 +200,10 @@ class Host:
         )  # fmt: skip
         self.audit = Audit(store.audit, self.hub)
         self.leases = Leases()
-        self.jobs = Jobs(lambda job: self.hub.tell(JobChanged(job)), self.base.utc_now, store.jobs)
+        self.jobs = Jobs(
+            lambda job: self.hub.tell(JobChanged(job)), self.base.utc_now, store.jobs,
+            {"commissioning": self._resume_commissioning},
+        )  # fmt: skip
         self.services = HostServices(self.requests, self.hub, self.base, self.audit, self.leases, self.jobs)
         self.history = History(store, self.audit)
         self.profiles = Profiles(store, catalog, self.audit)
@@ -383,6 +386,9 @@ class Host:
 
     async def _before_timeout(self, servo: Servo, raw: Raw) -> None:
         await self.motion.keeping_alive.before_timeout(servo, raw)
+
+    def _resume_commissioning(self, job: RunningJob) -> Work:
+        return self.commissioning_jobs.resumer(job)
 
     def _port(self) -> CanPort | None:
         return None if self.connection is None else self.connection.port

@@ -89,7 +89,6 @@ class CommissioningJobs:
         self._claims = claims
         self._writer = writer
         self._steps = steps
-        self._jobs.resumers["commissioning"] = self.resumer
 
     def candidates(self) -> list[NewServo]:
         """The servos on the bus that look new, in the order of their serials, each with an id to give it."""

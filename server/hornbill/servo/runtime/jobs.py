@@ -102,19 +102,25 @@ class RunningJob:
 class Jobs:
     """Runs jobs on the event loop. How each stands is in the store after every step; a store that fails stops none."""
 
-    def __init__(self, on_change: Callable[[RunningJob], None], clock: Callable[[], float], kept: StoredJobs) -> None:
-        """`clock` gives seconds since 1970 (UTC). Jobs the last server did not end are failed now, and not resumed."""
+    def __init__(
+        self,
+        on_change: Callable[[RunningJob], None],
+        clock: Callable[[], float],
+        kept: StoredJobs,
+        resumers: Mapping[str, Resumer] | None = None,
+    ) -> None:
+        """`clock` gives seconds since 1970 (UTC). Jobs the last server did not end are failed now, and not resumed.
+
+        `resumers`, by kind: makes the work that goes on with a job of it, from its request and the states of its steps.
+        It may refuse with a HornbillError, before anything has changed. Work it makes must ask the servo what a step
+        that is "waiting" may have done already.
+        """
         self._on_change = on_change
         self._clock = clock
         self._kept = kept
         self._keeping = True
         self._closing = False
-        self.resumers: dict[str, Resumer] = {}
-        """By kind: makes the work that goes on with a job of it, from its request and the states of its steps.
-
-        It may refuse with a HornbillError, before anything has changed. Work it makes must ask the servo what a step
-        that is "waiting" may have done already.
-        """
+        self.resumers = dict(resumers or {})
         self._jobs: dict[str, RunningJob] = {}
         self._recall()
 
