@@ -10,8 +10,6 @@ from e2e.conftest import Demo, ready_demo
 from e2e.looks import complaints
 from e2e.test_technician import wait_for
 
-pytestmark = pytest.mark.alone
-
 WIDE: ViewportSize = {"width": 1440, "height": 900}
 
 

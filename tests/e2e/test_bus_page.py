@@ -13,8 +13,6 @@ from playwright.sync_api import BrowserContext, Locator, Page, WebSocketRoute, e
 from e2e.conftest import Demo
 from e2e.test_technician import wait_for
 
-pytestmark = pytest.mark.alone
-
 ROWS = ".f-row:not([hidden])"
 CANDUMP_LINE = re.compile(r"\(\d+\.\d{6}\) \S+ [0-9A-F]{8}#([0-9A-F]{2})*( [RT])?")
 

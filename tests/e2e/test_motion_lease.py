@@ -10,8 +10,6 @@ from e2e.conftest import Demo
 from e2e.test_motion_page import TABLET, begin, made, raw
 from e2e.test_technician import wait_for
 
-pytestmark = pytest.mark.alone
-
 
 @pytest.fixture
 def winch(demo: Demo, page: Page) -> Iterator[str]:

@@ -11,8 +11,6 @@ from e2e.conftest import Demo, Watched
 from e2e.looks import complaints, too_small
 from e2e.test_technician import wait_for
 
-pytestmark = pytest.mark.alone
-
 WIDE: ViewportSize = {"width": 1440, "height": 900}
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 """Without the 3D view, whose software renderer would take the time a heart-beat needs."""
@@ -357,11 +355,11 @@ def test_a_sweep_ends_with_esc_with_leaving_and_with_the_page(end: str, page: Pa
         page.get_by_test_id("sweep-end").click()
         expect(page.get_by_test_id("sweep-said")).to_contain_text("The horn holds where it is")
         time.sleep(0.7)
-        assert still(demo, winch)
+        wait_for(lambda: still(demo, winch), 6, "it goes on")
         assert raw(demo, winch, "torque_mode") == "on"
         return
     wait_for(lambda: raw(demo, winch, "torque_mode") == "off", 4, "torque stayed on")
-    assert still(demo, winch)
+    wait_for(lambda: still(demo, winch), 6, "it goes on")
 
 
 def test_the_dial_is_a_slider_by_keys_and_everything_stays_in_sight(page: Page, demo: Demo, winch: str) -> None:

@@ -14,8 +14,6 @@ from e2e.conftest import Demo
 from e2e.servers import Server, running, until
 from e2e.test_never_lies import STATUS_PERIOD_S, alive, allowed, begin, seconds
 
-pytestmark = pytest.mark.alone
-
 HEARTBEAT_S = 1.0
 OFFLINE_AFTER_S = 3.0
 """What has no rhythm of its own is as old as its servo is silent: three times the period of its NodeStatus."""

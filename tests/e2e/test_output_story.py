@@ -9,8 +9,6 @@ from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from e2e.servers import Server, running, serving, until
 
-pytestmark = pytest.mark.alone
-
 SLOW_MS = 40_000
 WAYS = ["mouse", "touch", "keyboard"]
 

@@ -11,8 +11,6 @@ from playwright.sync_api import Locator, Page, expect
 from e2e.conftest import Demo
 from e2e.test_technician import wait_for
 
-pytestmark = pytest.mark.alone
-
 PNG = b"\x89PNG\r\n\x1a\n"
 
 

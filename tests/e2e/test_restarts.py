@@ -10,14 +10,12 @@ import pytest
 
 from e2e.servers import Server, running, serving, until
 
-pytestmark = pytest.mark.alone
-
 KEY, WAITING = {"Idempotency-Key": "before-the-kill"}, {"Idempotency-Key": "never-answered"}
 
 
 def ready(server: Server) -> str:
     server.api.put("/bus", json={"address": "memory:demo"}).raise_for_status()
-    return server.ready(1)[0]
+    return min(server.ready(6))
 
 
 def requests(folder: Path) -> int:

@@ -9,8 +9,6 @@ from playwright.sync_api import Browser, expect
 from e2e.servers import Server, running, serving, until
 from e2e.test_output_story import SLOW_MS, WAYS, Hand, confirmed, hand_of, made
 
-pytestmark = pytest.mark.alone
-
 HOLDS, LETS_GO = 0, 1
 """Values of 0x26."""
 

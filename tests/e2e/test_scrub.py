@@ -19,7 +19,7 @@ from e2e.conftest import Demo, Watched
 from e2e.servers import running
 from e2e.test_technician import wait_for
 
-pytestmark = [pytest.mark.scene, pytest.mark.alone]
+pytestmark = pytest.mark.scene
 
 MOVES = (30, -45, 10)
 HORN = """() => {

@@ -12,8 +12,6 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, until
 
-pytestmark = pytest.mark.alone
-
 SIX = 6
 LARGE, TABLET = {"width": 1440, "height": 900}, {"width": 820, "height": 1180}
 SLOW_MS = 30_000

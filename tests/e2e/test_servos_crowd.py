@@ -10,8 +10,6 @@ from playwright.sync_api import Page, expect
 from e2e.conftest import Demo
 from e2e.servers import Server, running
 
-pytestmark = pytest.mark.alone
-
 COUNT = 40
 PAUSE_S = 0.5
 GREY_S = 1.0

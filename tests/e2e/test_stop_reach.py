@@ -9,8 +9,6 @@ from e2e.conftest import Demo
 from e2e.looks import complaints, too_small
 from e2e.test_technician import servo_of, wait_for
 
-pytestmark = pytest.mark.alone
-
 WINDOWS: dict[str, tuple[int, int]] = {
     "small phone": (320, 568),
     "small phone on its side": (568, 320),

@@ -11,8 +11,6 @@ from playwright.sync_api import Browser, Page, expect
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, until
 
-pytestmark = pytest.mark.alone
-
 TABLET = {"width": 820, "height": 1180}
 NAMES = tuple(f"Flap {number}" for number in range(1, 13))
 PROFILE = "Flaps"

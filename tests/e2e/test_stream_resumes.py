@@ -13,8 +13,6 @@ import pytest
 from e2e.conftest import running_demo
 from e2e.test_reverse_proxy import TOKEN, nginx
 
-pytestmark = pytest.mark.alone
-
 BEARER = {"Authorization": f"Bearer {TOKEN}"}
 PATIENCE_S = 30
 STREAM = "api/v1/events/stream?topics=events"

@@ -10,8 +10,6 @@ from e2e.conftest import Demo
 from e2e.looks import complaints, too_small
 from e2e.test_technician import servo_of, wait_for
 
-pytestmark = pytest.mark.alone
-
 TABLET: ViewportSize = {"width": 820, "height": 1180}
 """Two of them without the 3D view, which two software renderers at once would make slower than the countdown."""
 

@@ -13,8 +13,6 @@ from playwright.sync_api import BrowserContext, Page, Request, expect
 
 from e2e.conftest import Demo, as_in_rom
 
-pytestmark = pytest.mark.alone
-
 
 def wait_for(what: Callable[[], bool], within_s: float, message: str) -> None:
     until = time.monotonic() + within_s

@@ -8,8 +8,6 @@ from playwright.sync_api import Page, expect
 from e2e.conftest import Demo
 from e2e.test_technician import wait_for
 
-pytestmark = pytest.mark.alone
-
 SLOW_MS = 30_000
 HEALTHY = {"smoothing": False, "angle_p_gain": 40}
 

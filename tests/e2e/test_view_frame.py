@@ -19,7 +19,7 @@ from hornbill.view.wish import ViewSettings
 from unit.view.servos import Servos, pose
 from unit.view.site import serving
 
-pytestmark = [pytest.mark.scene, pytest.mark.alone]
+pytestmark = pytest.mark.scene
 
 WIDTH, HEIGHT = 480, 300
 KEY = "5" * 32
