@@ -30,13 +30,18 @@ SERVER = [sys.executable, "-m", "hornbill"]
 
 
 def figures() -> Iterator[dict[str, Any]]:
-    """Share of a core the server takes, its background polling and its adapter included."""
+    """Share of a core the server takes, its background polling and its adapter included.
+
+    `us_a_sample` compares versions: one that polls more has more samples to tell.
+    """
     with _crowd() as device, _server(device) as (server, url):
         _wait_until_ready(url)
         seen, share = asyncio.run(_watch(server.pid, url.replace("http", "ws") + "api/v1/ws"))
         bus = httpx.get(url + "api/v1/bus").json()
     figures = {
-        "servos": SERVOS, "core_pct": round(share * 100, 1), "samples_per_s": round(seen.samples / MEASURED_S),
+        "servos": SERVOS, "core_pct": round(share * 100, 1),
+        "us_a_sample": round(share * 1e6 * MEASURED_S / seen.samples),
+        "samples_per_s": round(seen.samples / MEASURED_S),
         "messages_per_s": round(seen.messages / MEASURED_S), "kB_per_s": round(seen.bytes / MEASURED_S / 1000),
         "rx_fps": bus["rx_fps"], "tx_fps": bus["tx_fps"],
     }  # fmt: skip
