@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from behaviour.rig import Rig
 from hornbill.bus.embedded.memory_port import MemoryPort
 from hornbill.bus.reopening import ReopeningPort
+from hornbill.errors import PortError
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import (
     CanPort,
@@ -35,7 +36,7 @@ class SerialAdapter:
         self.bitrate = inner.bitrate
         self.statistics = PortStatistics()
         self.sample_point: float | None = None
-        self.trouble: str | None = None
+        self.trouble: PortError | None = None
         self.retry_in_s: float | None = None
         self.details = PortDetails(SerialLineInfo(baud, found=True, serial_number="A1B2"))
         self.dropped = 0

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from hornbill.errors import PortError
 from hornbill.schema.catalog import Catalog
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Raw
@@ -91,7 +92,7 @@ class CannedPort:
     bitrate = 1_000_000
     state = PortState.ACTIVE
     sample_point: float | None = None
-    trouble: str | None = None
+    trouble: PortError | None = None
     retry_in_s: float | None = None
     details = PLAIN
 
@@ -133,7 +134,7 @@ class CrowdPort:
     bitrate = 1_000_000
     state = PortState.ACTIVE
     sample_point: float | None = None
-    trouble: str | None = None
+    trouble: PortError | None = None
     retry_in_s: float | None = None
     details = PLAIN
 

@@ -6,7 +6,9 @@ from typing import get_args
 
 import pytest
 
+from hornbill.api.problems import STATUS
 from hornbill.domain import bus, change, event, job, motion, recording
+from hornbill.errors import Cause
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.configuration.resetting import RESET_STEPS
 from hornbill.servo.configuration.restarting import RESTART_STEPS
@@ -60,8 +62,7 @@ def test_each_finding_has_title_evidence_and_remedy() -> None:
     assert worded("ja/findings.ts", 4, "wrong") == codes - {"adapter"}
     assert worded("ja/findings.ts", 4, "remedy") == set(get_args(bus.Advice))
     assert worded("ja/findings.ts", 6, "well") == checks
-    by_the_adapter = {"adapter", "adapter_failed", "interface_down"}
-    assert worded("ja/findings.ts", 6, "wrong") == codes - by_the_adapter
+    assert worded("ja/findings.ts", 6, "wrong") == codes - {"adapter"}
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
@@ -78,6 +79,12 @@ def test_each_event_and_each_mark_of_a_bundle_has_a_sentence() -> None:
     assert worded("ja/events.ts", 2, "marks", export=True) == set(get_args(recording.Reason)) - {"by_hand"}
     assert worded("ja/events.ts", 2, "refusals", export=True) == set(get_args(bus.RefusalCode))
     assert worded("ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
+
+
+def test_each_problem_has_a_sentence_and_each_of_its_causes() -> None:
+    by_the_page = {"no_link", "unexpected"}
+    assert worded("ja/problems.ts", 2, "codes", export=True) == set(STATUS) | by_the_page
+    assert worded("ja/problems.ts", 2, "causes", export=True) == set(get_args(Cause))
 
 
 def worded(path: str, indent: int, part: str | None = None, *, export: bool = False) -> set[str]:

@@ -135,7 +135,7 @@ def test_an_interface_that_goes_down_is_a_lost_bus(vcan0: str, pull_vcan1: Calla
         await until(lambda: port.state is PortState.LOST)
         with pytest.raises(BusDisconnected):
             port.send([Frame(1, b"")])
-        assert "Network is down" in (port.trouble or "")
+        assert "Network is down" in str(port.trouble)
         await port.close()
         with pytest.raises(PortOpenFailed, match="sudo ip link set vcan1 up"):
             await open_port("socketcan:vcan1")

@@ -72,7 +72,11 @@ def known_uid(host: Host, uid: str) -> Uid:
 def never_seen(uid: str) -> Unknown:
     """The refusal of a servo that was never seen."""
     return Unknown(
-        "unknown_servo", f"No servo {uid!r} was ever met.", request="GET /api/v1/inventory lists them.", uid=uid
+        "unknown_servo",
+        f"No servo {uid!r} was ever met.",
+        request="GET /api/v1/inventory lists them.",
+        uid=uid,
+        cause="never_met",
     )
 
 

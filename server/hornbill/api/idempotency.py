@@ -37,7 +37,11 @@ _KEPT_HEADERS: Final = ("content-type", "location", "retry-after")
 def _lease(host: Host, told: dict[str, Any]) -> BaseModel:
     lease = host.leases.current(host.base.now())
     if lease is None or lease.id != told["id"]:
-        raise Unknown("unknown_lease", "The lease this key was given has ended. Ask for a new one, with a new key.")
+        raise Unknown(
+            "unknown_lease",
+            "The lease this key was given has ended. Ask for a new one, with a new key.",
+            cause="lease_of_key_over",
+        )
     return present.lease(host, lease)
 
 

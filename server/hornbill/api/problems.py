@@ -37,6 +37,7 @@ STATUS: dict[str, int] = {
     "bus_disconnected": 503,
     "bus_read_only": 409,
     "bus_open_failed": 502,
+    "bus_trouble": 503,
     "mode_off": 409,
     "torque_off": 409,
     "torque_on": 409,
@@ -107,7 +108,7 @@ def problem(error: errors.HornbillError) -> Problem:
     facts = {key: value for key, value in error.facts.items() if key not in Problem.model_fields}
     return Problem(
         type=f"urn:hornbill:{error.code}", title=error.title, status=status, code=error.code,
-        detail=error.detail, summary=error.summary, params=error.params, **facts,
+        detail=error.detail, summary=error.summary, params=error.params, cause=error.facts.get("cause"), **facts,
     )  # fmt: skip
 
 

@@ -73,7 +73,8 @@ def need_parquet() -> None:
     if importlib.util.find_spec("pyarrow") is None:
         raise NotAvailable(
             "Parquet cannot be written: pyarrow is not installed. Install it with pip install 'hornbill[parquet]', "
-            "or take telemetry.csv."
+            "or take telemetry.csv.",
+            cause="no_pyarrow",
         )
 
 

@@ -108,7 +108,7 @@ class BusPorts:
             return
         await port.open_sooner_or_later()
         if port.trouble is not None:
-            log(f"{port.trouble}\nIt is tried again by itself until it opens.")
+            log(f"{port.trouble.detail}\nIt is tried again by itself until it opens.")
         await host.attach(port)
 
     def _port(self, address: str, bitrate: int) -> ReopeningPort:

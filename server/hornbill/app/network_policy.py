@@ -101,12 +101,13 @@ def may_open(exposed: NetworkPolicy, given: str | None, address: str) -> None:
     if exposed.simulated_only and not recording:
         raise PortOpenFailed(
             f"{address} is not opened: this is a demo that anybody may reach, so it has simulated servos only. "
-            "Start 'hornbill serve' for real ones.", address=address,
+            "Start 'hornbill serve' for real ones.", address=address, cause="demo_only",
         )  # fmt: skip
     if "://" in address and exposed.required:
         raise PortOpenFailed(
             f"{address} is not opened: where a token is needed, an adapter behind a URL is named at start, by --bus.",
             address=address,
+            cause="named_at_start",
         )
     if exposed.required and not recording:
         _adapter_of_this_machine(address)
@@ -115,6 +116,7 @@ def may_open(exposed: NetworkPolicy, given: str | None, address: str) -> None:
         raise PortOpenFailed(
             f"{address} is not opened: over a network only recordings in the data folder are, by their name.",
             address=address,
+            cause="data_folder_only",
         )
 
 
@@ -124,12 +126,14 @@ def _adapter_of_this_machine(address: str) -> None:
         raise PortOpenFailed(
             f"{address} is not opened: where a token is needed, a bus behind a network is named at start, by --bus.",
             address=address,
+            cause="named_at_start",
         )
     if any(mark in channel for mark in ("/", "\\", "..")) and not _SERIAL.fullmatch(channel):
         raise PortOpenFailed(
             f"{address} is not opened: where a token is needed, the path is one of a serial port "
             "(/dev/ttyACM0, /dev/cu.…, /dev/serial/…). Name any other at start, by --bus.",
             address=address,
+            cause="named_at_start",
         )
 
 

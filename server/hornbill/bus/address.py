@@ -8,7 +8,7 @@ from typing import Any
 import can
 
 from hornbill.bus.adapters import socketcan
-from hornbill.bus.adapters.diagnosis import diagnose
+from hornbill.bus.adapters.diagnosis import Diagnosis, diagnose
 from hornbill.bus.adapters.serial_ports import UNKNOWN_ADAPTER, BaudMemory, usb_of
 from hornbill.bus.ports.candle import CandleLink
 from hornbill.bus.ports.link import AdapterLink
@@ -35,13 +35,23 @@ def parse(address: str) -> tuple[str, str]:
     interface, colon, channel = (part.strip() for part in address.partition(":"))
     if not colon:
         raise PortOpenFailed(
-            f"{address!r} is not the address of a bus. Write INTERFACE:CHANNEL, {_EXAMPLES}.", address=address
+            f"{address!r} is not the address of a bus. Write INTERFACE:CHANNEL, {_EXAMPLES}.",
+            address=address,
+            cause="no_address",
         )
     if interface not in INTERFACES:
         known = ", ".join(sorted(INTERFACES))
-        raise PortOpenFailed(f"There is no interface {interface!r}. Known: {known}.", address=address)
+        raise PortOpenFailed(
+            f"There is no interface {interface!r}. Known: {known}.",
+            address=address,
+            cause="no_interface",
+            interface=interface,
+            known=known,
+        )
     if not channel and interface != _CANDLE:
-        raise PortOpenFailed(f"{address!r} names no channel. Write INTERFACE:CHANNEL, {_EXAMPLES}.", address=address)
+        raise PortOpenFailed(
+            f"{address!r} names no channel. Write INTERFACE:CHANNEL, {_EXAMPLES}.", address=address, cause="no_address"
+        )
     if interface == "socketcand":
         parse_channel(channel)
     return interface, channel
@@ -54,6 +64,8 @@ def check(address: str, bitrate: int) -> str:
         raise PortOpenFailed(
             f"{bitrate} bit/s is outside 1 to {_HIGHEST_BITRATE} bit/s. The servos are delivered with 1000000.",
             address=address,
+            cause="no_bit_rate",
+            bitrate=bitrate,
         )
     return f"{interface}:{channel}"
 
@@ -94,12 +106,16 @@ async def open_port(
     except Exception as error:
         if limit.expired():
             opening.give_up()
-            cause, remedy = f"It did not open within {deadline_s:g} s: its driver hangs.", _HANGS
+            found = Diagnosis(f"It did not open within {deadline_s:g} s: its driver hangs.", _HANGS, "driver_hangs")
         else:
-            cause, remedy = diagnose(interface, channel, error)
+            found = diagnose(interface, channel, error)
         said = f" (The driver said: {error})" if str(error) else ""
         raise PortOpenFailed(
-            f"{address} cannot be opened. {cause} {remedy}{said}", address=address, remedy=remedy
+            f"{address} cannot be opened. {found.cause} {found.remedy}{said}",
+            address=address,
+            remedy=found.remedy,
+            cause=found.code,
+            **found.params,
         ) from error
     port = PythonCanPort(
         opening.take(), address=plain, bitrate=bitrate, statistics=statistics,

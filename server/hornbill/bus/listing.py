@@ -94,11 +94,18 @@ class Adapters:
         remedy = "Unplug the adapter and plug it in again; if that does not help, restart the computer."
         known = self._last.get(name, [])
         if known:
-            return [replace(one, state="no_driver", reason=why, remedy=remedy) for one in known]
+            return [
+                replace(one, state="no_driver", reason=why, remedy=remedy, cause="driver_silent", params={})
+                for one in known
+            ]
         if time.monotonic() - self._since[name] < HANGS_S:
             return []
         text = f"It has not answered for {HANGS_S:g} s. Adapters of this kind cannot be listed."
-        return [FoundAdapter(f"{name}:", f"{name} driver", "no_driver", text, f"If you use one: {remedy}")]
+        return [
+            FoundAdapter(
+                f"{name}:", f"{name} driver", "no_driver", text, f"If you use one: {remedy}", cause="driver_silent"
+            )
+        ]
 
     def _with_baud(self, one: FoundAdapter) -> FoundAdapter:
         if self._memory is None or one.serial_number is None or one.interface != "slcan":
@@ -122,7 +129,17 @@ def detect(interface: str) -> list[FoundAdapter]:
         if channel is None:
             reason = "Its driver does not tell the names of its channels."
             remedy = f"Enter the address yourself: {interface}:CHANNEL, as python-can's manual has it."
-            found.append(FoundAdapter(f"{interface}:", title, "no_driver", reason, remedy))
+            found.append(
+                FoundAdapter(
+                    f"{interface}:",
+                    title,
+                    "no_driver",
+                    reason,
+                    remedy,
+                    cause="no_names_of_channels",
+                    params={"interface": interface},
+                )
+            )
         else:
             found.append(FoundAdapter(f"{interface}:{channel}", title))
     return found
@@ -139,7 +156,10 @@ def _with_connected(found: list[FoundAdapter], connected: str | None) -> list[Fo
     same = [one for one in found if _same(one.address, connected)]
     if not same:
         return [FoundAdapter(connected, connected.partition(":")[2], "connected"), *found]
-    return [replace(one, state="connected", reason=None, remedy=None) if one is same[0] else one for one in found]
+    return [
+        replace(one, state="connected", reason=None, remedy=None, cause=None, params={}) if one is same[0] else one
+        for one in found
+    ]
 
 
 def _same(one: str, other: str) -> bool:

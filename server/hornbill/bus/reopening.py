@@ -9,10 +9,10 @@ from hornbill.bus.adapters.serial_ports import BaudMemory
 from hornbill.bus.address import check, open_port
 from hornbill.bus.ports.frame_gap import FrameGap, parse_frame_gap
 from hornbill.bus.transmit import check as check_frames
-from hornbill.errors import BusDisconnected, PortOpenFailed
+from hornbill.errors import PortError, PortOpenFailed
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics
+from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics, not_connected
 
 log = logging.getLogger(__name__)
 
@@ -72,7 +72,7 @@ class ReopeningPort:
         self._keeper: asyncio.Task[None] | None = None
         self._down: PortState | None = PortState.DISCONNECTED  # None while the adapter's own state counts
         self._closed = False
-        self._trouble: str | None = None
+        self._trouble: PortError | None = None
         self._due: Instant | None = None
         self._gap = FrameGap(frame_gap_s, self._pass_on) if frame_gap_s > 0 else None
 
@@ -86,7 +86,7 @@ class ReopeningPort:
         try:
             await self._open()
         except PortOpenFailed as error:
-            self._down, self._trouble = PortState.LOST, error.detail
+            self._down, self._trouble = PortState.LOST, error
         self._keep()
 
     @property
@@ -104,7 +104,7 @@ class ReopeningPort:
         return None if self._inner is None else self._inner.sample_point
 
     @property
-    def trouble(self) -> str | None:
+    def trouble(self) -> PortError | None:
         """Why it is lost and what helps, or what the adapter says of itself."""
         if self._down is not None:
             return self._trouble
@@ -144,7 +144,7 @@ class ReopeningPort:
     def _pass_on(self, frames: Sequence[Frame]) -> None:
         inner = self._inner
         if inner is None or self._down is not None or inner.state is PortState.BUS_OFF:
-            raise BusDisconnected(f"{self.address} is not connected. {self.trouble or 'Connect a bus and try again.'}")
+            raise not_connected(self.address, self.trouble)
         inner.send(frames)
 
     async def close(self) -> None:
@@ -165,7 +165,9 @@ class ReopeningPort:
         inner = await self._opener(self.statistics)
         if self._closed:
             await inner.close()
-            raise PortOpenFailed(f"{self.address} was closed while it was being opened.", address=self.address)
+            raise PortOpenFailed(
+                f"{self.address} was closed while it was being opened.", address=self.address, cause="closed_meanwhile"
+            )
         self._inner, self._down, self._trouble = inner, None, None
         if self._sink is not None:
             inner.listen(self._sink)
@@ -183,7 +185,7 @@ class ReopeningPort:
                 why = await self._watch()
                 lost = clock()
                 self._down, self._trouble = PortState.LOST, why
-                log.warning("%s", why)
+                log.warning("%s", why.detail)
                 if lost - opened >= STEADY_S:
                     failures = 0
             self._due = clock() + PAUSES_S[min(failures, len(PAUSES_S) - 1)]
@@ -196,7 +198,7 @@ class ReopeningPort:
                 first = False
                 log.warning("%s is open after %.1f s", self.address, opened - lost)
 
-    async def _watch(self) -> str:
+    async def _watch(self) -> PortError:
         """Until the adapter is lost; why, as far as it says."""
         clock = asyncio.get_running_loop().time
         off_since: Instant | None = None
@@ -211,12 +213,14 @@ class ReopeningPort:
             elif off_since is None:
                 off_since = clock()
             elif clock() - off_since >= BUS_OFF_S:
-                return inner.trouble or f"{self.address} is off the bus after too many errors. Check its wiring."
+                text = f"{self.address} is off the bus after too many errors. Check its wiring."
+                return inner.trouble or PortError(text, cause="bus_off", address=self.address)
             await asyncio.sleep(LOOK_S)
 
-    def _why_gone(self) -> str:
+    def _why_gone(self) -> PortError:
         trouble = None if self._inner is None else self._inner.trouble
-        return trouble or f"{self.address} was lost. Check the adapter and its cable."
+        text = f"{self.address} was lost. Check the adapter and its cable."
+        return trouble or PortError(text, cause="adapter_lost", address=self.address)
 
     async def _let_go(self) -> None:
         """Close what was lost: most adapters cannot be opened twice. It stays ours until that is done."""
@@ -235,10 +239,11 @@ class ReopeningPort:
         try:
             await self._open()
         except PortOpenFailed as error:
-            self._down, self._trouble = PortState.LOST, error.detail
+            self._down, self._trouble = PortState.LOST, error
             return False
         except Exception as error:  # a driver may raise anything, and the adapter is wanted all the same
             log.exception("%s could not be opened", self.address)
-            self._down, self._trouble = PortState.LOST, f"{self.address} cannot be opened: {error}."
+            text = f"{self.address} cannot be opened: {error}."
+            self._down, self._trouble = PortState.LOST, PortError(text, cause="open_failed", address=self.address)
             return False
         return True

@@ -77,7 +77,9 @@ class SharedPort(PortWrapper):
     def send(self, frames: Sequence[Frame]) -> None:
         """Queue frames on the adapter. Raises BusDisconnected once closed, and what the adapter raises."""
         if not self._bus.has(self):
-            raise BusDisconnected(f"The port {self.address} is closed. Connect the bus again.")
+            raise BusDisconnected(
+                f"The port {self.address} is closed. Connect the bus again.", cause="port_closed", address=self.address
+            )
         self._bus.send(self, frames)
         self.statistics.tx_frames += len(frames)
 

@@ -80,12 +80,15 @@ class Adapter(TypedDict):
     """Baud rate of the last use of a serial adapter, bit/s. Null if unknown."""
     bitrate: int | None
     """Bit rate, bit/s. Null if unknown."""
+    cause: str | None
+    """Code of `reason` and `remedy`, as of problems. Null if none."""
     channel: str
     """Channel of that interface, such as `can0`."""
     interface: str
     """python-can interface, such as `socketcan`."""
     name: str
     """Display name: product, serial number."""
+    params: Params
     reason: str | None
     """Reason why it is unusable, or a peculiarity. Null if none."""
     remedy: str | None
@@ -441,6 +444,7 @@ class Bus(TypedDict):
     """Problem of the adapter and its remedy. Null while it works."""
     trouble_code: Literal["nothing_received", "error_passive", "bus_off", "adapter_lost", "recording_over"] | None
     """Kind of problem, for programs. Null while it works."""
+    trouble_params: Params
     tx_fps: float
     """Frames sent per second."""
     tx_frames: int
@@ -756,6 +760,7 @@ class Finding(TypedDict):
         Literal[
             "connect_adapter",
             "check_adapter",
+            "as_adapter_says",
             "check_timing_and_wiring",
             "find_short",
             "set_bit_timing",
@@ -785,7 +790,7 @@ class Finding(TypedDict):
         ]
         | None
     )
-    """Code of `remedy`. Null if there is none, or if the adapter gives it."""
+    """Code of `remedy`. Null if there is none."""
     code: Literal[
         "adapter",
         "bus_off",
@@ -1436,6 +1441,8 @@ class PositionUnitState(TypedDict):
 class Problem(TypedDict):
     """application/problem+json: what went wrong, the code to branch on, and what to do."""
 
+    cause: str | None
+    """Code of what exactly went wrong. Stable. Null where `code` says all."""
     code: str
     """Code for programs. Stable."""
     detail: str

@@ -59,6 +59,7 @@ FindingCode = Literal[
 Advice = Literal[
     "connect_adapter",
     "check_adapter",
+    "as_adapter_says",
     "check_timing_and_wiring",
     "find_short",
     "set_bit_timing",
@@ -86,7 +87,7 @@ Advice = Literal[
     "check_computer",
     "check_supply",
 ]
-"""Code of a remedy. A remedy that the adapter gives has none."""
+"""Code of a remedy. as_adapter_says: what the adapter itself says is in the values, as a problem."""
 
 
 RefusalCode = Literal["table_failed", "pinned_id_in_use", "all_taken"]
@@ -104,9 +105,7 @@ class Finding:
     remedy: str | None = Field(description="What to do about it. Null if nothing.")
     node_ids: tuple[int, ...] = Field(default_factory=tuple[int, ...], description="IDs of the nodes concerned.")
     uids: tuple[str, ...] = Field(default_factory=tuple[str, ...], description="Unique IDs of the servos concerned.")
-    advice: Advice | None = Field(
-        default=None, description="Code of `remedy`. Null if there is none, or if the adapter gives it."
-    )
+    advice: Advice | None = Field(default=None, description="Code of `remedy`. Null if there is none.")
     params: Params = Field(default_factory=dict[str, Param])
 
 
@@ -163,6 +162,7 @@ class Bus(Model):
     bitrate: int | None = Field(description="Bit rate, bit/s. Null if unknown.")
     sample_point: float | None = Field(description="0..1, null where the adapter does not tell")
     trouble: str | None = Field(description="Problem of the adapter and its remedy. Null while it works.")
+    trouble_params: Params
     trouble_code: Literal["nothing_received", "error_passive", "bus_off", "adapter_lost", "recording_over"] | None = (
         Field(description="Kind of problem, for programs. Null while it works.")
     )
@@ -206,6 +206,8 @@ class Adapter(Model):
     usable: bool = Field(description="It can be connected now.")
     reason: str | None = Field(description="Reason why it is unusable, or a peculiarity. Null if none.")
     remedy: str | None = Field(description="What to do about it, if possible as a command. Null if nothing.")
+    cause: str | None = Field(description="Code of `reason` and `remedy`, as of problems. Null if none.")
+    params: Params
     bitrate: int | None = Field(description="Bit rate, bit/s. Null if unknown.")
     sample_point: float | None = Field(description="Sample point, 0 to 1. Null if unknown.")
     serial_number: str | None = Field(description="USB serial number")

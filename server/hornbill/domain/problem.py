@@ -16,4 +16,7 @@ class Problem(Model):
     code: str = Field(description="Code for programs. Stable.")
     detail: str = Field(description="One sentence with the details.")
     summary: str = Field(description="`detail` without requests for programs.")
+    cause: str | None = Field(
+        default=None, description="Code of what exactly went wrong. Stable. Null where `code` says all."
+    )
     params: Params = Field(default_factory=dict[str, Param])

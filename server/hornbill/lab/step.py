@@ -70,7 +70,12 @@ class StepTests:
     def begin(self, servo: Servo, lease_id: str | None, wish: StepPlan) -> RunningJob:
         """Start a test. Raises Stopped, LeaseRequired, LeaseHeld, Busy, NoAnswer, InvalidValue; nothing was sent."""
         if not 0 < abs(wish.step_deg) <= LARGEST_DEG:
-            raise InvalidValue(f"A step of {wish.step_deg:g}° is no step test. Enter up to ±{LARGEST_DEG:g}°, not 0.")
+            raise InvalidValue(
+                f"A step of {wish.step_deg:g}° is no step test. Enter up to ±{LARGEST_DEG:g}°, not 0.",
+                cause="no_step_test",
+                step_deg=wish.step_deg,
+                largest_deg=LARGEST_DEG,
+            )
         self._motion.may_move(servo, lease_id)
         steps = [Step(name, text) for name, text in STEPS.items()]
         return self._jobs.start("step_test", servo.uid, steps, lambda job: self._work(job, servo, lease_id, wish))
@@ -126,6 +131,9 @@ class StepTests:
             raise DidNotMove(
                 f"{servo.title} did not go the way the step went before: its horn is at {begin:+.1f}°. "
                 "Look whether it is blocked, or held by a limit.",
+                cause="step_strayed",
+                servo=servo.title,
+                angle_deg=begin,
             )
         await self._motion.command(servo, lease_id, "angle", round(to, 1), clamp=False)
         commanded = servo.registers["command_angle"].at
@@ -147,6 +155,10 @@ class StepTests:
                 raise DidNotMove(
                     f"{servo.title} does not follow: its horn is at {angle:+.1f}°, {abs(angle - to):.1f}° from its "
                     "target. The test was ended. Look for a loose load, or lower the angle P gain.",
+                    cause="does_not_follow",
+                    servo=servo.title,
+                    angle_deg=angle,
+                    away_deg=abs(angle - to),
                 )
         return StepTrace(
             direction=direction, from_deg=begin, to_deg=to, t=t, angle_deg=angles,

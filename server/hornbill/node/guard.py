@@ -159,6 +159,7 @@ class GuardedPort(PortWrapper):
                 maximum=254,
                 unit="",
                 requested=NEW_ACTUATOR,
+                cause="id_of_all_new",
             )
         if ALL_ACTUATORS in addressed and not self._allow_broadcast:
             raise OutOfRange(
@@ -167,6 +168,7 @@ class GuardedPort(PortWrapper):
                 maximum=254,
                 unit="",
                 requested=ALL_ACTUATORS,
+                cause="id_of_all",
             )
 
 
@@ -175,7 +177,7 @@ def _names_another_register(name: bytes) -> bool:
 
 
 def _forbidden(what: str, why: str) -> ForbiddenParameter:
-    return ForbiddenParameter(f"{what} is refused: {why}. Nothing was sent.")
+    return ForbiddenParameter(f"{what} is refused: {why}. Nothing was sent.", cause="guarded")
 
 
 def _malformed() -> ForbiddenParameter:

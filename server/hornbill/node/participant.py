@@ -16,7 +16,7 @@ from hornbill.node.subscriptions import Subscriptions
 from hornbill.units import Instant
 from hornbill.wire.datatype import DataType, Kind, Structure
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import RECORDINGS, CanPort, PortState
+from hornbill.wire.port import RECORDINGS, CanPort, PortState, not_connected
 from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
 from hornbill.wire.services import (
     ExecuteOpcodeRequest,
@@ -307,8 +307,7 @@ class Participant:
         raise self._disconnected()
 
     def _disconnected(self) -> BusDisconnected:
-        trouble = self.port.trouble or "Connect a bus and try again."
-        return BusDisconnected(f"{self.port.address} is not connected. {trouble}")
+        return not_connected(self.port.address, self.port.trouble)
 
     def _transmit(self, transfer: Transfer, data_type: DataType) -> None:
         if not self._running or self.port.state in _GONE:

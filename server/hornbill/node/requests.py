@@ -315,6 +315,7 @@ class Requests:
                 service=service,
                 tries=tried,
                 timeout_s=exchange.patience_s,
+                cause="silent_node",
             )
         )
         self._release(exchange)
@@ -362,6 +363,7 @@ class Requests:
                     f"{_TRANSFER_IDS} requests to node {destination} wait for an answer, and no more can. "
                     "Ask again when one has been answered.",
                     node_id=destination,
+                    cause="too_many_requests",
                 )
             candidate = spare
             self._unanswered.pop((destination, type_id, candidate), None)

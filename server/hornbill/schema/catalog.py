@@ -134,7 +134,9 @@ class Catalog:
             return row
         near = difflib.get_close_matches(key, self.readable, n=1)
         hint = f" Did you mean {near[0]}?" if near else ""
-        raise Unknown("unknown_parameter", f'There is no parameter "{key[:60]}".{hint}', key=key[:60])
+        raise Unknown(
+            "unknown_parameter", f'There is no parameter "{key[:60]}".{hint}', key=key[:60], cause="no_such_parameter"
+        )
 
     def widest(self, key: str) -> tuple[int | None, int | None]:
         """The lowest minimum and the highest maximum (raw) any model that offers the row allows."""

@@ -35,7 +35,9 @@ def from_text(text: str) -> int:
     """
     found = _TEXT.fullmatch(text)
     if found is None:
-        raise InvalidValue(f'"{text}" is not a firmware version. Write it as 1.300.', requested=text)
+        raise InvalidValue(
+            f'"{text}" is not a firmware version. Write it as 1.300.', requested=text, cause="no_firmware"
+        )
     return int(found[1]) * 1000 + int(found[2])
 
 

@@ -53,7 +53,9 @@ def to_raw(parameter: Parameter, value: object, values: Values | None = None) ->
     of value, or between two steps: fact `nearest`) and ForbiddenParameter for 0x49.
     """
     if parameter.forbidden:
-        raise ForbiddenParameter(f"{parameter.label} ({parameter.name}) is never written.", key=parameter.key)
+        raise ForbiddenParameter(
+            f"{parameter.label} ({parameter.name}) is never written.", key=parameter.key, cause="never_written"
+        )
     match parameter.kind:
         case "choice":
             for choice in _legal(parameter):
@@ -137,6 +139,7 @@ def _number_to_raw(parameter: Parameter, value: object, values: Values | None) -
         requested=value,
         unit=unit,
         nearest=[_engineering(raw, per_unit) for raw in steps],
+        cause="between_steps",
     )
 
 
@@ -153,6 +156,8 @@ def _check_range(parameter: Parameter, scaled: Decimal, value: float, values: Va
         maximum=_engineering(high, per_unit),
         unit=unit,
         requested=value,
+        cause="past_model_limit",
+        key=parameter.key,
     )
 
 
@@ -170,7 +175,9 @@ def _wrong_kind(parameter: Parameter, value: object, remedy: str) -> InvalidValu
         shown = "a list or an object"
     if value is None or isinstance(value, str | int):
         facts["requested"] = value
-    return InvalidValue(f"{parameter.label} cannot be {shown}. Enter {remedy}.", **facts)
+    return InvalidValue(
+        f"{parameter.label} cannot be {shown}. Enter {remedy}.", **facts, cause="wrong_kind", key=parameter.key
+    )
 
 
 def _shown(value: float, per_unit: int) -> str:

@@ -112,7 +112,8 @@ class BusWatch:
         self._hub.tell(BusUsable(at is None))
 
     def _trouble(self) -> str:
-        return self._port.trouble or f"{self._port.address} is lost. Check the adapter and its cable."
+        trouble = self._port.trouble
+        return f"{self._port.address} is lost. Check the adapter and its cable." if trouble is None else trouble.detail
 
     def _promise(self) -> str:
         return "" if self._port.retry_in_s is None else " It is opened again by itself."
@@ -130,7 +131,9 @@ class BusWatch:
 
     def _params(self) -> dict[str, object]:
         """What is wrong, as values of an event."""
-        return {"address": self._port.address, "retry": self._port.retry_in_s is not None}
+        trouble = self._port.trouble
+        told = {} if trouble is None else trouble.told
+        return {**told, "address": self._port.address, "retry": self._port.retry_in_s is not None}
 
     def _tell(self, level: str, code: EventCode, text: str, **params: object) -> None:
         self._told.add(self._trouble())

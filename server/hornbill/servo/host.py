@@ -396,10 +396,15 @@ class Host:
     def connected(self) -> Connection:
         """The connection. Raises BusDisconnected when there is none, or the adapter is lost."""
         if self.connection is None:
-            raise BusDisconnected("No bus is connected. Connect an adapter.", request=": PUT /api/v1/bus.")
+            raise BusDisconnected(
+                "No bus is connected. Connect an adapter.", request=": PUT /api/v1/bus.", cause="no_bus"
+            )
         port = self.connection.port
         if port.state in GONE:
-            raise BusDisconnected(port.trouble or f"The adapter {port.address} is lost. Check its cable.")
+            if port.trouble is not None:
+                raise BusDisconnected(port.trouble.detail, **port.trouble.facts)
+            text = f"The adapter {port.address} is lost. Check its cable."
+            raise BusDisconnected(text, cause="adapter_lost", address=port.address)
         return self.connection
 
     def lease_changed(self) -> None:
@@ -409,7 +414,11 @@ class Host:
     async def set_label(self, servo: Servo, label: str, *, by: str, job: str | None = None) -> None:
         """Give a servo a nickname that outlives the process. `by` says who, for the audit."""
         if servo.recorded:
-            raise BusReadOnly(f"{servo.title} is one of a recording. Connect its bus to give it another label.")
+            raise BusReadOnly(
+                f"{servo.title} is one of a recording. Connect its bus to give it another label.",
+                cause="recorded_label",
+                servo=servo.title,
+            )
         before, label = servo.label, label.strip()
         await self.store.run(self.store.servos.label, servo.uid, label)
         servo.label = label

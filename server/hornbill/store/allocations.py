@@ -105,6 +105,7 @@ class AllocationStore:
                 maximum=HIGHEST,
                 unit="",
                 requested=node_id,
+                cause="node_id_out_of_range",
             )
         with self._database.transaction() as session:
             self._demand_free(session.scalar(_owner(node_id)), uid, node_id)
@@ -129,11 +130,17 @@ class AllocationStore:
                 f"Node id {node_id} belongs to {owner}. Choose another, or forget that allocation first.",
                 node_id=node_id,
                 owner=owner,
+                cause="node_id_of_another",
             )
 
 
 def _unknown(uid: Uid) -> Unknown:
-    return Unknown("unknown_uid", f"No node id is kept for {uid}. See the list of allocations.", uid=uid)
+    return Unknown(
+        "unknown_uid",
+        f"No node id is kept for {uid}. See the list of allocations.",
+        uid=uid,
+        cause="no_such_allocation",
+    )
 
 
 def _owner(node_id: NodeId) -> Select[str]:

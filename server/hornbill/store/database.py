@@ -119,13 +119,17 @@ class Database:
         if self._engine is None:
             raise RuntimeError("the store is closed")
         if self._impatient and not self._is_file:
-            raise StoreFailed(f"{self.address} did not answer a moment ago. Try again in {IMPATIENT_S:.0f} s.")
+            raise StoreFailed(
+                f"{self.address} did not answer a moment ago. Try again in {IMPATIENT_S:.0f} s.", cause="store_slow"
+            )
         try:
             yield self._engine
         except SQLAlchemyError as error:
             if isinstance(error, OperationalError):
                 self._impatient_until = time.monotonic() + IMPATIENT_S
-            raise StoreFailed(f"{self.address} cannot be used: {_cause(error)}. {self._remedy}") from error
+            raise StoreFailed(
+                f"{self.address} cannot be used: {_cause(error)}. {self._remedy}", cause="store_unusable"
+            ) from error
 
     def close(self) -> None:
         """Give every connection back. Closing twice is harmless."""

@@ -64,7 +64,13 @@ class ProfileTable:
 
 
 def _unknown(name: str) -> Unknown:
-    return Unknown("unknown_profile", f'There is no profile "{name[:80]}".', request="GET /api/v1/profiles lists them.")
+    return Unknown(
+        "unknown_profile",
+        f'There is no profile "{name[:80]}".',
+        request="GET /api/v1/profiles lists them.",
+        cause="no_such_profile",
+        name=name[:80],
+    )
 
 
 def _profile(row: ProfileRow) -> StoredProfile:

@@ -71,7 +71,13 @@ class Runs:
 
 
 def _unknown(run_id: int) -> Unknown:
-    return Unknown("unknown_run", f"There is no run {run_id}.", request="GET /api/v1/runs lists them.", run=run_id)
+    return Unknown(
+        "unknown_run",
+        f"There is no run {run_id}.",
+        request="GET /api/v1/runs lists them.",
+        run=run_id,
+        cause="no_such_run",
+    )
 
 
 def _run(row: RunRow) -> Run:

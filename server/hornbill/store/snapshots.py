@@ -143,7 +143,9 @@ def _prune(connection: Connection, uid: Uid) -> None:
 def _row(session: Session, snapshot_id: int) -> SnapshotRow:
     row = session.get(SnapshotRow, snapshot_id) if 0 < snapshot_id <= HIGHEST_ID else None
     if row is None:
-        raise Unknown("unknown_snapshot", f"There is no snapshot {snapshot_id}.", snapshot=snapshot_id)
+        raise Unknown(
+            "unknown_snapshot", f"There is no snapshot {snapshot_id}.", snapshot=snapshot_id, cause="no_such_snapshot"
+        )
     return row
 
 

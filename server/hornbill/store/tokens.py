@@ -60,12 +60,17 @@ class Tokens:
         if not NAME.fullmatch(name):
             raise InvalidValue(
                 f"{name[:40]!r} is no name for a token. Give 1 to 32 letters, digits, spaces and . _ @ - that begin "
-                "and end with a letter or digit."
+                "and end with a letter or digit.",
+                cause="no_token_name",
             )
         secret = _PREFIX + secrets.token_urlsafe(_SECRET_BYTES)
         with self._database.transaction() as session:
             if session.get(TokenRow, name) is not None:
-                raise Conflict(f"There is a token {name!r} already. Revoke it first, or take another name.", name=name)
+                raise Conflict(
+                    f"There is a token {name!r} already. Revoke it first, or take another name.",
+                    name=name,
+                    cause="token_name_taken",
+                )
             row = TokenRow(name=name, role=role, digest=digest(secret), created_at=self._wall(), last_used_at=None)
             session.add(row)
             return _token(row), secret
@@ -75,7 +80,12 @@ class Tokens:
         with self._database.transaction() as session:
             row = session.get(TokenRow, name)
             if row is None:
-                raise Unknown("unknown_token", f"There is no token {name[:40]!r}. 'hornbill token list' shows them.")
+                raise Unknown(
+                    "unknown_token",
+                    f"There is no token {name[:40]!r}. 'hornbill token list' shows them.",
+                    cause="no_such_token",
+                    name=name[:40],
+                )
             session.delete(row)
 
     def used(self, instants: Mapping[str, float]) -> None:

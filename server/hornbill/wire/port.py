@@ -7,6 +7,7 @@ from enum import StrEnum
 from functools import lru_cache
 from typing import Final, Protocol
 
+from hornbill.errors import BusDisconnected, PortError
 from hornbill.wire.frame import Frame
 
 RECORDING: Final = "file:"
@@ -142,6 +143,16 @@ def channel_name(address: str) -> str:
     return re.sub(r"\W+", "_", last, flags=re.ASCII) or "bus"
 
 
+def not_connected(address: str, trouble: PortError | None) -> BusDisconnected:
+    """The refusal of whatever would be sent to a port that is lost or closed."""
+    if trouble is None:
+        text = f"{address} is not connected. Connect a bus and try again."
+        return BusDisconnected(text, cause="not_connected", address=address)
+    error = BusDisconnected(f"{address} is not connected. {trouble.detail}")
+    error.facts = {"address": address, **trouble.facts}
+    return error
+
+
 FrameSink = Callable[[list[Frame]], None]
 """Called on the event loop with every frame received since the last call, in bus order."""
 
@@ -167,7 +178,7 @@ class CanPort(Protocol):
         ...
 
     @property
-    def trouble(self) -> str | None:
+    def trouble(self) -> PortError | None:
         """What is wrong with the adapter and what helps, for people; None while it works."""
         ...
 
@@ -221,7 +232,7 @@ class PortWrapper:
         return self._behind.sample_point
 
     @property
-    def trouble(self) -> str | None:
+    def trouble(self) -> PortError | None:
         """Trouble of the port behind."""
         return self._behind.trouble
 
@@ -244,7 +255,7 @@ class NoPort:
     statistics = PortStatistics()
     state = PortState.DISCONNECTED
     sample_point: float | None = None
-    trouble: str | None = None
+    trouble: PortError | None = None
     retry_in_s: float | None = None
     details = PLAIN
 

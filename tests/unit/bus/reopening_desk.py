@@ -5,7 +5,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
 
 from hornbill.bus.reopening import ReopeningPort
-from hornbill.errors import BusDisconnected, PortOpenFailed
+from hornbill.errors import BusDisconnected, PortError, PortOpenFailed
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PLAIN, CanPort, FrameSink, PortDetails, PortState, PortStatistics
 from jumping_clock import run
@@ -21,7 +21,7 @@ class Adapter:
     bitrate: int = 1_000_000
     state: PortState = PortState.ACTIVE
     sample_point: float | None = 0.8
-    trouble: str | None = None
+    trouble: PortError | None = None
     retry_in_s: float | None = None
     details: PortDetails = PLAIN
     sink: FrameSink | None = None
@@ -67,7 +67,7 @@ class Desk:
         return ReopeningPort(self.open, address="test:0", bitrate=1_000_000)
 
     def lose(self, trouble: str | None = None) -> None:
-        self.opened[-1].state, self.opened[-1].trouble = PortState.LOST, trouble
+        self.opened[-1].state, self.opened[-1].trouble = PortState.LOST, None if trouble is None else PortError(trouble)
 
 
 def play(scene: Callable[[Desk, ReopeningPort], Awaitable[None]], desk: Desk | None = None) -> None:

@@ -420,7 +420,7 @@ def test_the_route_tells_them_and_which_one_is_connected() -> None:
         told = json(await rig.call("GET", "/bus/adapters"))
         assert told[0] == {
             "address": "memory:host", "interface": "memory", "channel": "host", "name": "Simulated servos",
-            "state": "connected", "usable": True, "reason": None, "remedy": None,
+            "state": "connected", "usable": True, "reason": None, "remedy": None, "cause": None, "params": {},
             "bitrate": 1_000_000, "sample_point": None, "serial_number": None, "baud": None,
         }  # fmt: skip
         assert (told[1]["state"], told[1]["remedy"]) == ("no_permission", "Ask.")

@@ -152,7 +152,7 @@ def test_a_rate_in_the_address_is_used_and_no_other_is_tried(monkeypatch: pytest
         await until(lambda: not adapter.is_open)  # what it still sends would be noise at another rate
         port = await open_port(f"slcan:{adapter.channel}@57600")
         await until(lambda: port.state is PortState.PASSIVE)
-        assert f"Leave out @57600, and the rate is found: slcan:{adapter.channel}." in (port.trouble or "")
+        assert f"Leave out @57600, and the rate is found: slcan:{adapter.channel}." in str(port.trouble)
         assert port.details.nothing_received
         await port.close()
 
@@ -172,7 +172,7 @@ def test_an_adapter_from_which_nothing_comes_is_a_problem_within_four_seconds(ad
             await until(lambda: port.state is PortState.PASSIVE)
             assert time.monotonic() - began <= OPEN_S
             assert port.details.nothing_received
-            assert "nothing was ever received" in (port.trouble or "")
+            assert "nothing was ever received" in str(port.trouble)
             await port.close()
 
         asyncio.run(main())
@@ -221,7 +221,7 @@ def test_a_silent_adapter_on_a_silent_bus_is_found_when_the_bus_wakes(monkeypatc
         assert {note.code for note in port.details.notes} == {"adapter_silent", "baud_unknown"}
         assert not line_of(port).confirmed
         await until(lambda: port.state is PortState.PASSIVE)
-        assert "nothing was ever received. Its baud rate is not known" in (port.trouble or "")
+        assert "nothing was ever received. Its baud rate is not known" in str(port.trouble)
         rates = set[int]()
         while len(rates) < 3:
             rates.add(line_of(port).baud)
@@ -246,8 +246,8 @@ def test_a_silent_adapter_on_a_silent_bus_is_open_in_four_seconds_and_never_call
     async def scenario(port: CanPort) -> None:
         assert time.monotonic() - began <= OPEN_S
         await until(lambda: port.state is PortState.PASSIVE, pythoncan.NOTHING_S + 1)
-        assert "120 Ω at both ends" in (port.trouble or "")
-        assert f"slcan:{adapter.channel}@BAUD" in (port.trouble or "")
+        assert "120 Ω at both ends" in str(port.trouble)
+        assert f"slcan:{adapter.channel}@BAUD" in str(port.trouble)
 
     with_port(adapter, scenario)
 

@@ -2,7 +2,7 @@
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -35,7 +35,7 @@ class Bench:
             tell=self.tell,
         )
 
-    def tell(self, level: str, code: str, text: str) -> None:
+    def tell(self, level: str, code: str, text: str, params: Mapping[str, object]) -> None:
         self.events.append((level, code, text))
 
     def listen(self, listener: Listener) -> Callable[[], None]:

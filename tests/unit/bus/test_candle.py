@@ -140,7 +140,7 @@ def test_an_adapter_that_is_unplugged_is_lost(monkeypatch: pytest.MonkeyPatch) -
         port = await open_port("candle:0031")
         device.is_connected = False
         await until(lambda: port.state is PortState.LOST)
-        assert "it was unplugged" in (port.trouble or "")
+        assert "it was unplugged" in str(port.trouble)
         await port.close()
 
     asyncio.run(main())

@@ -273,7 +273,7 @@ def test_error_frames_tell_the_state_and_are_counted_by_kind(interface: str) -> 
         await tell(0x004, b"\0\x20", PortState.PASSIVE)
         await tell(0x040, b"", PortState.BUS_OFF)
         await tell(0x040, b"", PortState.BUS_OFF)
-        assert "bit rate (1000000 bit/s)" in (port.trouble or "")
+        assert "bit rate (1000000 bit/s)" in str(port.trouble)
         await tell(0x100, b"", PortState.ACTIVE)
         await tell(0x004, b"\0\x10", PortState.PASSIVE)
         await tell(0x020, b"", PortState.PASSIVE)
@@ -307,7 +307,7 @@ def test_a_lost_bus_says_why_and_counters_go_on_in_the_port_after_it() -> None:
         adapter.incoming.put(can.Message(arbitration_id=1))
         adapter.incoming.put(can.CanOperationError("The USB device was pulled out."))
         await until(lambda: port.state is PortState.LOST)
-        assert port.trouble == (
+        assert str(port.trouble) == (
             "pcan:PCAN_USBBUS1 was lost: The USB device was pulled out. Check the adapter and its cable."
         )
         await port.close()

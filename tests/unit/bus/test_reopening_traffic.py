@@ -11,7 +11,7 @@ import pytest
 from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.ports.pythoncan import PythonCanPort
 from hornbill.bus.reopening import ReopeningPort
-from hornbill.errors import BusDisconnected
+from hornbill.errors import BusDisconnected, PortError
 from hornbill.node.participant import Participant
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import CanPort, PortState, PortStatistics
@@ -85,7 +85,7 @@ def test_a_request_that_waits_fails_within_50_ms_and_the_participant_goes_on_aft
 def test_whichever_way_it_is_gone_nobody_waits_for_an_answer(state: PortState) -> None:
     async def main() -> None:
         adapter = Adapter(PortStatistics())
-        adapter.trouble = "Plug it in."
+        adapter.trouble = PortError("Plug it in.")
         version = SoftwareVersion(0, 1)
         host = Participant(adapter, node_id=127, name="host", unique_id=bytes(16), software_version=version)
         host.start()

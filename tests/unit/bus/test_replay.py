@@ -84,7 +84,7 @@ def test_it_begins_when_somebody_listens_and_tells_its_end_without_being_lost(tm
         assert port.ended
         assert port.state is PortState.ACTIVE
         assert port.trouble is not None
-        assert "is over" in port.trouble
+        assert "is over" in str(port.trouble)
         assert port.statistics.rx_frames == 2
         assert port.statistics.busy_s == pytest.approx(2 * frame_bits(heard[0]) / 1e6, rel=0.1)
 
@@ -189,7 +189,7 @@ def test_a_file_that_turns_out_damaged_is_lost_with_the_reason(tmp_path: Path) -
         assert 500 < len(heard) < 6000
         assert port.state is PortState.LOST
         assert port.trouble is not None
-        assert "damaged" in port.trouble
+        assert "damaged" in str(port.trouble)
 
     play(f"file:{path}", scene)
 

@@ -137,7 +137,7 @@ def test_a_server_that_goes_away_is_a_lost_adapter_within_a_second() -> None:
         await until(lambda: port.state is PortState.LOST)
         assert time.monotonic() - began < 1
         assert port.trouble is not None
-        assert port.trouble.startswith(f"{server.address} was lost")
+        assert str(port.trouble).startswith(f"{server.address} was lost")
 
     with_port(scenario)
 

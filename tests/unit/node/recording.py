@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from hornbill.errors import BusDisconnected
+from hornbill.errors import BusDisconnected, PortError
 from hornbill.node.guard import GuardedPort
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PLAIN, FrameSink, PortState, PortStatistics
@@ -17,7 +17,7 @@ class RecordingPort:
         self.statistics = PortStatistics()
         self.state = PortState.ACTIVE
         self.sample_point: float | None = None
-        self.trouble: str | None = None
+        self.trouble: PortError | None = None
         self.retry_in_s: float | None = None
         self.details = PLAIN
         self.sent: list[Frame] = []

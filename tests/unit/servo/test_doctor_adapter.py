@@ -7,7 +7,7 @@ from typing import Any
 
 from hornbill.bus.adapters import socketcan
 from hornbill.domain.bus import Finding
-from hornbill.errors import PortOpenFailed
+from hornbill.errors import PortError, PortOpenFailed
 from hornbill.node.allocator import Allocator
 from hornbill.node.directory import Directory
 from hornbill.servo.doctor.doctor import Doctor
@@ -20,6 +20,11 @@ from unit.node.recording import RecordingPort
 from unit.node.table import MemoryTable
 
 DOWN = socketcan.fault_of(socketcan.Interface("can0", up=False), 1_000_000)
+
+
+def refused(fault: socketcan.InterfaceFault) -> PortOpenFailed:
+    text = f"{fault.reason} {fault.remedy}"
+    return PortOpenFailed(text, remedy=fault.remedy, cause=fault.cause, **fault.params)
 
 
 @dataclass
@@ -77,9 +82,7 @@ def with_ward(
 def test_an_interface_that_is_down_when_it_is_to_be_opened() -> None:
     assert DOWN is not None
     doctor = Doctor(lambda: 0.0, list)
-    doctor.could_not_open(
-        "socketcan:can0", PortOpenFailed(f"{DOWN.reason} {DOWN.remedy}", address="socketcan:can0", remedy=DOWN.remedy)
-    )
+    doctor.could_not_open("socketcan:can0", refused(DOWN))
     (found,) = doctor.findings()
     assert (found.code, found.severity, found.text) == ("interface_down", "failure", "socketcan:can0 is down")
     assert found.remedy == "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875"
@@ -89,7 +92,7 @@ def test_an_interface_that_runs_at_another_bit_rate() -> None:
     fault = socketcan.fault_of(socketcan.Interface("can0", up=True, bitrate=500_000, sample_point=0.875), 1_000_000)
     assert fault is not None
     doctor = Doctor(lambda: 0.0, list)
-    doctor.could_not_open("socketcan:can0", PortOpenFailed(f"{fault.reason} {fault.remedy}", remedy=fault.remedy))
+    doctor.could_not_open("socketcan:can0", refused(fault))
     (found,) = doctor.findings()
     assert (found.code, found.severity) == ("bit_rate", "failure")
     assert found.remedy is not None
@@ -102,7 +105,7 @@ def test_an_interface_that_is_taken_down_while_it_is_used_and_up_again() -> None
         await ward.live(3)
         assert ward.doctor.findings() == []
         ward.port.state, ward.quiet = PortState.LOST, True
-        ward.port.trouble, ward.port.retry_in_s = f"{DOWN.reason} {DOWN.remedy}", 2.0
+        ward.port.trouble, ward.port.retry_in_s = refused(DOWN), 2.0
         await ward.live(7)
         found = ward.only()
         assert (found.code, found.severity) == ("interface_down", "failure")
@@ -120,7 +123,7 @@ def test_an_interface_that_is_taken_down_while_it_is_used_and_up_again() -> None
 def test_an_adapter_that_never_opened_is_not_called_lost() -> None:
     async def main() -> None:
         port = RecordingPort()
-        port.state, port.trouble = PortState.LOST, "There is no such device. Plug the adapter in."
+        port.state, port.trouble = PortState.LOST, PortError("There is no such device. Plug the adapter in.")
         doctor = Doctor(asyncio.get_running_loop().time, list)
         directory = Directory()
         allocator = Allocator(MemoryTable(), own_ids=frozenset(), residents=directory)
@@ -293,7 +296,7 @@ def test_the_reopened_adapter_goes_on_where_it_was() -> None:
         await ward.live(1)
         assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
         ward.port.state = PortState.LOST
-        ward.port.trouble = "socketcan:can0 is off the bus after too many errors."
+        ward.port.trouble = PortError("socketcan:can0 is off the bus after too many errors.")
         await ward.live(1)
         assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
         ward.port.state, ward.quiet = PortState.ACTIVE, False

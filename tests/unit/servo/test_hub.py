@@ -6,7 +6,7 @@ from hornbill.servo.runtime.hub import BusChanged, Change, Happened, Hub, Sample
 from hornbill.units import Uid
 
 SAMPLE = Sampled(Uid("a"), "current_angle", 1.0, 2.0)
-CHANGES: list[Change] = [SAMPLE, BusChanged(), ServoChanged(Uid("a")), Happened("info", "x", "Something."), SAMPLE]
+CHANGES: list[Change] = [SAMPLE, BusChanged(), ServoChanged(Uid("a")), Happened("info", "ready", "Something."), SAMPLE]
 
 
 def test_a_listener_without_kinds_hears_all_and_one_with_kinds_those() -> None:

@@ -3208,12 +3208,15 @@ export interface components {
             baud: number | null;
             /** @description Bit rate, bit/s. Null if unknown. */
             bitrate: number | null;
+            /** @description Code of `reason` and `remedy`, as of problems. Null if none. */
+            cause: string | null;
             /** @description Channel of that interface, such as `can0`. */
             channel: string;
             /** @description python-can interface, such as `socketcan`. */
             interface: string;
             /** @description Display name: product, serial number. */
             name: string;
+            params: components["schemas"]["Params"];
             /** @description Reason why it is unusable, or a peculiarity. Null if none. */
             reason: string | null;
             /** @description What to do about it, if possible as a command. Null if nothing. */
@@ -3791,6 +3794,7 @@ export interface components {
             trouble: string | null;
             /** @description Kind of problem, for programs. Null while it works. */
             trouble_code: ("nothing_received" | "error_passive" | "bus_off" | "adapter_lost" | "recording_over") | null;
+            trouble_params: components["schemas"]["Params"];
             /** @description Frames sent per second. */
             tx_fps: number;
             /** @description Frames sent. */
@@ -4555,8 +4559,8 @@ export interface components {
          * @description One check of the doctor. `ok` only with `all=true`.
          */
         Finding: {
-            /** @description Code of `remedy`. Null if there is none, or if the adapter gives it. */
-            advice?: ("connect_adapter" | "check_adapter" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "free_computer" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "give_servo_ids" | "silence_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply") | null;
+            /** @description Code of `remedy`. Null if there is none. */
+            advice?: ("connect_adapter" | "check_adapter" | "as_adapter_says" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "free_computer" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "give_servo_ids" | "silence_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply") | null;
             /**
              * @description Code for programs. Stable.
              * @enum {string}
@@ -5809,6 +5813,8 @@ export interface components {
          * @description application/problem+json: what went wrong, the code to branch on, and what to do.
          */
         Problem: {
+            /** @description Code of what exactly went wrong. Stable. Null where `code` says all. */
+            cause?: string | null;
             /** @description Code for programs. Stable. */
             code: string;
             /** @description One sentence with the details. */

@@ -1,7 +1,8 @@
 /** Owns what could happen where the server asks back before a write, in the page's words. */
+
 import type { Problem } from "../api/client";
-import { text } from "../text";
 import { editing } from "../text/topics";
+import { problemText } from "./facts";
 import { withUnit } from "./format";
 import { labelOf, valueText } from "./row-text";
 import { wordsOf } from "./safety-words";
@@ -13,7 +14,7 @@ export function dangerOf(problem: Problem): string {
   const { key, requested, reading, margin, unit, confirm, choices, turns } = problem.facts;
   if (confirm === "torque_off_in_rom")
     return Array.isArray(choices) && choices.length > 1 ? said.torqueUnknown : said.torqueOff;
-  if (typeof key !== "string" || typeof requested !== "number") return problem.message;
+  if (typeof key !== "string" || typeof requested !== "number") return problemText(problem);
   const row = labelOf(key);
   const wanted = valueText(key, requested);
   if (confirm === "multi_turn") return said.turns(row, wanted, String(turns));
@@ -21,10 +22,10 @@ export function dangerOf(problem: Problem): string {
   const seen = withUnit(String(reading), String(unit));
   const about = withUnit(String(margin), String(unit));
   if (confirm === "supply") return said.supply(row, wanted, seen, about);
-  return confirm === "temperature" ? said.temperature(row, wanted, seen, about) : problem.message;
+  return confirm === "temperature" ? said.temperature(row, wanted, seen, about) : problemText(problem);
 }
 
 /** Why something was refused: the danger where a tick is all that is missing, else what the page says of the code. */
 export function whyRefused(problem: Problem): string {
-  return wordsOf(problem).length === 0 ? text.problem(problem) : dangerOf(problem);
+  return wordsOf(problem).length === 0 ? problemText(problem) : dangerOf(problem);
 }

@@ -1,6 +1,6 @@
 /** The values of a code of the server as text: numbers with the unit that their names end in, and names of rows. */
 import { Problem } from "../api/client";
-import type { Params } from "../api/types";
+import type { Job, Params } from "../api/types";
 import { text } from "../text";
 import { angle, MINUS, withUnit } from "./format";
 import { labelOf } from "./row-text";
@@ -9,6 +9,9 @@ import { labelOf } from "./row-text";
 export type Facts = Readonly<Record<string, string | undefined>>;
 /** A sentence from facts. */
 export type Saying = (facts: Facts) => string;
+
+/** What names rows. */
+const KEYS: ReadonlySet<string> = new Set(["key", "keys", "limit", "other"]);
 
 const UNITS: Readonly<Record<string, string>> = {
   s: "s",
@@ -24,7 +27,28 @@ export function factsOf(params: Params | undefined): Facts {
   const facts = Object.fromEntries(
     Object.entries(params ?? {}).map(([name, value]) => [name, said(name, value)]),
   );
-  return params?.problem === undefined ? facts : { ...facts, problem: text.problem(problemIn(params)) };
+  return params?.problem === undefined ? facts : { ...facts, problem: problemText(problemIn(params)) };
+}
+
+/** What went wrong, in the page's language. */
+export function problemText(problem: Problem): string {
+  const { problem: _nested, ...facts } = (problem.facts.params ?? problem.facts) as Params;
+  return text.problem(problem, { ...factsOf(facts), summary: problem.message });
+}
+
+/** The same of what a job, an entry of a list or a message of the socket failed with. */
+export function failureText(body: { code: string; summary: string; params?: Params }): string {
+  return problemText(new Problem(body.code, 0, body.summary, { ...body }));
+}
+
+/** What a port says is wrong, in the page's language. */
+export function troubleText(state: { trouble_params: Params }, otherwise: string): string {
+  return text.causes[String(state.trouble_params.cause ?? "")]?.(factsOf(state.trouble_params)) ?? otherwise;
+}
+
+/** Why a job did not succeed. */
+export function endText(job: Job): string {
+  return job.error ? failureText(job.error) : text.job.state[job.state];
 }
 
 /** The problem that is told among other values: its code is the value `problem`. */
@@ -32,12 +56,12 @@ export function problemIn(params: Params): Problem {
   return new Problem(String(params.problem), 0, String(params.summary ?? ""), params);
 }
 
-function said(name: string, value: Params[string]): string | undefined {
+function said(name: string, value: Params[string] | null | object): string | undefined {
   if (typeof value === "boolean") return value ? text.on : undefined;
   if (Array.isArray(value))
     return value.length > 0 ? value.map(each => said(name, each)).join(text.comma) : undefined;
   if (typeof value === "object") return undefined;
-  if (typeof value === "string") return name === "key" || name === "keys" ? labelOf(value) : value;
+  if (typeof value === "string") return KEYS.has(name) ? labelOf(value) : value;
   const unit = name.slice(name.lastIndexOf("_") + 1);
   if (unit === "deg" && name !== unit) return angle(value);
   const digits = String(Math.round(value * 100) / 100).replace("-", MINUS);

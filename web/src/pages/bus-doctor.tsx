@@ -76,7 +76,7 @@ export function Findings({ list }: { list: readonly Finding[] }) {
 }
 
 function FindingRow({ one }: { one: Finding }) {
-  const { title, evidence, remedy } = told(one);
+  const { title, evidence, remedy, command } = told(one);
   return (
     <li class="finding" data-severity={one.severity} data-code={one.code}>
       <Glyph kind={one.severity} />
@@ -86,7 +86,7 @@ function FindingRow({ one }: { one: Finding }) {
           {title}
         </p>
         <p class="f-evidence">{evidence}</p>
-        {remedy !== null && <Remedy text={remedy} />}
+        {remedy !== null && <Remedy text={remedy} command={command} />}
         {one.severity !== "ok" && <Ways one={one} />}
       </div>
     </li>

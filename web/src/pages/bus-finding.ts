@@ -8,6 +8,7 @@ export interface Told {
   title: string;
   evidence: string;
   remedy: string | null;
+  command: unknown;
 }
 
 export function told(one: Finding): Told {
@@ -17,6 +18,7 @@ export function told(one: Finding): Told {
     title: said[kind][one.code]?.(facts) ?? one.text,
     evidence: said.evidence[kind][one.code]?.(facts) || one.evidence,
     remedy: one.remedy && ((one.advice && said.remedy[one.advice]?.(facts)) ?? one.remedy),
+    command: one.params?.command,
   };
 }
 

@@ -1,7 +1,9 @@
 /** The head of the bus page: what is connected and how it is, and the ways to change that. */
+
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Bus } from "../api/types";
+import { problemText, troubleText } from "../form/facts";
 import { number, size, withUnit } from "../form/format";
 import { log } from "../state/bus-log";
 import { channelOf, retryIn } from "../state/bus-now";
@@ -94,7 +96,8 @@ function facts(state: Bus): string {
       ? words.samplePointUnknown
       : words.samplePoint(withUnit(number(state.sample_point * 100, 1), "%"));
   const line = lineFact(state);
-  return `${word}. ${rate}, ${point}${line === null ? "" : `. ${line}`}`;
+  const facts = `${word}${text.period}${rate}${text.comma}${point}`;
+  return line === null ? facts : `${facts}${text.period}${line}`;
 }
 
 function stateWord(state: Bus): string {
@@ -115,7 +118,9 @@ function Trouble({ state }: { state: Bus }) {
         {nothing?.map(one => (
           <p key={one}>{one}</p>
         ))}
-        {nothing === null && state.trouble !== null && <Remedy text={state.trouble} />}
+        {nothing === null && state.trouble !== null && (
+          <Remedy text={troubleText(state, state.trouble)} command={state.trouble_params.command} />
+        )}
       </div>
       {waits !== null && (
         // Read aloud once, not each second.
@@ -141,7 +146,7 @@ function DisconnectDialog({ name, onClose }: { name: string; onClose: () => void
       bus.value = await ask<Bus>("DELETE", "/bus");
       onClose();
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
       busy.value = false;
     }
   };

@@ -3,6 +3,7 @@
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocationChange } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
+import { problemText } from "../form/facts";
 import { wholeNumber } from "../form/number";
 import { ownerName } from "../state/allocations";
 import { text } from "../text";
@@ -33,7 +34,7 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
       const body = { node_id: wholeNumber(typed.peek()) };
       onClose((await ask<AllocationChange>("PUT", `/allocations/${one.uid}`, { body })).note);
     } catch (error) {
-      refused.value = text.problem(problemOf(error));
+      refused.value = problemText(problemOf(error));
       busy.value = false;
     }
   };
@@ -109,7 +110,7 @@ export function ForgetDialog({ one, onClose }: Props) {
     try {
       onClose((await ask<AllocationChange>("DELETE", `/allocations/${one.uid}`)).note);
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
   };
   return (

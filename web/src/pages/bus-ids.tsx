@@ -1,8 +1,10 @@
 /** Owns the node id table: who has which, who waits, and whether hornbill gives any. */
+
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocatorMode, AllocatorState } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
 import type { Bus } from "../api/types";
+import { problemText } from "../form/facts";
 import { age, clock, date, grouped } from "../form/format";
 import { allocations, ownerName, tableProblem } from "../state/allocations";
 import { now } from "../state/clock";
@@ -152,7 +154,7 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
       const answer = await ask<AllocatorState>("PUT", "/bus/allocator", { body: { mode } });
       if (bus.value) bus.value = { ...bus.value, allocator: answer } satisfies Bus;
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
   };
   // What may take a servo off the bus is asked first.

@@ -1,8 +1,10 @@
 /** Owns the list of all nodes of the bus, servos and others, with what is odd about them. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { BusNode } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
+import { problemText } from "../form/facts";
 import { age, grouped, NONE } from "../form/format";
 import { monotonic, now } from "../state/clock";
 import type { Kind } from "../state/condition";
@@ -10,7 +12,6 @@ import { nameOf, servo } from "../state/fleet";
 import { up } from "../state/link";
 import { poll } from "../state/poll";
 import { pathOf } from "../state/route";
-import { text } from "../text";
 import { bus as words } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import { follow } from "../ui/rail";
@@ -37,7 +38,7 @@ export function Nodes() {
         readAt.value = monotonic();
         problem.value = null;
       } catch (error) {
-        problem.value = text.problem(problemOf(error));
+        problem.value = problemText(problemOf(error));
       }
     };
     return poll(ASK_MS, look).end;

@@ -3,8 +3,9 @@
 import { computed, type Signal, signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { Adapter } from "../api/bus-types";
-import { ask, type Problem, problemOf } from "../api/client";
+import { ask, problemOf } from "../api/client";
 import type { Bus } from "../api/types";
+import { factsOf, problemText } from "../form/facts";
 import { age, grouped, number } from "../form/format";
 import { parseNumber } from "../form/number";
 import { channelOf } from "../state/bus-now";
@@ -43,7 +44,7 @@ export interface Picker {
   /** Pause between the frames of one transfer as typed, ms. */
   gap: Signal<string>;
   opening: Signal<boolean>;
-  refused: Signal<{ text: string; remedy: string | null } | null>;
+  refused: Signal<{ text: string; command: unknown } | null>;
   /** What Connect would open; null while nothing can be. */
   wish: { readonly value: Wish | null };
   open: () => Promise<boolean>;
@@ -65,7 +66,7 @@ export function usePicker(): Picker {
         picker.listProblem.value = null;
         picker.chosen.value = chosenOf(picker.adapters.value, picker.chosen.peek());
       } catch (error) {
-        picker.listProblem.value = text.problem(problemOf(error));
+        picker.listProblem.value = problemText(problemOf(error));
       }
       picker.lookedAt.value = monotonic();
     };
@@ -115,7 +116,8 @@ function makePicker(): Picker {
       bus.value = await ask<Bus>("PUT", "/bus", { body: wish.peek(), timeout_ms: OPENING_MS });
       return true;
     } catch (error) {
-      refused.value = refusalOf(problemOf(error));
+      const problem = problemOf(error);
+      refused.value = { text: problemText(problem), command: problem.facts.command };
       return false;
     } finally {
       opening.value = false;
@@ -134,14 +136,6 @@ function makePicker(): Picker {
     wish,
     open,
   };
-}
-
-/** A command that helps stands at the end of the sentence too; it is shown once, to be copied. */
-function refusalOf(problem: Problem): { text: string; remedy: string | null } {
-  const words = text.problem(problem);
-  const remedy = typeof problem.facts.remedy === "string" ? problem.facts.remedy : null;
-  if (remedy === null) return { text: words, remedy: null };
-  return { text: words.replace(remedy, "").trim(), remedy };
 }
 
 const LEAST_KBIT = 10;
@@ -203,10 +197,8 @@ export function PickerCards({ picker }: { picker: Picker }) {
       )}
       {refused && (
         <div class="refused" role="alert" data-testid="connect-refused">
-          <p class="refusal">
-            <Glyph kind="failure" size={14} /> {refused.text}
-          </p>
-          {refused.remedy !== null && <Remedy text={refused.remedy} />}
+          <Glyph kind="failure" size={14} />
+          <Remedy text={refused.text} command={refused.command} />
         </div>
       )}
     </div>
@@ -268,7 +260,7 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
           <Glyph kind={GLYPH[one.state]} />
           <span>
             <span class={one.usable ? "" : "strong"}>{said.state[one.state]}</span>
-            {facts.length > 0 && <small>{facts.join(", ")}</small>}
+            {facts.length > 0 && <small>{facts.join(text.comma)}</small>}
           </span>
         </span>
       </label>
@@ -279,12 +271,17 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
       )}
       {(one.reason !== null || one.remedy !== null) && (
         <div class="adapter-why">
-          {one.reason !== null && <p>{one.reason}</p>}
-          {one.remedy !== null && <Remedy text={one.remedy} />}
+          <Remedy text={whyText(one)} command={one.params.command} />
         </div>
       )}
     </div>
   );
+}
+
+/** Why an adapter cannot be used, or what is odd about it, and what helps. */
+function whyText(one: Adapter): string {
+  const said = text.causes[one.cause ?? ""]?.(factsOf(one.params));
+  return said ?? [one.reason, one.remedy].filter(part => part !== null).join(" ");
 }
 
 function Other({ picker }: { picker: Picker }) {

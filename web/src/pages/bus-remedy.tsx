@@ -1,34 +1,24 @@
-/** Owns how a remedy is shown: its sentence, and its command as something to copy. */
+/** Remedies: their sentences, and their command as something to copy. */
 import { bus as words } from "../text/topics";
 import { Copy } from "../ui/copy";
 
 export type Piece = { text: string } | { command: string };
 
-/** A command stands in backquotes, or begins with sudo and reaches to the end of its sentence. */
-const COMMAND = /`([^`]+)`|\bsudo .+?(?=, then |[.;](?:\s|$)|$)/g;
-
-/** The sentences and the commands of a remedy, in order. */
-export function pieces(remedy: string): Piece[] {
-  const out: Piece[] = [];
-  let from = 0;
-  for (const found of remedy.matchAll(COMMAND)) {
-    const before = remedy.slice(from, found.index).trim();
-    if (before !== "") out.push({ text: before });
-    out.push({ command: found[1] ?? found[0].trim() });
-    from = found.index + found[0].length;
-  }
-  const rest = remedy
-    .slice(from)
-    .replace(/^[\s.;,]+/, "")
-    .trim();
-  if (rest !== "") out.push({ text: rest.charAt(0).toUpperCase() + rest.slice(1) });
-  return out;
+/** The sentences and the commands of a remedy, in order. In the page's own texts a command stands in backquotes. */
+export function pieces(remedy: string, command?: unknown): Piece[] {
+  const marked = typeof command === "string" ? remedy.replaceAll(command, `\`${command}\``) : remedy;
+  const parts = marked.split("`").map((part, place) => {
+    if (place % 2 === 1) return { command: part };
+    const said = place === 0 ? part.trim() : part.replace(/^[\s.;,、。]+/, "").trim();
+    return { text: place === 0 ? said : said.charAt(0).toUpperCase() + said.slice(1) };
+  });
+  return parts.filter(part => "command" in part || part.text !== "");
 }
 
-export function Remedy({ text }: { text: string }) {
+export function Remedy({ text, command }: { text: string; command?: unknown }) {
   return (
     <div class="remedy">
-      {pieces(text).map(piece =>
+      {pieces(text, command).map(piece =>
         "command" in piece ? (
           <Command key={piece.command} command={piece.command} />
         ) : (

@@ -135,23 +135,31 @@ describe("the fields of a transfer", () => {
 });
 
 describe("a remedy", () => {
+  const up = "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875";
   test.each([
-    ["Check the cable.", [{ text: "Check the cable." }]],
+    ["Check the cable.", undefined, [{ text: "Check the cable." }]],
     [
-      "The interface can0 is down. Bring it up with: sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875",
-      [
-        { text: "The interface can0 is down. Bring it up with:" },
-        { command: "sudo ip link set can0 up type can bitrate 1000000 sample-point 0.875" },
-      ],
+      `The interface can0 is down. Bring it up with: ${up}`,
+      up,
+      [{ text: "The interface can0 is down. Bring it up with:" }, { command: up }],
     ],
     [
       "Run: sudo usermod -aG dialout $USER, then log in again.",
+      "sudo usermod -aG dialout $USER",
       [{ text: "Run:" }, { command: "sudo usermod -aG dialout $USER" }, { text: "Then log in again." }],
     ],
-    ["Type `ip link` and look.", [{ text: "Type" }, { command: "ip link" }, { text: "And look." }]],
-    ["sudo modprobe can_raw", [{ command: "sudo modprobe can_raw" }]],
-  ])("%s", (remedy, shown) => {
-    expect(pieces(remedy)).toEqual(shown);
+    [
+      "次のコマンドを実行し、ログインし直してください: sudo usermod -aG dialout $USER",
+      "sudo usermod -aG dialout $USER",
+      [
+        { text: "次のコマンドを実行し、ログインし直してください:" },
+        { command: "sudo usermod -aG dialout $USER" },
+      ],
+    ],
+    ["Type `ip link` and look.", undefined, [{ text: "Type" }, { command: "ip link" }, { text: "And look." }]],
+    ["sudo modprobe can_raw", "sudo modprobe can_raw", [{ command: "sudo modprobe can_raw" }]],
+  ])("%s", (remedy, command, shown) => {
+    expect(pieces(remedy, command)).toEqual(shown);
   });
 });
 
@@ -213,6 +221,8 @@ describe("the adapter that is chosen", () => {
     usable: state === "ready" || state === "connected",
     reason: null,
     remedy: null,
+    cause: null,
+    params: {},
     bitrate: null,
     sample_point: null,
     serial_number: null,

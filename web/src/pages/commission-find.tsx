@@ -1,7 +1,9 @@
 /** Owns the first step: who looks new, who still waits for a node id, and whom to commission. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Job } from "../api/types";
+import { failureText } from "../form/facts";
 import { clock, NONE } from "../form/format";
 import { candidates, candidatesProblem, show, take, unfinished } from "../state/commission";
 import { change, draft } from "../state/commission-draft";
@@ -160,7 +162,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
 }
 
 function Unfinished({ job }: { job: Job }) {
-  const told = (job.result as { text?: string } | null)?.text ?? job.error?.summary ?? "";
+  const told = (job.result as { text?: string } | null)?.text ?? (job.error ? failureText(job.error) : "");
   return (
     <div class="c-note" data-testid="unfinished">
       <Glyph kind="warning" />

@@ -1,7 +1,9 @@
 /** Owns the last two steps: the job servo by servo while it runs, and what became of each when it has ended. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Job } from "../api/types";
+import { failureText } from "../form/facts";
 import { NONE } from "../form/format";
 import { asking, cancel, recall, refused, resume, retry, underWay } from "../state/commission";
 import { draft, startAnew } from "../state/commission-draft";
@@ -298,7 +300,11 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
       {verdict === "failed" && (
         <div class="c-anomaly" role="alert">
           <p>
-            <b>{sheet?.problem ?? unit.job.error?.summary ?? said.verdict.failed}</b>
+            <b>
+              {sheet?.problem ??
+                (unit.job.error ? failureText(unit.job.error) : undefined) ??
+                said.verdict.failed}
+            </b>
           </p>
           {over && entry && (
             <div class="c-anomaly-do">

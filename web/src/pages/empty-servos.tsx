@@ -1,6 +1,8 @@
 /** Owns what the Servos page says while there is no servo: the evidence, what to check, the way to an adapter. */
+
 import { ask } from "../api/client";
 import type { Bus, Servo } from "../api/types";
+import { troubleText } from "../form/facts";
 import { number } from "../form/format";
 import { connectOpen } from "../state/connect";
 import { bus, connected } from "../state/desk";
@@ -67,7 +69,8 @@ export function Reconnect() {
 }
 
 function why(state: Bus | null): string {
-  return state?.state === "lost" ? (state.trouble ?? text.empty.lostBus) : text.empty.noBus;
+  if (state?.state !== "lost") return text.empty.noBus;
+  return state.trouble === null ? text.empty.lostBus : troubleText(state, state.trouble);
 }
 
 function Connect() {

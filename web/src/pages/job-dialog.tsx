@@ -1,7 +1,9 @@
 /** Owns the progress of a save: a time scale, the steps in past tense with their evidence, and how it ended. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Job, JobStep } from "../api/types";
+import { endText } from "../form/facts";
 import { angle, number, withUnit } from "../form/format";
 import { saving } from "../state/apply";
 import { now } from "../state/clock";
@@ -45,7 +47,7 @@ function Progress({ job, values }: { job: Job; values: number }) {
     ? text.job.keepOn
     : job.state === "succeeded"
       ? text.job.doneText(values)
-      : (job.error?.summary ?? text.job.state[job.state]);
+      : endText(job);
   return (
     <Dialog
       title={title}

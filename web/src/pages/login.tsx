@@ -1,8 +1,9 @@
 /** Owns signing in and out: where a token is given, and the name it stands for at the foot of the page. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
+import { problemText } from "../form/facts";
 import { refused, session, signedOut, signIn, signOut } from "../state/session";
-import { text } from "../text";
 import { login as said } from "../text/topics";
 import { Glyph } from "../ui/glyph";
 import "../style/login.css";
@@ -49,7 +50,7 @@ export function LoginPage() {
               ? said.unknown
               : problem.code === "too_many_attempts"
                 ? said.tooMany(Number(problem.facts.retry_after_s))
-                : text.problem(problem)}
+                : problemText(problem)}
           </p>
         )}
         <button

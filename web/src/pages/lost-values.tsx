@@ -1,12 +1,13 @@
 /** The line that says which RAM values a restart took from a servo, with the way to stage them again. */
+
 import { useSignal } from "@preact/signals";
 import { problemOf } from "../api/client";
+import { problemText } from "../form/facts";
 import { clock } from "../form/format";
 import { labelOf } from "../form/row-text";
 import type { KnownServo } from "../state/fleet";
 import { dismiss, stageAgain, stageable } from "../state/lost";
 import type { Sheet } from "../state/parameters";
-import { text } from "../text";
 import { editing } from "../text/topics";
 import { Button } from "../ui/button";
 import { Glyph } from "../ui/glyph";
@@ -22,7 +23,7 @@ export function LostLine({ sheet, one }: { sheet: Sheet; one: KnownServo }) {
   const forget = () => {
     problem.value = null;
     dismiss(one.uid).catch(error => {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     });
   };
   return (

@@ -1,10 +1,12 @@
 /** Owns what stands between staged cells and servos: the changes as the server plans them, what moves, and the results. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { BatchOutcome, SafetyWord } from "../api/config-types";
 import type { ProblemBody } from "../api/types";
 import { whyRefused } from "../form/danger";
+import { endText, problemText } from "../form/facts";
 import { isOpen, wordsOf } from "../form/safety-words";
 import { startSave } from "../state/apply";
 import { nameOf, peekServo } from "../state/fleet";
@@ -71,7 +73,7 @@ export function PlanDialog({ uids, saveOnly, onClose, onRefused }: Props) {
       plan.value = found;
       asked.value = [...new Set([...asked.peek(), ...problems.flatMap(one => one.words)])];
     } catch (error) {
-      const why = text.problem(problemOf(error));
+      const why = problemText(problemOf(error));
       if (plan.peek() === null) return onRefused(why);
       wrong.value = why;
     }
@@ -99,7 +101,7 @@ export function PlanDialog({ uids, saveOnly, onClose, onRefused }: Props) {
     put(uid, { state: "working", text: said.saving });
     const keys = [...new Set([...(values.get(uid)?.keys() ?? []), ...(peekServo(uid)?.unsaved ?? [])])];
     const end = await endOfSave(uid, job, keys);
-    const why = end.error?.summary ?? text.job.state[end.state];
+    const why = endText(end);
     if (end.state === "succeeded") {
       put(uid, { state: "ok", text: saveOnly ? said.savedOnly : said.doneSaved(count) });
     } else put(uid, { state: "failure", text: saveOnly ? said.notSavedOnly(why) : said.notSaved(why) });
@@ -114,7 +116,7 @@ export function PlanDialog({ uids, saveOnly, onClose, onRefused }: Props) {
     phase.value = "saving";
     await Promise.all(
       outcomes.map(async one => {
-        const why = one.problem ? text.problem(asProblem(one.problem)) : "";
+        const why = one.problem ? problemText(asProblem(one.problem)) : "";
         const count = changed(one.changes).length;
         if (one.outcome === "rolled_back") put(one.uid, { state: "failure", text: said.rolledBack(why) });
         else if (one.outcome !== "applied") put(one.uid, { state: "failure", text: said.failed(why) });
@@ -130,7 +132,7 @@ export function PlanDialog({ uids, saveOnly, onClose, onRefused }: Props) {
         try {
           await follow(uid, (await startSave(uid, agreed.peek())).id, 0);
         } catch (error) {
-          const why = text.problem(problemOf(error));
+          const why = problemText(problemOf(error));
           put(uid, { state: "failure", text: said.notSavedOnly(why) });
         }
       }),
@@ -142,7 +144,7 @@ export function PlanDialog({ uids, saveOnly, onClose, onRefused }: Props) {
       await (saveOnly ? saveAll() : write());
       phase.value = "done";
     } catch (error) {
-      wrong.value = text.problem(problemOf(error));
+      wrong.value = problemText(problemOf(error));
       phase.value = "ready";
     }
   };

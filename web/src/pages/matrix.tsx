@@ -1,15 +1,16 @@
 /** Owns the matrix page: parameters of many servos side by side, staged cell by cell, applied as one. */
+
 import { useComputed, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { Row } from "../api/types";
+import { problemText } from "../form/facts";
 import { type Catalog, catalog } from "../state/catalog";
 import { all, servo } from "../state/fleet";
 import { connection, up } from "../state/link";
 import { oddRow, uidsIn } from "../state/matrix";
 import { loadSheets, sheetOf } from "../state/parameters";
 import { go, inAddress, oneInAddress, pathOf, wordInAddress } from "../state/route";
-import { text } from "../text";
 import { matrix as said } from "../text/topics";
 import { Button } from "../ui/button";
 import { Search } from "../ui/search";
@@ -53,7 +54,7 @@ export function MatrixPage({ hash }: { hash: string }) {
     try {
       await loadSheets(uids, refresh);
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
     reading.value = false;
   };

@@ -1,8 +1,10 @@
 /** Owns the editing of a nickname, in place. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Servo } from "../api/types";
+import { problemText } from "../form/facts";
 import { change } from "../state/fleet";
 import { up } from "../state/link";
 import { text } from "../text";
@@ -28,7 +30,7 @@ export function Nickname({ uid, label, name }: { uid: string; label: string; nam
     try {
       change([await ask<Servo>("PATCH", `/servos/${uid}`, { body: { label: next } })]);
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
   };
 

@@ -1,8 +1,10 @@
 /** Owns the table of rows: those of a tab, or those that were searched for or changed. */
+
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
 import { adviceOn } from "../form/about";
+import { problemText } from "../form/facts";
 import { ParameterRow } from "../form/row";
 import { type Catalog, catalog } from "../state/catalog";
 import { servo } from "../state/fleet";
@@ -45,7 +47,7 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) 
     return (
       <div class="scroll">
         <p class="notice-line">
-          {text.params.notRead(text.problem(sheet.problem.value))}{" "}
+          {text.params.notRead(problemText(sheet.problem.value))}{" "}
           <Button live onClick={() => void sheet.load(true)}>
             {text.params.readAgain}
           </Button>

@@ -1,9 +1,11 @@
 /** Owns applying a profile to servos: whom, what would change, and the job that does it. */
+
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Profile, SafetyWord, SavePreview } from "../api/config-types";
 import type { Change, Job, ProblemBody } from "../api/types";
 import { whyRefused } from "../form/danger";
+import { problemText } from "../form/facts";
 import { wordsOf } from "../form/safety-words";
 import { all, nameOf, servo } from "../state/fleet";
 import { ended, jobs, setJob, settled } from "../state/jobs";
@@ -85,7 +87,7 @@ export function ApplyDialog({ one, uids = [], onClose }: Props) {
         await settled(answer.id);
       }
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
     busy.value = false;
   };

@@ -1,8 +1,10 @@
 /** Owns the two ways a profile comes to be: taken from a servo, or imported from a file, line by line. */
+
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Imported, LineVerdict, Profile } from "../api/config-types";
+import { problemText } from "../form/facts";
 import { labelOf, valueText } from "../form/row-text";
 import { all, nameOf } from "../state/fleet";
 import { nameFromFile, typeOfFile } from "../state/records";
@@ -79,7 +81,7 @@ export function CreateDialog({ names, onClose }: Props) {
       });
       onClose(said.made(kept.name));
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
       busy.value = false;
     }
   };
@@ -164,7 +166,7 @@ export function ImportDialog({ names, onClose }: Props) {
       onClose(said.imported(answer.profile?.name ?? name.peek(), answer.lines.length));
     } catch (error) {
       const found = problemOf(error);
-      problem.value = text.problem(found);
+      problem.value = problemText(found);
       if (Array.isArray(found.facts.lines)) lines.value = found.facts.lines as LineVerdict[];
     }
     busy.value = false;

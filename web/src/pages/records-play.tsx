@@ -1,7 +1,9 @@
 /** Owns the confirmation before a bundle is played: what is left for it, and that nothing can be sent. */
+
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Bus } from "../api/types";
+import { problemText } from "../form/facts";
 import { channelOf } from "../state/bus-now";
 import { bus } from "../state/desk";
 import { go, pathOf } from "../state/route";
@@ -29,7 +31,7 @@ export function PlayDialog({ name, onClose }: { name: string; onClose: () => voi
       onClose();
       go(pathOf("servos", null));
     } catch (error) {
-      why.value = text.problem(problemOf(error));
+      why.value = problemText(problemOf(error));
       busy.value = false;
     }
   };

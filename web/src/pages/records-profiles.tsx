@@ -1,8 +1,10 @@
 /** Owns the profiles: what each sets, made from a servo or a file, given out as a file, applied to servos. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask, problemOf } from "../api/client";
 import type { Profile } from "../api/config-types";
+import { problemText } from "../form/facts";
 import { date } from "../form/format";
 import { connection } from "../state/link";
 import { Asked } from "../state/records";
@@ -134,7 +136,7 @@ function RemoveDialog({ one, onClose }: { one: Profile; onClose: (note: string |
       await ask<void>("DELETE", `/profiles/${encodeURIComponent(one.name)}`);
       onClose("");
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
   };
   return (

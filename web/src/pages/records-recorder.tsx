@@ -1,9 +1,11 @@
 /** Owns the Recorder part of Records: how far it reaches back, a bundle by hand, and the bundles that were written. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo } from "preact/hooks";
 import { API, ask, problemOf } from "../api/client";
 import type { Bundle, RecorderState } from "../api/lab-types";
 import { markText } from "../form/event";
+import { problemText } from "../form/facts";
 import { age, grouped, number, size, withUnit } from "../form/format";
 import { alsoMarked, isZip } from "../state/bundle";
 import { events } from "../state/desk";
@@ -119,7 +121,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
       );
       if (state.problem.peek() === null) reason.value = "";
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
     busy.value = null;
   };
@@ -139,7 +141,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
       onNote(words.uploaded(made.name));
       onNew();
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     }
     busy.value = null;
   };
@@ -300,7 +302,7 @@ function DropDialog({ name, onClose }: { name: string; onClose: (done: boolean) 
               ask<void>("DELETE", `/recorder/bundles/${encodeURIComponent(name)}`).then(
                 () => onClose(true),
                 error => {
-                  why.value = text.problem(problemOf(error));
+                  why.value = problemText(problemOf(error));
                 },
               );
             }}

@@ -1,8 +1,10 @@
 /** Owns the reports: what jobs did, newest first, as files or to print. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";
+import { failureText } from "../form/facts";
 import { show } from "../state/commission";
 import type { Kind } from "../state/condition";
 import { nameOf, servo } from "../state/fleet";
@@ -80,7 +82,7 @@ export function Reports() {
                     </span>
                     <small>
                       {instant(job.created_at)}, {said.state[job.state]}
-                      {job.error ? `. ${job.error.summary}` : result && `. ${result}`}
+                      {job.error ? `. ${failureText(job.error)}` : result && `. ${result}`}
                     </small>
                   </span>
                   <span class="c-chevron" data-open={unfolded}>

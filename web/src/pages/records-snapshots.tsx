@@ -1,8 +1,10 @@
 /** Owns the snapshots of a servo: what it held, compared with anything, and restored. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Comparison, KnownServo, Profile, Restored, Snapshot } from "../api/config-types";
+import { problemText } from "../form/facts";
 import { addressOf, labelOf, valueText } from "../form/row-text";
 import { loaded, servo } from "../state/fleet";
 import { who } from "../state/holder";
@@ -55,7 +57,7 @@ export function Snapshots({ uid }: { uid: string }) {
       load();
       chosen.value = made.id;
     } catch (error) {
-      refused.value = text.problem(problemOf(error));
+      refused.value = problemText(problemOf(error));
     }
   };
   const back = pathOf("records", null, "snapshots");
@@ -371,7 +373,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
                     },
                     error => {
                       dropping.value = false;
-                      found.problem.value = text.problem(problemOf(error));
+                      found.problem.value = problemText(problemOf(error));
                     },
                   );
                 }}

@@ -1,8 +1,10 @@
 /** The question before a factory reset: what the horn does, every row that changes, and the servo's name to type. */
+
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { ResetPreview } from "../api/config-types";
+import { problemText } from "../form/facts";
 import { NONE } from "../form/format";
 import { valueText } from "../form/row-text";
 import { type KnownServo, nameOf } from "../state/fleet";
@@ -47,7 +49,7 @@ export function ResetDialog({ one, plan: first, onClose }: Props) {
       plan.value = await planReset(one.uid, keeps);
       keep.value = keeps;
     } catch (error) {
-      refused.value = words.refused(text.problem(problemOf(error)));
+      refused.value = words.refused(problemText(problemOf(error)));
     }
     planning.value = false;
   };

@@ -1,7 +1,9 @@
 /** The dialog that restores outputs: which servos, which are under load; then each is held where it is, step by step. */
+
 import { useSignal } from "@preact/signals";
 import { problemOf } from "../api/client";
 import type { Job, JobStep, OutputRestorePreview } from "../api/types";
+import { failureText, problemText } from "../form/facts";
 import { angle, number, withUnit } from "../form/format";
 import { stop } from "../state/desk";
 import { nameOf, servo } from "../state/fleet";
@@ -53,7 +55,7 @@ function Question({ plan, onBegun }: { plan: OutputRestorePreview; onBegun: (id:
     try {
       await restore(plan, onBegun);
     } catch (error) {
-      problem.value = said.refused(text.problem(problemOf(error)));
+      problem.value = said.refused(problemText(problemOf(error)));
     }
     busy.value = false;
   };
@@ -111,7 +113,7 @@ function Line({ one }: { one: Prospect }) {
       <b>{nameOf(servo(one.uid))}</b>
       <small class="second">{outputLine(one.output)}</small>
       {one.problem ? (
-        <small class="strong k-failure">{said.stays(text.problem(toProblem(one.problem)))}</small>
+        <small class="strong k-failure">{said.stays(problemText(toProblem(one.problem)))}</small>
       ) : (
         one.under_load && (
           <small class="strong k-warning">
@@ -149,7 +151,7 @@ function Run({ id, kept }: { id: string; kept: boolean }) {
         <JobSteps kind={job.kind} steps={stepsOf(job)} name={nameOfStep} label={said.steps} over={done} />
         {job.error && (
           <p class="refusal">
-            <Glyph kind="failure" size={14} /> {job.error.summary}
+            <Glyph kind="failure" size={14} /> {failureText(job.error)}
           </p>
         )}
       </div>

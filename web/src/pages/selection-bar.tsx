@@ -1,8 +1,10 @@
 /** Owns the bar of the ticked servos: what can be done to several at once. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
+import { problemText } from "../form/facts";
 import { nameOf, peekServo, servo } from "../state/fleet";
 import { sheetOf } from "../state/parameters";
 import { go, pathOf } from "../state/route";
@@ -178,7 +180,7 @@ async function torqueOffOne(uid: string): Promise<string | null> {
     sheetOf(uid).put(await ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" } }));
     return null;
   } catch (error) {
-    return text.servos.bar.torqueOffFailed(nameOf(peekServo(uid)), text.problem(problemOf(error)));
+    return text.servos.bar.torqueOffFailed(nameOf(peekServo(uid)), problemText(problemOf(error)));
   }
 }
 
@@ -187,6 +189,6 @@ async function planOne(uid: string): Promise<Planned | string> {
   try {
     return { uid, plan: await planRestart(uid) };
   } catch (error) {
-    return text.servos.bar.notRestarted(nameOf(peekServo(uid)), text.problem(problemOf(error)));
+    return text.servos.bar.notRestarted(nameOf(peekServo(uid)), problemText(problemOf(error)));
   }
 }

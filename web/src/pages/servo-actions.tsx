@@ -1,8 +1,10 @@
 /** What can be done with the servo of a page: wiggle, restart, factory reset; refused here, or asked about in a dialog. */
+
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { ResetPreview } from "../api/config-types";
+import { problemText } from "../form/facts";
 import { angle } from "../form/format";
 import { type KnownServo, nameOf } from "../state/fleet";
 import { planReset, planRestart, type Verb } from "../state/servo-jobs";
@@ -59,7 +61,7 @@ export function ServoActions({ one }: { one: KnownServo }) {
           ? { verb, plans: [{ uid, plan: await planRestart(uid) }] }
           : { verb, plan: await planReset(uid, true) };
     } catch (error) {
-      const why = text.problem(problemOf(error));
+      const why = problemText(problemOf(error));
       refused.value = verb === "restart" ? said.notRestarted(why) : said.notReset(why);
     }
     checking.value = null;

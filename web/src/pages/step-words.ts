@@ -1,8 +1,6 @@
 /** What a step of a job is called and what it found, by code; the server's words where the page has none. */
-import { Problem } from "../api/client";
-import type { Job, JobStep, Params } from "../api/types";
+import type { Job, JobStep } from "../api/types";
 import { factsOf } from "../form/facts";
-import { text } from "../text";
 import { steps as words } from "../text/topics";
 
 /** `bare`: without the servo's name. */
@@ -17,17 +15,11 @@ export function stepText(kind: Job["kind"], step: JobStep, bare = false): string
 export function evidenceText(step: JobStep, over: boolean): string {
   const { evidence, evidence_code: code, evidence_params: params, ahead } = step;
   if (!evidence) return "";
-  if (code === "problem") return whyFailed(evidence, params ?? {});
+  if (code === "problem" && words.evidence.problem === undefined) return String(params?.summary ?? evidence);
   const known = code == null ? undefined : words.evidence[code];
   if (known !== undefined) {
     const { horn, ...found } = factsOf(params);
     return known(over ? found : { ...found, horn });
   }
   return over && ahead && evidence.endsWith(ahead) ? evidence.slice(0, -ahead.length).trim() : evidence;
-}
-
-/** A problem by its code where the page has words for it; they say less than the server's, which come first in English. */
-function whyFailed(evidence: string, params: Params): string {
-  const problem = new Problem(String(params.problem), 0, evidence, params);
-  return words.evidence.problem === undefined ? problem.message : text.problem(problem);
 }

@@ -1,7 +1,9 @@
 /** Owns the Torque off button of a servo's page: needs no lease and asks nothing. */
+
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
+import { problemText } from "../form/facts";
 import { servo } from "../state/fleet";
 import { sheetOf } from "../state/parameters";
 import { text } from "../text";
@@ -16,7 +18,7 @@ export function TorqueOff({ uid }: { uid: string }) {
     try {
       sheet.put(await ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" } }));
     } catch (error) {
-      problem.value = text.params.torqueOffFailed(text.problem(problemOf(error)));
+      problem.value = text.params.torqueOffFailed(problemText(problemOf(error)));
     }
   };
   return (

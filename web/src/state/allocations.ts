@@ -1,9 +1,10 @@
 /** Owns the node id table and who waits for an id, asked each second while somebody looks. */
+
 import { signal } from "@preact/signals";
 import type { Allocation } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
 import type { Allocations } from "../api/types";
-import { text } from "../text";
+import { problemText } from "../form/facts";
 import { monotonic } from "./clock";
 import { nameOf, pending, servo } from "./fleet";
 import { type Poll, poll } from "./poll";
@@ -29,7 +30,7 @@ async function look(): Promise<void> {
     tableProblem.value = null;
   } catch (error) {
     pending.value = [];
-    tableProblem.value = text.problem(problemOf(error));
+    tableProblem.value = problemText(problemOf(error));
   }
 }
 

@@ -1,8 +1,10 @@
 /** Owns writing: staged edits to RAM in one PATCH, RAM to ROM by a job, and what each row is told of it. */
+
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
 import type { SafetyWord, SavePreview } from "../api/config-types";
 import type { Change, Job, ParametersPatched, Value } from "../api/types";
+import { endText, failureText, problemText } from "../form/facts";
 import { full } from "../form/format";
 import { text } from "../text";
 import { catalog } from "./catalog";
@@ -185,7 +187,7 @@ export function refuse(sheet: Sheet, keys: string[], problem: Problem, declined 
     sheet.setOutcomes(keys.map(key => [key, null]));
     return;
   }
-  const what = text.rows.notWritten(text.problem(problem));
+  const what = text.rows.notWritten(problemText(problem));
   const hit = typeof named === "string" ? [named] : keys;
   sheet.setOutcomes(keys.map(key => [key, hit.includes(key) ? { kind: "failed", what, rest: "" } : null]));
 }
@@ -229,7 +231,7 @@ export async function applyAndSave(
   } catch (error) {
     refuse(sheet, [...values.keys()], problemOf(error));
     if (sheetProblem.peek() === null) {
-      sheetProblem.value = { uid: sheet.uid, text: text.save.notSaved(text.problem(problemOf(error))) };
+      sheetProblem.value = { uid: sheet.uid, text: text.save.notSaved(problemText(problemOf(error))) };
     }
     await sheet.load();
   } finally {
@@ -267,7 +269,7 @@ async function writeAndSave(
   if (answer.outcome === "applied") {
     sheetProblem.value = {
       uid: sheet.uid,
-      text: text.save.notSaved(answer.problem?.summary ?? ""),
+      text: text.save.notSaved(answer.problem ? failureText(answer.problem) : ""),
     };
   }
   return null;
@@ -281,6 +283,6 @@ async function followSave(sheet: Sheet, job: string, keys: readonly string[]): P
     const left = new Set(peekServo(sheet.uid)?.unsaved ?? []);
     sheet.setOutcomes(keys.filter(key => !left.has(key)).map(key => [key, { kind: "saved", at }]));
   } else {
-    sheetProblem.value = { uid: sheet.uid, text: end.error?.summary ?? text.job.state[end.state] };
+    sheetProblem.value = { uid: sheet.uid, text: endText(end) };
   }
 }

@@ -1,8 +1,9 @@
 /** Owns the log of frames to a file: its state, the files there are, and starting and ending it. */
+
 import { signal } from "@preact/signals";
 import type { LogFile, LogFormat, LogState } from "../api/bus-types";
 import { API, ask, problemOf } from "../api/client";
-import { text } from "../text";
+import { problemText } from "../form/facts";
 import { type Poll, poll } from "./poll";
 
 const ASK_MS = 1000;
@@ -15,7 +16,7 @@ async function look(): Promise<void> {
   try {
     log.value = await ask<LogState>("GET", "/bus/log");
   } catch (error) {
-    logProblem.value = text.problem(problemOf(error));
+    logProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -30,7 +31,7 @@ export async function listLogs(): Promise<void> {
     const found = await ask<LogFile[]>("GET", "/bus/logs");
     logs.value = [...found].sort((one, other) => other.modified_at - one.modified_at);
   } catch (error) {
-    logProblem.value = text.problem(problemOf(error));
+    logProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -40,7 +41,7 @@ async function does(act: Promise<LogState | undefined>): Promise<void> {
     const answer = await act;
     if (answer) log.value = answer;
   } catch (error) {
-    logProblem.value = text.problem(problemOf(error));
+    logProblem.value = problemText(problemOf(error));
   }
   await listLogs();
 }

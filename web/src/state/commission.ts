@@ -11,9 +11,9 @@ import type {
 } from "../api/config-types";
 import type { Job } from "../api/types";
 import { whyRefused } from "../form/danger";
+import { problemText } from "../form/facts";
 import { wholeNumber } from "../form/number";
 import { wordsOf } from "../form/safety-words";
-import { text } from "../text";
 import { monotonic } from "./clock";
 import { change, choose, draft, propose, request, wanted } from "./commission-draft";
 import { all, nameOf, peekServo, pending, servo } from "./fleet";
@@ -35,7 +35,7 @@ async function look(): Promise<void> {
     candidates.value = answer;
     candidatesProblem.value = null;
   } catch (error) {
-    candidatesProblem.value = text.problem(problemOf(error));
+    candidatesProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -142,7 +142,7 @@ export async function loadProfiles(): Promise<void> {
     profiles.value = await ask<Profile[]>("GET", "/profiles");
     profilesProblem.value = null;
   } catch (error) {
-    profilesProblem.value = text.problem(problemOf(error));
+    profilesProblem.value = problemText(problemOf(error));
   }
 }
 

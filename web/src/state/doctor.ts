@@ -1,8 +1,9 @@
 /** Owns the doctor's findings: asked often while the Bus page is open, and now and then on any other. */
+
 import { computed, signal } from "@preact/signals";
 import type { Finding } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
-import { text } from "../text";
+import { problemText } from "../form/facts";
 import { monotonic } from "./clock";
 import { type Poll, poll } from "./poll";
 
@@ -32,7 +33,7 @@ async function look(): Promise<void> {
     lookedAt.value = monotonic();
     doctorProblem.value = null;
   } catch (error) {
-    doctorProblem.value = text.problem(problemOf(error));
+    doctorProblem.value = problemText(problemOf(error));
   }
 }
 

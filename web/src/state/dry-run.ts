@@ -1,9 +1,10 @@
 /** A dry run before a confirmation: the dialog opens only once the server has checked everything and refused nothing. */
+
 import { signal } from "@preact/signals";
 import { problemOf } from "../api/client";
 import type { SafetyWord } from "../api/config-types";
+import { problemText } from "../form/facts";
 import { wordsOf } from "../form/safety-words";
-import { text } from "../text";
 import type { AskBack } from "./apply";
 
 export class DryRun<T> {
@@ -25,7 +26,7 @@ export class DryRun<T> {
     try {
       this.plan.value = await this.#agreed(look, askBack);
     } catch (error) {
-      this.problem.value = text.problem(problemOf(error));
+      this.problem.value = problemText(problemOf(error));
     } finally {
       this.busy.value = false;
     }

@@ -1,8 +1,9 @@
 /** Owns what the Faults page knows: the list of every servo as last read, its order, and acknowledging. */
+
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Fault, FaultsRead } from "../api/types";
-import { text } from "../text";
+import { problemText } from "../form/facts";
 import { namedFault } from "./catalog";
 import { holder } from "./holder";
 import { asProblem } from "./parameters";
@@ -39,11 +40,11 @@ async function loadFaults(uids: readonly string[]): Promise<void> {
     const next = new Map(kept.peek());
     for (const [uid, { faults, problem }] of Object.entries(answer.servos)) {
       if (!problem) next.set(uid, faults.map(namedFault));
-      setTrouble(uid, problem ? text.problem(asProblem(problem)) : null);
+      setTrouble(uid, problem ? problemText(asProblem(problem)) : null);
     }
     kept.value = next;
   } catch (error) {
-    for (const uid of uids) setTrouble(uid, text.problem(problemOf(error)));
+    for (const uid of uids) setTrouble(uid, problemText(problemOf(error)));
   }
 }
 
@@ -61,7 +62,7 @@ export async function acknowledge(uid: string, key?: string): Promise<void> {
         : `/servos/${uid}/faults/${key}/acknowledge?${by}`,
     );
   } catch (error) {
-    setTrouble(uid, text.problem(problemOf(error)));
+    setTrouble(uid, problemText(problemOf(error)));
     return;
   }
   readFaults(uid);

@@ -1,8 +1,9 @@
 /** Owns several servos that move as one: who may, how far apart they stand, and the stream that tells them together. */
+
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Commanded, Stream } from "../api/types";
-import { text } from "../text";
+import { problemText } from "../form/facts";
 import { jogging as words } from "../text/topics";
 import type { Limits } from "../ui/dial";
 import { all, type KnownServo, nameOf } from "./fleet";
@@ -122,7 +123,7 @@ export async function beginAgain(group: Together): Promise<void> {
   try {
     await group.begin(present.lease);
   } catch (error) {
-    refusal.value = text.problem(problemOf(error));
+    refusal.value = problemText(problemOf(error));
   }
 }
 

@@ -1,7 +1,9 @@
 /** Owns the matrix: rows of many servos beside one another, which of them stand out, and what is staged on whom. */
+
 import { ask, type Problem, problemOf } from "../api/client";
 import type { BatchOutcome, BatchPatched, SafetyWord, SavePreview } from "../api/config-types";
 import type { Change, Job, ProblemBody, Row, Value } from "../api/types";
+import { failureText } from "../form/facts";
 import { decimalsOf, number } from "../form/format";
 import { check, checkValue } from "../form/number";
 import { spanOf } from "../form/row-state";
@@ -170,7 +172,11 @@ function tell(one: BatchOutcome, values: ReadonlyMap<string, ReadonlyMap<string,
   const sheet = sheetOf(one.uid);
   if (one.revision) sheet.revision = one.revision;
   if (one.outcome === "applied" || one.outcome === "rolled_back") {
-    take(sheet, { outcome: one.outcome, changes: one.changes, failure: one.problem?.summary ?? null });
+    take(sheet, {
+      outcome: one.outcome,
+      changes: one.changes,
+      failure: one.problem ? failureText(one.problem) : null,
+    });
   } else if (one.problem) {
     refuse(sheet, [...(values.get(one.uid)?.keys() ?? [])], asProblem(one.problem));
   }

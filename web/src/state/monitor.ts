@@ -1,6 +1,8 @@
 /** Owns the frame monitor: what is subscribed to, the filter, and the counts as they are told. */
+
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { FrameFilter } from "../api/bus-types";
+import { failureText } from "../form/facts";
 import { type Counts, FrameFeed } from "../telemetry/frame-feed";
 import { monotonic } from "./clock";
 import { EVERYTHING, parseFilter } from "./frame-filter";
@@ -99,7 +101,7 @@ export function watchFrames(): () => void {
     feed.take(message);
   });
   const endRefusals = onRefusal(error => {
-    if (asked && error.uid === null) refusal.value = error.summary;
+    if (asked && error.uid === null) refusal.value = failureText(error);
   });
   const told = setInterval(() => {
     counts.value = feed.counts;

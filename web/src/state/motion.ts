@@ -1,8 +1,10 @@
 /** Owns motion from this page: one lease, its heart-beat, torque, commands; and that all of it ends. */
+
 import { effect, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
 import type { Caution, Commanded, Lease, LeaseView, Reading, TakeOverState, TorqueMode } from "../api/types";
 import { cautionText } from "../form/caution";
+import { failureText, problemText } from "../form/facts";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
 import { startBeat, stopBeat } from "./beat";
@@ -101,7 +103,7 @@ export async function enableMotion(
       return members;
     });
   } catch (error) {
-    refusal.value = text.problem(problemOf(error));
+    refusal.value = problemText(problemOf(error));
   }
 }
 
@@ -182,7 +184,7 @@ export async function keepMotion(request: string): Promise<void> {
   try {
     await ask<void>("POST", `/leases/requests/${request}/refuse`, { headers: { Lease: present.lease } });
   } catch (error) {
-    refusal.value = text.problem(problemOf(error));
+    refusal.value = problemText(problemOf(error));
   }
 }
 
@@ -267,7 +269,7 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
   } catch (error) {
     // Half a group that pulls is worse than none.
     if (mode === "on") for (const uid of membersOf(present)) void torqueOff(uid, present.lease);
-    refusal.value = text.problem(problemOf(error));
+    refusal.value = problemText(problemOf(error));
   }
 }
 
@@ -281,7 +283,7 @@ async function allOff(members: readonly string[], lease: string): Promise<void> 
   const failed = (await Promise.allSettled(asked)).filter(one => one.status === "rejected");
   const first = failed[0];
   if (first !== undefined && failed.length === members.length) throw first.reason;
-  refusal.value = first === undefined ? null : text.problem(problemOf(first.reason));
+  refusal.value = first === undefined ? null : problemText(problemOf(first.reason));
 }
 
 export function profileOf(speed: number | null): Profile | null {
@@ -318,7 +320,7 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
   } catch (error) {
     const problem = problemOf(error);
     if (problem.code !== "needs_confirmation") {
-      refusal.value = text.problem(problem);
+      refusal.value = problemText(problem);
       return;
     }
     if (setpoint.peek() === angle) setpoint.value = before;
@@ -335,7 +337,7 @@ async function putQuestion(uid: string, angle: number, problem: Problem): Promis
     .filter(one => one.confirm !== null && words.includes(one.confirm))
     .map(one => cautionText(one, uid));
   if (motion.peek().phase !== "on") return;
-  question.value = { angle, words, said: said.length > 0 ? said : [problem.message] };
+  question.value = { angle, words, said: said.length > 0 ? said : [problemText(problem)] };
 }
 
 const drags = new Newest<number>(DRAG_PERIOD_MS, angle => {
@@ -399,7 +401,7 @@ export function startMotion(): void {
     // The answer to a drag names no words to agree to: the same command over REST does.
     else if (error.code === "needs_confirmation" && wanted !== null && error.uid === present.uid) {
       if (question.peek() === null) void moveTo(wanted);
-    } else refusal.value = error.summary;
+    } else refusal.value = failureText(error);
   });
   effect(() => {
     if (!up.value) endMotion(text.motion.endedByLink);

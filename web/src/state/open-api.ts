@@ -1,8 +1,9 @@
 /** Owns the server's OpenAPI document as this page reads it: once, when it is first needed. */
+
 import { signal } from "@preact/signals";
 import { API, ask, problemOf } from "../api/client";
 import type { OpenApi } from "../api/document";
-import { text } from "../text";
+import { problemText } from "../form/facts";
 
 export const openApi = signal<OpenApi | null>(null);
 /** Why it could not be read. */
@@ -14,7 +15,7 @@ export async function readOpenApi(): Promise<void> {
   try {
     openApi.value = await ask<OpenApi>("GET", "/openapi.json");
   } catch (error) {
-    openApiTrouble.value = text.problem(problemOf(error));
+    openApiTrouble.value = problemText(problemOf(error));
   }
 }
 

@@ -1,8 +1,9 @@
 /** Owns what the Records page asks for: something read once, again when told, with its problem in words. */
+
 import { type Signal, signal } from "@preact/signals";
 import { problemOf } from "../api/client";
 import type { Job } from "../api/types";
-import { text } from "../text";
+import { endText, problemText } from "../form/facts";
 import { settled } from "./jobs";
 
 /** Something to be asked for: null until it is there. The newest question wins. */
@@ -19,7 +20,7 @@ export class Asked<T> {
       this.value.value = found;
       this.problem.value = null;
     } catch (error) {
-      if (round === this.#round) this.problem.value = text.problem(problemOf(error));
+      if (round === this.#round) this.problem.value = problemText(problemOf(error));
     }
   }
 
@@ -33,7 +34,7 @@ export class Asked<T> {
 /** Waits for the save that a write has started. Null when all went well, or why not. */
 export async function saved(job: string): Promise<string | null> {
   const end: Job = await settled(job);
-  return end.state === "succeeded" ? null : (end.error?.summary ?? text.job.state[end.state]);
+  return end.state === "succeeded" ? null : endText(end);
 }
 
 /** The address of an audit with these filters; empty ones are left out. */

@@ -1,7 +1,9 @@
 /** Restoring outputs that Stop, motion control or a page switched off: the dry run, then the job that does it. */
+
 import { computed, signal } from "@preact/signals";
 import { ask, Problem, problemOf } from "../api/client";
 import type { Job, OutputRestorePreview } from "../api/types";
+import { problemText } from "../form/facts";
 import { text } from "../text";
 import { all, type KnownServo } from "./fleet";
 import { holder } from "./holder";
@@ -32,12 +34,12 @@ export async function planRestore(uids: readonly string[] | null): Promise<strin
   try {
     const found = await send<OutputRestorePreview>({ uids, dry_run: true }, ownLease());
     const problem = found.servos.every(one => one.problem) ? found.servos[0]?.problem : undefined;
-    if (problem) return text.problem(toProblem(problem));
+    if (problem) return problemText(toProblem(problem));
     if (found.servos.length === 0) return text.output.nothing;
     planned.value = found;
     return null;
   } catch (error) {
-    return text.problem(problemOf(error));
+    return problemText(problemOf(error));
   }
 }
 

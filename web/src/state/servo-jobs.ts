@@ -1,9 +1,10 @@
 /** Restarts and factory resets: what each would do, asked beforehand, and the jobs that do it, one servo at a time. */
+
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
 import type { ResetPreview, RestartPreview } from "../api/config-types";
 import type { Job } from "../api/types";
-import { text } from "../text";
+import { endText, problemText } from "../form/facts";
 import { jobs, setJob, settled } from "./jobs";
 import { leaseHeader } from "./motion";
 import { readSheet } from "./parameters";
@@ -56,7 +57,7 @@ export async function runInTurn(verb: Verb, uids: readonly string[], body: objec
   turns.value = { verb, turns: uids.map(uid => ({ uid, state: "waiting", job: null, why: null })) };
   let end: Problem | null = null;
   for (const uid of uids) {
-    if (end !== null) change(uid, { state: "left_out", why: text.problem(end) });
+    if (end !== null) change(uid, { state: "left_out", why: problemText(end) });
     else end = await run(verb, uid, body);
   }
 }
@@ -84,14 +85,14 @@ async function run(verb: Verb, uid: string, body: object): Promise<Problem | nul
     const well = end.state === "succeeded";
     change(uid, {
       state: well ? "done" : "failed",
-      why: well ? null : (end.error?.summary ?? text.job.state[end.state]),
+      why: well ? null : endText(end),
     });
     readSheet(uid);
     return null;
   } catch (error) {
     const problem = problemOf(error);
     const all = OF_ALL.has(problem.code);
-    change(uid, { state: all ? "left_out" : "failed", why: text.problem(problem) });
+    change(uid, { state: all ? "left_out" : "failed", why: problemText(problem) });
     return all ? problem : null;
   }
 }

@@ -1,7 +1,9 @@
 /** Owns Stop as the page sends it: both ways at once, never waiting for anything. */
+
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Stop } from "../api/types";
+import { problemText } from "../form/facts";
 import { text } from "../text";
 import { stop } from "./desk";
 import { holder } from "./holder";
@@ -29,7 +31,7 @@ export function pressStop(cause: Cause): void {
       unsent.value = null;
     },
     error => {
-      unsent.value = socket && up.peek() ? null : text.stop.unsent(text.problem(problemOf(error)));
+      unsent.value = socket && up.peek() ? null : text.stop.unsent(problemText(problemOf(error)));
     },
   );
   forgetMotion(text.motion.endedByStop);
@@ -41,6 +43,6 @@ export async function clearStop(): Promise<string | null> {
     stop.value = await ask<Stop>("DELETE", `/stop?by=${encodeURIComponent(holder())}`);
     return null;
   } catch (error) {
-    return text.problem(problemOf(error));
+    return problemText(problemOf(error));
   }
 }

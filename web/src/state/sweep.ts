@@ -3,8 +3,8 @@
 import { effect, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Commanded } from "../api/types";
+import { problemText } from "../form/facts";
 import { angle as angleText } from "../form/format";
-import { text } from "../text";
 import { jogging as words } from "../text/topics";
 import { peekServo } from "./fleet";
 import { freshAngle } from "./fresh";
@@ -75,7 +75,7 @@ export async function startSweep(wish: SweepWish): Promise<void> {
     if (still()) over(words.sweepDone(wish.count));
   } catch (error) {
     if (still())
-      over(words.sweepFailed(error instanceof NotThere ? error.message : text.problem(problemOf(error))));
+      over(words.sweepFailed(error instanceof NotThere ? error.message : problemText(problemOf(error))));
   } finally {
     stopWatching();
   }

@@ -1,7 +1,8 @@
 /** Owns getting motion control that somebody else has: asked for, with a countdown, or taken with a reason. */
+
 import { ask, problemOf } from "../api/client";
 import type { Lease, TakeOverState } from "../api/types";
-import { text } from "../text";
+import { problemText } from "../form/facts";
 import { takeOver as words } from "../text/topics";
 import { monotonic } from "./clock";
 import { lease as heldLease } from "./desk";
@@ -71,11 +72,11 @@ async function look(request: string): Promise<void> {
     if (now.phase !== "waiting" || now.request !== request) return;
     // A lost link ends it by itself; one answer that did not come does not.
     if (problemOf(error).code === "no_link") setTimeout(() => void look(request), LOOK_MS);
-    else motion.value = { phase: "off", why: text.problem(problemOf(error)) };
+    else motion.value = { phase: "off", why: problemText(problemOf(error)) };
   }
 }
 
 function fail(error: unknown): void {
-  refusal.value = text.problem(problemOf(error));
+  refusal.value = problemText(problemOf(error));
   if (motion.peek().phase === "asking") motion.value = { phase: "off", why: null };
 }

@@ -1,8 +1,10 @@
 /** Owns the step tests of the servo on the Tune page: the job, its runs, those laid over one another, the gains. */
+
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { RunOverlay, StepRun, StepTestWish } from "../api/lab-types";
 import type { Job, Value } from "../api/types";
+import { problemText } from "../form/facts";
 import { decimalsOf, number } from "../form/format";
 import { text } from "../text";
 import { tune as words } from "../text/topics";
@@ -66,7 +68,7 @@ export async function loadRuns(): Promise<void> {
     const left = chosen.peek().filter(id => known.has(id));
     if (left.length !== chosen.peek().length) await choose(left);
   } catch (error) {
-    if (of === uid) runsProblem.value = text.problem(problemOf(error));
+    if (of === uid) runsProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -85,7 +87,7 @@ async function choose(ids: readonly number[]): Promise<void> {
     overlay.value = found;
     runsProblem.value = null;
   } catch (error) {
-    if (round === asked) runsProblem.value = text.problem(problemOf(error));
+    if (round === asked) runsProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -111,7 +113,7 @@ export async function startTest(uid: string, wish: StepTestWish): Promise<void> 
     await loadRuns();
     await choose(toggled(chosen.peek(), made));
   } catch (error) {
-    if (of === uid) testProblem.value = text.problem(problemOf(error));
+    if (of === uid) testProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -150,7 +152,7 @@ export async function cancelTest(): Promise<void> {
   try {
     setJob(await ask<Job>("DELETE", `/jobs/${present.id}`, { timeout_ms: 30_000 }));
   } catch (error) {
-    testProblem.value = text.problem(problemOf(error));
+    testProblem.value = problemText(problemOf(error));
   }
 }
 
@@ -161,7 +163,7 @@ export async function dropRun(id: number): Promise<string | null> {
     await loadRuns();
     return null;
   } catch (error) {
-    return text.problem(problemOf(error));
+    return problemText(problemOf(error));
   }
 }
 

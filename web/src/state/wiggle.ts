@@ -1,7 +1,9 @@
 /** Wiggles: one horn at a time moves a little, to show which servo it is; several in turn. */
+
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Job } from "../api/types";
+import { endText, problemText } from "../form/facts";
 import { text } from "../text";
 import { monotonic } from "./clock";
 import { angleOf, peekServo } from "./fleet";
@@ -48,11 +50,11 @@ async function one(uid: string): Promise<boolean> {
     wiggled.value =
       end.state === "succeeded"
         ? { uid, phase: "moved", low: result?.low_deg ?? 0, high: result?.high_deg ?? 0 }
-        : { uid, phase: "refused", why: end.error?.summary ?? text.job.state[end.state] };
+        : { uid, phase: "refused", why: endText(end) };
     return end.error === null || !OF_ALL.has(end.error.code);
   } catch (error) {
     const problem = problemOf(error);
-    wiggled.value = { uid, phase: "refused", why: text.problem(problem) };
+    wiggled.value = { uid, phase: "refused", why: problemText(problem) };
     return !OF_ALL.has(problem.code);
   }
 }

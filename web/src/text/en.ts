@@ -1,7 +1,7 @@
 /** Owns the catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
 import type { Problem } from "../api/client";
 import type { Caution, EventCode, MarkReason, RefusalCode } from "../api/types";
-import type { Saying } from "../form/facts";
+import type { Facts, Saying } from "../form/facts";
 import * as frame from "./en/frame";
 import * as live from "./en/live";
 import * as parameters from "./en/parameters";
@@ -15,6 +15,8 @@ export const text = {
   close: "Close",
   /** Between the parts of a list. */
   comma: ", ",
+  /** Between sentences. */
+  period: ". ",
   /** Pages of the documentation, by what somebody wants to do. */
   guides: {
     contents: "Documentation",
@@ -64,8 +66,11 @@ export const text = {
   /** What to know before a command, by code; in English the server says it. */
   cautions: {} as Readonly<Partial<Record<Caution["code"], Saying>>>,
 
+  /** What exactly went wrong, by the cause of a problem, of an adapter, or of a bus. */
+  causes: {} as Readonly<Record<string, Saying>>,
+
   /** What a refusal of the server means for whoever sits here. */
-  problem(problem: Problem): string {
+  problem(problem: Problem, _facts: Facts): string {
     const facts = problem.facts;
     switch (problem.code) {
       case "lease_held":

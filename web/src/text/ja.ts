@@ -5,9 +5,10 @@ import { happened, marks, refusals } from "./ja/events";
 import { frame } from "./ja/frame";
 import { live } from "./ja/live";
 import { parameters } from "./ja/parameters";
+import { causes, codes, who } from "./ja/problems";
 import { servos } from "./ja/servos";
 import { table } from "./ja/table";
-import { readable, type Text } from "./language";
+import type { Text } from "./language";
 
 export const text = {
   name: "hornbill",
@@ -16,6 +17,7 @@ export const text = {
   cancel: "キャンセル",
   close: "閉じる",
   comma: "、",
+  period: "。",
   guides: {
     contents: "ドキュメント（英語）",
     tutorial: "最初のサーボを10分で（英語）",
@@ -44,35 +46,18 @@ export const text = {
   happened,
   marks,
   refusals,
+  causes,
 
-  problem(problem) {
-    const facts = problem.facts;
-    switch (problem.code) {
-      case "lease_held":
-        return live.motion.heldBy(
-          readable(String(facts.holder ?? "他の人"), live.motion.holder),
-          facts.expires_in_s,
-        );
-      case "stopped":
-        return live.motion.whileStopped;
-      case "bus_disconnected":
-        return "バスに接続していません。アダプターを接続してください。";
-      case "bus_read_only":
-        return "このバスは記録の再生です。何も書き込みません。実際のバスを接続してください。";
-      case "unknown_servo":
-        return "このサーボはもう登録されていません。";
-      case "stale_revision":
-        return "他の人がこのサーボを変更しました。現在の値を確認してから、やり直してください。";
-      case "lease_required":
-        return "先に動作権を取ってください。";
-      case "configuration_lost":
-        return "サーボは保存値を失い、初期値で動いています。記録からスナップショットを復元するか、現在の値を保存してください。";
-      case "no_link":
-        return "hornbillが応答しません。";
-      case "unauthorized":
-        return "トークンが必要です。このページでサインインしてください。";
-      default:
-        return problem.message;
-    }
+  problem(problem, facts) {
+    if (problem.code === "lease_held")
+      return live.motion.heldBy(who(facts.holder), problem.facts.expires_in_s);
+    const said = (causes[facts.cause ?? ""] ?? codes[problem.code])?.(facts) ?? problem.message;
+    return (
+      said +
+      (facts.also ?? "")
+        .split("、")
+        .map(one => causes[one]?.(facts) ?? "")
+        .join("")
+    );
   },
 } satisfies Text;

@@ -26,7 +26,7 @@ function sentences(of: object, before = ""): Map<string, unknown> {
 }
 
 /** In English the server says these itself. */
-const BY_CODE = /^(table|cautions|happened|marks|refusals|help|findings|steps\.evidence)\./;
+const BY_CODE = /^(table|cautions|causes|happened|marks|refusals|help|findings|steps\.evidence)\./;
 
 describe.each([
   ["every page", text, saidText],
@@ -129,6 +129,6 @@ test("every refusal that has a sentence of its own has one in Japanese", () => {
   expect(codes).toContain("no_link");
   for (const code of codes) {
     const problem = new Problem(code, 409, "said by the server", { expires_in_s: 3 });
-    expect(saidText.problem(problem), code).toMatch(/[\u3040-\u30ff]/);
+    expect(saidText.problem(problem, {}), code).toMatch(/[\u3040-\u30ff]/);
   }
 });

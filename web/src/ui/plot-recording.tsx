@@ -1,8 +1,10 @@
 /** Owns recordings in the plot: telemetry.csv from the disk is drawn here; a bundle goes to Records, where it opens. */
+
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Bundle } from "../api/lab-types";
+import { problemText } from "../form/facts";
 import { type Channel, channelsOf, curvesOf } from "../plots/channels";
 import { lanesOf } from "../plots/lane";
 import { Span } from "../plots/span";
@@ -13,7 +15,6 @@ import { go, pathOf } from "../state/route";
 import { replayed, Scrub, tracksOf } from "../state/scrub";
 import { fromCsv, type Recorded } from "../telemetry/csv";
 import { TelemetryStore } from "../telemetry/store";
-import { text } from "../text";
 import { plots as words } from "../text/topics";
 import { Icon } from "./icon";
 import { PlotPanel } from "./plot-panel";
@@ -46,7 +47,7 @@ export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }
       });
       go(pathOf("records", null, `recorder/${made.name}`));
     } catch (error) {
-      problem.value = text.problem(problemOf(error));
+      problem.value = problemText(problemOf(error));
     } finally {
       carrying.value = null;
     }

@@ -37,7 +37,9 @@ class SocketSession:
         try:
             message = _CLIENT.validate_json(text)
         except ValidationError as error:
-            self._outbox.refuse(InvalidValue(f"Not a message of this socket: {error.errors()[0]['msg']}."))
+            self._outbox.refuse(
+                InvalidValue(f"Not a message of this socket: {error.errors()[0]['msg']}.", cause="no_message")
+            )
             return
         try:
             self._allow(message)
@@ -122,6 +124,9 @@ class SocketSession:
             )
             return
         if command.type != "angle":
-            raise InvalidValue(f"A profile is for angles; a {command.type} command has no way to go. Leave it out.")
+            raise InvalidValue(
+                f"A profile is for angles; a {command.type} command has no way to go. Leave it out.",
+                cause="profile_for_angles",
+            )
         profile = TrapezoidProfile(command.profile.speed_deg_s, command.profile.accel_deg_s2)
         await self._host.jogs.move(servo, lease_id, command.value, profile, clamp=False, confirm=command.confirm)

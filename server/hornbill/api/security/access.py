@@ -174,7 +174,8 @@ class Access:
             self.attempts.failed(address, self._now())
             raise Unauthorized(
                 "No token is like this one. Perhaps it was revoked, or not all of it was copied. "
-                "'hornbill token add NAME --role ROLE' makes one."
+                "'hornbill token add NAME --role ROLE' makes one.",
+                cause="token_unknown",
             )
         session, cookie_secret = self.sessions.begin(who.token, self._now())
         return Identity(who.name, who.role, who.token, session.key), cookie_secret

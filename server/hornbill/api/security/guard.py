@@ -89,7 +89,8 @@ class Guard:
         if who is None:
             raise Unauthorized(
                 "This needs a token that is known. Send 'Authorization: Bearer TOKEN', or log in on the page. "
-                "'hornbill token add NAME --role ROLE' makes one."
+                "'hornbill token add NAME --role ROLE' makes one.",
+                cause="token_needed",
             )
         if who.role < role:
             raise forbidden(who, Role(role))

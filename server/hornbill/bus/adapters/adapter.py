@@ -1,6 +1,9 @@
 """Adapter: what people are told of something a bus can be opened on."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from hornbill.errors import Cause
 
 
 @dataclass(frozen=True, slots=True)
@@ -9,7 +12,7 @@ class FoundAdapter:
 
     `reason` says why it cannot be used, or what is odd about it; `remedy` what to do about that. `bitrate` is in
     bit/s, `sample_point` 0..1; both None where nobody tells. `serial_number` is that of USB; `baud` the rate (bit/s) at
-    which a serial adapter was last used.
+    which a serial adapter was last used. `cause` and `params` say `reason` and `remedy` for programs.
     """
 
     address: str
@@ -21,6 +24,8 @@ class FoundAdapter:
     sample_point: float | None = None
     serial_number: str | None = None
     baud: int | None = None
+    cause: Cause | None = None
+    params: Mapping[str, str | int] = field(default_factory=dict[str, "str | int"])
 
     @property
     def interface(self) -> str:

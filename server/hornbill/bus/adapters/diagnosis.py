@@ -3,10 +3,14 @@
 import errno
 import os
 import socket
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import can
+
+from hornbill.errors import Cause
 
 
 class Diagnosis(NamedTuple):
@@ -14,7 +18,12 @@ class Diagnosis(NamedTuple):
 
     cause: str
     remedy: str
+    code: Cause
+    params: Mapping[str, str] = MappingProxyType({})
 
+
+_MODULES = {"pcan": "peak_usb", "kvaser": "kvaser_usb", "gs_usb": "gs_usb"}
+"""Module of the Linux kernel for adapters of these interfaces."""
 
 _SOCKETCAN_INSTEAD = "on Linux load the kernel's own with sudo modprobe {} and use socketcan:can0"
 _DRIVERS = {
@@ -62,8 +71,14 @@ def diagnose(interface: str, channel: str, error: BaseException) -> Diagnosis:
         return Diagnosis(
             f"{channel!r} is no channel of {interface}.",
             f"Write the channel as python-can's manual of {interface} does.",
+            "no_channel_of",
+            {"channel": channel, "interface": interface},
         )
-    return Diagnosis("Its driver refused.", "Check that the adapter is plugged in and that its driver is installed.")
+    return Diagnosis(
+        "Its driver refused.",
+        "Check that the adapter is plugged in and that its driver is installed.",
+        "driver_refused",
+    )
 
 
 def no_permission(device: str) -> Diagnosis:
@@ -72,9 +87,11 @@ def no_permission(device: str) -> Diagnosis:
         group = Path(device).group()
     except (OSError, KeyError, NotImplementedError):
         group = "dialout"
+    command = f"sudo usermod -aG {group} $USER"
     return Diagnosis(
-        "This user may not use it.", f"Run: sudo usermod -aG {group} $USER, log out and in again, then retry."
-    )
+        "This user may not use it.", f"Run: {command}, log out and in again, then retry.", "no_permission",
+        {"command": command},
+    )  # fmt: skip
 
 
 def users_of(device: str) -> list[str]:
@@ -102,38 +119,47 @@ def _by_number(number: int, device: str) -> Diagnosis | None:
             return _in_use(device)
         case errno.EIO:
             return Diagnosis(
-                "It was unplugged, or stopped responding, while it was being opened.", "Plug it in again and retry."
-            )
+                "It was unplugged, or stopped responding, while it was being opened.", "Plug it in again and retry.",
+                "unplugged",
+            )  # fmt: skip
         case errno.EAFNOSUPPORT:
-            return Diagnosis("This kernel has no SocketCAN.", "Run: sudo modprobe can_raw")
+            command = "sudo modprobe can_raw"
+            return Diagnosis("This kernel has no SocketCAN.", f"Run: {command}", "no_can_kernel", {"command": command})
         case _:
             return None
 
 
 def _in_use(device: str) -> Diagnosis:
     users = ", ".join(users_of(device)) if device.startswith("/") else ""
-    return Diagnosis(f"{users or 'Another program'} uses it.", "Close that program first.")
+    params = {"users": users} if users else {}
+    return Diagnosis(f"{users or 'Another program'} uses it.", "Close that program first.", "in_use", params)
 
 
 def _no_device() -> Diagnosis:
-    return Diagnosis("There is no such device.", "Plug the adapter in and check its name.")
+    return Diagnosis("There is no such device.", "Plug the adapter in and check its name.", "no_device")
 
 
 def _no_server(error: BaseException) -> Diagnosis:
     """What a connection to a socketcand server that failed means."""
     if isinstance(error, socket.gaierror):
-        return Diagnosis("There is no such host.", "Check the name of the host, or enter its IP address.")
+        return Diagnosis("There is no such host.", "Check the name of the host, or enter its IP address.", "no_host")
     if isinstance(error, ConnectionRefusedError):
         return Diagnosis(
-            "No server listens there.", "Start socketcand on that host (socketcand -i can0), and check the port."
-        )
+            "No server listens there.", "Start socketcand on that host (socketcand -i can0), and check the port.",
+            "no_server",
+        )  # fmt: skip
     return Diagnosis(
         "The server does not answer.",
         "Check that the host can be reached and that a socketcand server is on that port.",
+        "server_silent",
     )
 
 
 def _no_driver(interface: str) -> Diagnosis:
+    params = {"interface": interface}
+    if interface in _MODULES:
+        params["command"] = f"sudo modprobe {_MODULES[interface]}"
+    what = f"The driver of {interface} is not installed."
     if interface == "udp_multicast":
-        return Diagnosis("The Python package msgpack is not installed.", _DRIVERS[interface])
-    return Diagnosis(f"The driver of {interface} is not installed.", _DRIVERS.get(interface, _ANY_DRIVER))
+        what = "The Python package msgpack is not installed."
+    return Diagnosis(what, _DRIVERS.get(interface, _ANY_DRIVER), "no_driver", params)

@@ -36,7 +36,10 @@ def _adapter(one: Interface) -> FoundAdapter:
     address, name = f"socketcan:{one.name}", _name(one.name)
     fault = socketcan.fault_of(one, BITRATE)
     if fault is not None:
-        return FoundAdapter(address, name, fault.state, fault.reason, fault.remedy, one.bitrate, one.sample_point)
+        return FoundAdapter(
+            address, name, fault.state, fault.reason, fault.remedy, one.bitrate, one.sample_point,
+            cause=fault.cause, params=fault.params,
+        )  # fmt: skip
     reason = remedy = None
     if one.sample_point is not None and abs(one.sample_point - socketcan.SAMPLE_POINT) > socketcan.NEAR:
         reason = (
@@ -73,11 +76,17 @@ def _without_driver(taken: set[str]) -> list[FoundAdapter]:
         free = next(f"can{number}" for number in range(len(taken) + 1) if f"can{number}" not in taken)
         taken.add(free)
         if any((part / "driver").exists() for part in parts):
+            cause, params = "taken_unseen", dict[str, str]()
             why = "Linux has taken it, but its CAN interface cannot be seen from here."
             remedy = "In a container, run it with --network host."
         else:
             why, remedy = "No driver has taken it.", f"sudo modprobe {module}"
-        found.append(FoundAdapter(f"socketcan:{free}", _product(device) or name, "no_driver", why, remedy))
+            cause, params = "not_taken_by_driver", {"command": remedy}
+        found.append(
+            FoundAdapter(
+                f"socketcan:{free}", _product(device) or name, "no_driver", why, remedy, cause=cause, params=params
+            )
+        )
     return found
 
 

@@ -119,12 +119,23 @@ def _adapter(port: SerialPort, known_as: str | None, where: str | None, doubt: s
     found = FoundAdapter(f"slcan:{port.device}", name, serial_number=port.serial_number)
     if port.device.startswith("/"):
         if not Path(port.device).exists():
-            return replace(found, state="no_driver", reason="It is going away.", remedy="Plug it in again.")
+            return replace(
+                found, state="no_driver", reason="It is going away.", remedy="Plug it in again.", cause="going_away"
+            )
         if not os.access(port.device, os.R_OK | os.W_OK):
-            cause, remedy = no_permission(port.device)
-            return replace(found, state="no_permission", reason=cause, remedy=remedy)
+            why = no_permission(port.device)
+            return replace(
+                found, state="no_permission", reason=why.cause, remedy=why.remedy, cause=why.code, params=why.params
+            )
         users = users_of(port.device)
         if users:
             why = f"{', '.join(users)} uses it."
-            return replace(found, state="in_use", reason=why, remedy="Close that program first.")
-    return replace(found, reason=doubt)
+            return replace(
+                found,
+                state="in_use",
+                reason=why,
+                remedy="Close that program first.",
+                cause="in_use",
+                params={"users": ", ".join(users)},
+            )
+    return found if doubt is None else replace(found, reason=doubt, cause="perhaps_serial")

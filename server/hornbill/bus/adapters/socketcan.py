@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from hornbill.errors import PortOpenFailed
+from hornbill.errors import Cause, PortOpenFailed
 
 NET = Path("/sys/class/net")
 """Where the kernel lists its network interfaces."""
@@ -42,11 +42,15 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class InterfaceFault:
-    """Why an interface cannot be used: a word of `GET /bus/adapters`, a sentence, and the command that helps."""
+    """Why an interface cannot be used: a word of `GET /bus/adapters`, a sentence, and the command that helps;
+    `cause` and `params` say the same for programs.
+    """
 
     state: str
     reason: str
     remedy: str
+    cause: Cause
+    params: Mapping[str, Any]
 
 
 def names() -> list[str]:
@@ -74,6 +78,7 @@ def check(channel: str, bitrate: int) -> Interface | None:
         raise PortOpenFailed(
             "SocketCAN exists on Linux only. Use the adapter's own interface, for example slcan:COM3.",
             address=address,
+            cause="linux_only",
         )
     if not NET.is_dir():
         return None
@@ -81,16 +86,20 @@ def check(channel: str, bitrate: int) -> Interface | None:
     if channel not in known:
         others = f"CAN interfaces here: {', '.join(known)}." if known else "This machine has no CAN interface."
         if _is_virtual(channel):
-            remedy = f"sudo ip link add dev {channel} type vcan && sudo ip link set {channel} up"
+            command = remedy = f"sudo ip link add dev {channel} type vcan && sudo ip link set {channel} up"
             detail = f"There is no interface {channel}. {others} Make it with: {remedy}"
         else:
-            remedy = "Plug the adapter in, or choose another interface."
+            command, remedy = None, "Plug the adapter in, or choose another interface."
             detail = f"There is no CAN interface {channel}. {others} {remedy}"
-        raise PortOpenFailed(detail, address=address, remedy=remedy)
+        facts: dict[str, Any] = {"interface": channel, "others": known}
+        if command is not None:
+            facts["command"] = command
+        raise PortOpenFailed(detail, address=address, remedy=remedy, cause="no_such_interface", **facts)
     found = _interface(channel, _details().get(channel, {}))
     fault = fault_of(found, bitrate)
     if fault is not None:
-        raise PortOpenFailed(f"{fault.reason} {fault.remedy}", address=address, remedy=fault.remedy)
+        text = f"{fault.reason} {fault.remedy}"
+        raise PortOpenFailed(text, address=address, remedy=fault.remedy, cause=fault.cause, **fault.params)
     return found
 
 
@@ -100,21 +109,32 @@ def fault_of(found: Interface, bitrate: int) -> InterfaceFault | None:
     A sample point other than SAMPLE_POINT does not: on a short bus it works.
     """
     if not found.up:
+        command = up_command(found.name, bitrate)
         return InterfaceFault(
-            "down", f"The interface {found.name} is down. Bring it up with:", up_command(found.name, bitrate)
+            "down",
+            f"The interface {found.name} is down. Bring it up with:",
+            command,
+            "interface_down",
+            {"interface": found.name, "command": command},
         )
     if found.bus_off:
+        command = f"sudo ip link set {found.name} type can restart"
         return InterfaceFault(
             "down",
             f"The controller of {found.name} is off the bus after too many errors. "
             "Check bit rate, wiring and termination, then restart it with:",
-            f"sudo ip link set {found.name} type can restart",
+            command,
+            "interface_bus_off",
+            {"interface": found.name, "command": command},
         )
     if found.bitrate is not None and abs(found.bitrate - bitrate) > NEAR * bitrate:
+        command = set_command(found.name, bitrate)
         return InterfaceFault(
             "wrong_bitrate",
             f"{found.name} runs at {found.bitrate} bit/s and not at {bitrate}. Set it with:",
-            set_command(found.name, bitrate),
+            command,
+            "other_bit_rate",
+            {"interface": found.name, "bitrate": found.bitrate, "wanted_bitrate": bitrate, "command": command},
         )
     return None
 

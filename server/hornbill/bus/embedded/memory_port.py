@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from hornbill.bus.transmit import QUEUE_LIMIT, TransmitQueue, check
-from hornbill.errors import BusDisconnected
+from hornbill.errors import BusDisconnected, PortError
 from hornbill.wire.frame import Frame
 from hornbill.wire.port import PLAIN, FrameSink, PortState, PortStatistics
 
@@ -60,13 +60,19 @@ class MemoryPort:
         self.details = PLAIN
 
     @property
-    def trouble(self) -> str | None:
+    def trouble(self) -> PortError | None:
         """What a controller in this state needs; None while it works."""
         match self.state:
             case PortState.BUS_OFF:
-                return f"{self.address} is off the bus after too many errors. Restart it."
+                return PortError(
+                    f"{self.address} is off the bus after too many errors. Restart it.",
+                    cause="bus_off", address=self.address,
+                )  # fmt: skip
             case PortState.PASSIVE:
-                return f"{self.address} hears no acknowledgement or too many errors. Check wiring and power of the bus."
+                return PortError(
+                    f"{self.address} hears no acknowledgement or too many errors. Check wiring and power of the bus.",
+                    cause="too_many_errors", address=self.address,
+                )  # fmt: skip
             case _:
                 return None
 
@@ -112,7 +118,9 @@ class MemoryPort:
         Raises BusDisconnected when the port is closed, ValueError for an impossible frame.
         """
         if not self._open:
-            raise BusDisconnected(f"The port {self.address} is closed. Connect the bus again.")
+            raise BusDisconnected(
+                f"The port {self.address} is closed. Connect the bus again.", cause="port_closed", address=self.address
+            )
         check(frames)
         if not self.taking_part:
             self.statistics.errors += len(frames)

@@ -136,6 +136,8 @@ class Search:
                     f"{self._address} cannot be set to {' or '.join(map(str, rates))} baud: its driver has no such "
                     "rate. Choose another rate.",
                     address=self._address,
+                    cause="no_such_baud",
+                    bauds=list(rates),
                 )
             self._check_mavlink()
             echo = next((rate for rate, heard in self._heard.items() if Sense.ECHO in heard.senses), None)

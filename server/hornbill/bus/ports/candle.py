@@ -66,7 +66,10 @@ class CandleLink(MessageLink):
             device, number = _choose(devices(), channel, address)
         except ImportError as error:
             raise PortOpenFailed(
-                f"{address} needs a Python package that is not installed. {INSTALL}", address=address, remedy=INSTALL
+                f"{address} needs a Python package that is not installed. {INSTALL}",
+                address=address,
+                remedy=INSTALL,
+                cause="no_candle_package",
             ) from error
         bus = can.Bus(
             interface="candle", channel=f"{device.serial_number}:{number}", bitrate=bitrate, ignore_config=True
@@ -93,19 +96,38 @@ def _choose(found: list[CandleDevice], channel: str, address: str) -> tuple[Cand
     """The adapter and the number of its channel. Raises PortOpenFailed."""
     wish = _CHANNEL.fullmatch(channel)
     if wish is None:
-        raise PortOpenFailed(f"{channel!r} is not SERIAL_NUMBER or SERIAL_NUMBER/CHANNEL.", address=address)
+        raise PortOpenFailed(
+            f"{channel!r} is not SERIAL_NUMBER or SERIAL_NUMBER/CHANNEL.", address=address, cause="no_candle_channel"
+        )
     serial, number = wish["serial"], int(wish["number"] or 0)
     fitting = [one for one in found if serial in ("", one.serial_number)]
     names = ", ".join(f"candle:{one.serial_number}" for one in found)
     if not fitting:
         remedy = f"Choose one of: {names}." if names else "Plug it in."
-        raise PortOpenFailed(f"There is no adapter {address}. {remedy}", address=address, remedy=remedy)
+        raise PortOpenFailed(
+            f"There is no adapter {address}. {remedy}",
+            address=address,
+            remedy=remedy,
+            cause="no_such_adapter",
+            others=[f"candle:{one.serial_number}" for one in found],
+        )
     if len(fitting) > 1:
         remedy = f"Name one by its serial number: {names}."
-        raise PortOpenFailed(f"{address} fits {len(fitting)} adapters. {remedy}", address=address, remedy=remedy)
+        raise PortOpenFailed(
+            f"{address} fits {len(fitting)} adapters. {remedy}",
+            address=address,
+            remedy=remedy,
+            cause="several_adapters",
+            others=[f"candle:{one.serial_number}" for one in found],
+        )
     if number >= len(fitting[0]):
         remedy = f"Choose a channel from 0 to {len(fitting[0]) - 1}."
         raise PortOpenFailed(
-            f"The adapter {fitting[0].serial_number} has no channel {number}. {remedy}", address=address, remedy=remedy
+            f"The adapter {fitting[0].serial_number} has no channel {number}. {remedy}",
+            address=address,
+            remedy=remedy,
+            cause="no_such_channel",
+            channel=number,
+            highest=len(fitting[0]) - 1,
         )
     return fitting[0], number

@@ -32,6 +32,8 @@ def parse_frame_gap(address: str) -> tuple[str, float]:
             f"frame_gap_ms={text} is not 0 to {LONGEST_MS:g} ms. Enter the pause between the frames of one transfer, "
             "for example 3.",
             address=plain,
+            cause="no_frame_gap",
+            longest_ms=LONGEST_MS,
         )
     return plain, gap_ms / 1000
 

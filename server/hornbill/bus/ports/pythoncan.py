@@ -15,7 +15,7 @@ from hornbill.bus.ports.link import AdapterLink, MessageLink, Received
 from hornbill.bus.ports.rawcan import RawLink
 from hornbill.bus.ports.slcan import SlcanBus
 from hornbill.bus.transmit import QueuedFrame, TransmitQueue, check
-from hornbill.errors import BusDisconnected
+from hornbill.errors import BusDisconnected, PortError
 from hornbill.units import Instant
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame
@@ -119,23 +119,26 @@ class PythonCanPort:
         return not self._heard and time.monotonic() - self._silent_since >= NOTHING_S
 
     @property
-    def trouble(self) -> str | None:
+    def trouble(self) -> PortError | None:
         """What is wrong with the adapter or its bus, and what helps; None while it works."""
         match self.state:
             case PortState.LOST:
-                return f"{self.address} was lost: {self._why}. Check the adapter and its cable."
+                text = f"{self.address} was lost: {self._why}. Check the adapter and its cable."
+                return PortError(text, cause="adapter_lost", address=self.address)
             case PortState.BUS_OFF:
-                return (
+                return PortError(
                     f"{self.address} is off the bus after too many errors. Check the bit rate ({self.bitrate} bit/s), "
-                    "the wiring and the termination, then connect again."
-                )
+                    "the wiring and the termination, then connect again.",
+                    cause="bus_off", address=self.address, bitrate=self.bitrate,
+                )  # fmt: skip
             case PortState.PASSIVE if self._state is PortState.ACTIVE:
                 return self._why_nothing()
             case PortState.PASSIVE:
-                return (
+                return PortError(
                     f"{self.address} sees too many errors, or nobody acknowledges what it sends. "
-                    f"Check that the servos have power, the bit rate ({self.bitrate} bit/s), wiring and termination."
-                )
+                    f"Check that the servos have power, the bit rate ({self.bitrate} bit/s), wiring and termination.",
+                    cause="too_many_errors", address=self.address, bitrate=self.bitrate,
+                )  # fmt: skip
             case _:
                 return None
 
@@ -150,9 +153,13 @@ class PythonCanPort:
         the adapter refuses is counted as an error, as is a frame that could not leave within STALE_S.
         """
         if self._closed:
-            raise BusDisconnected(f"{self.address} is closed. Connect the bus again.")
+            raise BusDisconnected(
+                f"{self.address} is closed. Connect the bus again.", cause="port_closed", address=self.address
+            )
         if self._state is PortState.LOST:
-            raise BusDisconnected(f"{self.trouble} Then connect again.")
+            trouble = self.trouble
+            assert trouble is not None
+            raise BusDisconnected(f"{trouble.detail} Then connect again.", **trouble.facts)
         check(frames)
         now = time.monotonic()
         with self._work:
@@ -174,25 +181,29 @@ class PythonCanPort:
         for thread in self._threads:
             thread.join()  # it has nothing left to do but return
 
-    def _why_nothing(self) -> str:
+    def _why_nothing(self) -> PortError:
         """What is wrong when no frame was ever received, and what helps."""
         line = self.details.serial_line
         where = f"{self.address} is open"
         if line is None or line.native_usb:
             said = f"{where}, and nothing was ever received."
-            return f"{said} {_CHECK_BUS} Check the bit rate ({self.bitrate} bit/s)."
+            text = f"{said} {_CHECK_BUS} Check the bit rate ({self.bitrate} bit/s)."
+            return PortError(text, cause="nothing_received", address=self.address, bitrate=self.bitrate)
         if line.confirmed:
-            return f"{where} at {line.baud} baud, and nothing was ever received from the bus. {_CHECK_BUS}"
+            text = f"{where} at {line.baud} baud, and nothing was ever received from the bus. {_CHECK_BUS}"
+            return PortError(text, cause="nothing_at_baud", address=self.address, baud=line.baud)
         if line.found:
-            return (
+            return PortError(
                 f"{where}, and nothing was ever received. Its baud rate is not known: {line.baud} baud is being tried. "
-                f"{_CHECK_BUS} If the adapter has a baud rate of its own, add it: {self.address}@BAUD."
-            )
+                f"{_CHECK_BUS} If the adapter has a baud rate of its own, add it: {self.address}@BAUD.",
+                cause="baud_not_known", address=self.address, baud=line.baud,
+            )  # fmt: skip
         device = self.address.rpartition("@")[0]
-        return (
+        return PortError(
             f"{where} at {line.baud} baud, and nothing was ever received. Leave out @{line.baud}, and the rate is "
-            f"found: {device}. {_CHECK_BUS}"
-        )
+            f"found: {device}. {_CHECK_BUS}",
+            cause="baud_not_found", address=self.address, baud=line.baud, device=device,
+        )  # fmt: skip
 
     # On the event loop.
 

@@ -74,7 +74,12 @@ class SlcanBus(can.BusABC):
         address = f"slcan:{channel}"
         if bitrate not in BITRATES:
             legal = ", ".join(str(rate) for rate in BITRATES)
-            raise PortOpenFailed(f"slcan has no bit rate of {bitrate} bit/s. It has: {legal}.", address=address)
+            raise PortOpenFailed(
+                f"slcan has no bit rate of {bitrate} bit/s. It has: {legal}.",
+                address=address,
+                cause="no_slcan_rate",
+                bitrate=bitrate,
+            )
         device, baud = split_baud(channel)
         self._rates = _rates(device, baud, usb, first_baud)
         began = time.monotonic()
@@ -346,5 +351,5 @@ def _refused(address: str, command: bytes, what: str) -> PortOpenFailed:
     remedy = "Unplug it, plug it in again and retry."
     return PortOpenFailed(
         f"The adapter at {address} refuses {what}: it answers {command.decode()} with BELL. {remedy}",
-        address=address, remedy=remedy,
+        address=address, remedy=remedy, cause="slcan_refuses",
     )  # fmt: skip

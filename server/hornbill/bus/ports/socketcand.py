@@ -32,7 +32,9 @@ def parse_channel(channel: str) -> tuple[str, int, str]:
     found = _CHANNEL.fullmatch(channel)
     if found is None or not 0 < int(found["port"]) < 65536:
         raise PortOpenFailed(
-            f"{channel!r} is not HOST:PORT/CHANNEL. Write, for example, {EXAMPLE}.", address=f"socketcand:{channel}"
+            f"{channel!r} is not HOST:PORT/CHANNEL. Write, for example, {EXAMPLE}.",
+            address=f"socketcand:{channel}",
+            cause="no_socketcand_address",
         )
     return found["host"].strip("[]"), int(found["port"]), found["interface"]
 
@@ -105,7 +107,7 @@ class SocketcandLink:
             remedy = "Check that a socketcand server is there, and that it serves this CAN interface."
             raise PortOpenFailed(
                 f"{self._address} cannot be opened: the server says {text[:_LONGEST]!r}. {remedy}",
-                address=self._address, remedy=remedy,
+                address=self._address, remedy=remedy, cause="socketcand_refuses",
             )  # fmt: skip
 
     def _read(self, timeout_s: float) -> bytes:

@@ -180,7 +180,11 @@ class BundleReader:
         try:
             self._zip = zipfile.ZipFile(path)
         except OSError as error:
-            raise LogFailed(f"{path} cannot be read: {error.strerror}. Check its name and your permission.") from error
+            raise LogFailed(
+                f"{path} cannot be read: {error.strerror}. Check its name and your permission.",
+                cause="file_unreadable",
+                name=str(path),
+            ) from error
         except (zipfile.BadZipFile, ValueError, NotImplementedError, EOFError) as error:
             raise self._refusal(str(error)) from error
         why = _why_none(self._zip)
@@ -244,10 +248,12 @@ class BundleReader:
                 line = len(parts[-1]) if len(parts) > 1 else line
 
     def _refusal(self, why: str, remedy: str = " Give a .zip that hornbill wrote.") -> LogFailed:
-        return LogFailed(f"{self.name} is no bundle of hornbill: {why}.{remedy}")
+        return LogFailed(f"{self.name} is no bundle of hornbill: {why}.{remedy}", cause="no_bundle", name=self.name)
 
     def _damaged(self, member: str, error: Exception) -> LogFailed:
-        return LogFailed(f"{self.name} is damaged: {member} cannot be unpacked ({error}).")
+        return LogFailed(
+            f"{self.name} is damaged: {member} cannot be unpacked ({error}).", cause="bundle_damaged", name=self.name
+        )
 
 
 def read_about(data: bytes, name: str) -> About:
@@ -255,11 +261,17 @@ def read_about(data: bytes, name: str) -> About:
     try:
         return About.model_validate(orjson.loads(data))
     except (orjson.JSONDecodeError, RecursionError) as error:
-        raise LogFailed(f"{name} is no bundle of hornbill: its about.json is no JSON.") from error
+        raise LogFailed(
+            f"{name} is no bundle of hornbill: its about.json is no JSON.", cause="no_bundle", name=name
+        ) from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "about.json"
-        raise LogFailed(f"{name} is no bundle that this hornbill can read: {where[:120]}: {first['msg']}.") from error
+        raise LogFailed(
+            f"{name} is no bundle that this hornbill can read: {where[:120]}: {first['msg']}.",
+            cause="bundle_unreadable",
+            name=name,
+        ) from error
 
 
 def read_telemetry(data: bytes) -> tuple[list[Columns], bool]:

@@ -112,7 +112,10 @@ class BusLog:
         """
         if self._status.phase is LogPhase.RUNNING:
             raise Busy(
-                f"{self._status.name} is being written already. Stop it first.", request=": DELETE /api/v1/bus/log."
+                f"{self._status.name} is being written already. Stop it first.",
+                request=": DELETE /api/v1/bus/log.",
+                cause="log_runs",
+                name=self._status.name or "",
             )
         path = self.folder.new(log_name(form, name))
         # before the file is made, so that nobody else begins one while the disk takes its time
@@ -150,7 +153,12 @@ class BusLog:
     async def delete(self, name: str) -> None:
         """Remove a log. Raises Unknown(unknown_log), Busy for the one being written, LogFailed."""
         if self._status.phase is LogPhase.RUNNING and self._status.name == name:
-            raise Busy(f"{name} is being written. Stop it first.", request=": DELETE /api/v1/bus/log.")
+            raise Busy(
+                f"{name} is being written. Stop it first.",
+                request=": DELETE /api/v1/bus/log.",
+                cause="log_runs",
+                name=name,
+            )
         await asyncio.get_running_loop().run_in_executor(self._thread, self.folder.delete, name)
 
     def _hear(self, frames: Sequence[Frame], sent: bool) -> None:

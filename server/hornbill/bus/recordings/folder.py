@@ -99,7 +99,13 @@ class RecordingFolder:
         path = self.folder / name
         if not self._is_name(name) or not path.is_file():
             kind = self.kind
-            raise Unknown(kind.unknown, f"There is no {kind.word} {name[:90]!r}.", request=f"{kind.listed} lists them.")
+            raise Unknown(
+                kind.unknown,
+                f"There is no {kind.word} {name[:90]!r}.",
+                request=f"{kind.listed} lists them.",
+                cause="no_such_file",
+                name=name[:90],
+            )
         return path
 
     def new(self, name: str) -> Path:
@@ -107,10 +113,18 @@ class RecordingFolder:
         word, path = self.kind.word, self.folder / name
         if not self._is_name(name):
             raise InvalidValue(
-                f"{name[:90]!r} cannot be the name of a {word}. {self.kind.name_hint}", requested=name[:200]
+                f"{name[:90]!r} cannot be the name of a {word}. {self.kind.name_hint}",
+                requested=name[:200],
+                cause="no_file_name",
+                name=name[:90],
             )
         if _taken(path):
-            raise InvalidValue(f"There is a {word} {name} already. Give another name, or delete it.", requested=name)
+            raise InvalidValue(
+                f"There is a {word} {name} already. Give another name, or delete it.",
+                requested=name,
+                cause="name_taken",
+                name=name,
+            )
         return path
 
     def delete(self, name: str) -> None:
@@ -119,7 +133,9 @@ class RecordingFolder:
         try:
             path.unlink()
         except OSError as error:
-            raise LogFailed(f"{path} cannot be deleted: {error.strerror}.") from error
+            raise LogFailed(
+                f"{path} cannot be deleted: {error.strerror}.", cause="not_deleted", name=str(path)
+            ) from error
 
     def tidy(self) -> None:
         """Delete what a process that was killed did not finish; call it once, before anything is written."""
@@ -167,6 +183,7 @@ class RecordingFolder:
                         f"The file is larger than {largest // 1_000_000} MB. "
                         f"Give a {self.kind.word} of a shorter time.",
                         maximum=largest, unit="B", requested=size,
+                        cause="recording_too_large", limit_mb=largest // 1000000,
                     )  # fmt: skip
                 await self.run(lambda piece=piece: file.content.write(piece))
 

@@ -62,13 +62,15 @@ class Recording:
             beginning = file.peek(16).removeprefix(b"\xef\xbb\xbf").lstrip().lower()
         except OSError as error:
             file.close()
-            raise LogFailed(f"{name} cannot be read: {error.strerror}.") from error
+            raise LogFailed(f"{name} cannot be read: {error.strerror}.", cause="file_unreadable", name=name) from error
         form = next((form for start, form in _BEGINNINGS.items() if beginning.startswith(start.lower())), None)
         if form is None and beginning:
             file.close()
             raise LogFailed(
                 f"{name} is no log of frames that is known here. Give what candump -l or candump -L wrote, an ASC or a "
-                "BLF file, or a CSV file of hornbill or python-can."
+                "BLF file, or a CSV file of hornbill or python-can.",
+                cause="no_log",
+                name=name,
             )
         self.form = form or LogFormat.CANDUMP  # of an empty file or a pipe that ended, all are the same
         self._text = io.TextIOWrapper(file, "utf-8-sig", errors="replace")  # nothing is read before it is asked to
@@ -79,9 +81,15 @@ class Recording:
         try:
             file = path.open("rb")
         except OSError as error:
-            raise LogFailed(f"{path} cannot be read: {error.strerror}. Check its name and your permission.") from error
+            raise LogFailed(
+                f"{path} cannot be read: {error.strerror}. Check its name and your permission.",
+                cause="file_unreadable",
+                name=str(path),
+            ) from error
         except ValueError as error:
-            raise LogFailed(f"{str(path)!r} is no name of a file: {error}.") from error
+            raise LogFailed(
+                f"{str(path)!r} is no name of a file: {error}.", cause="no_file_name", name=str(path)[:90]
+            ) from error
         return cls(file, str(path))
 
     def __iter__(self) -> Iterator[LoggedFrame]:
@@ -90,10 +98,17 @@ class Recording:
         try:
             yield from found
         except OSError as error:
-            raise LogFailed(f"{self.name} cannot be read on: {error.strerror or error}.") from error
+            raise LogFailed(
+                f"{self.name} cannot be read on: {error.strerror or error}.", cause="file_unreadable", name=self.name
+            ) from error
         except Exception as error:
             read = self.counters.frames
-            raise LogFailed(f"{self.name} is damaged: nothing can be read after {read} frames.") from error
+            raise LogFailed(
+                f"{self.name} is damaged: nothing can be read after {read} frames.",
+                cause="log_damaged",
+                name=self.name,
+                frames=read,
+            ) from error
 
     def close(self) -> None:
         """Close the file. Twice is harmless."""

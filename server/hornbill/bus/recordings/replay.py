@@ -12,7 +12,7 @@ from hornbill.bus.recordings.bundle import BundleReader
 from hornbill.bus.recordings.reader import Recording
 from hornbill.bus.threads import OwnThread
 from hornbill.bus.transmit import check
-from hornbill.errors import BusDisconnected, BusReadOnly, LogFailed, PortOpenFailed
+from hornbill.errors import BusDisconnected, BusReadOnly, LogFailed, PortError, PortOpenFailed
 from hornbill.wire.bittime import frame_bits
 from hornbill.wire.frame import Frame, LoggedFrame
 from hornbill.wire.port import BUNDLE, PLAIN, RECORDING, FrameSink, PortState, PortStatistics
@@ -45,9 +45,18 @@ def parse(address: str) -> tuple[Path, float]:
     except ValueError:
         speed = math.nan
     if not SLOWEST <= speed <= FASTEST:
-        raise PortOpenFailed(f"{factor!r} is no speed. Give {SLOWEST:g} to {FASTEST:g}.", address=address)
+        raise PortOpenFailed(
+            f"{factor!r} is no speed. Give {SLOWEST:g} to {FASTEST:g}.",
+            address=address,
+            cause="no_speed",
+            requested=factor,
+        )
     if not name.strip():
-        raise PortOpenFailed(f"{address!r} names no file. Write file:PATH, for example file:can0.log.", address=address)
+        raise PortOpenFailed(
+            f"{address!r} names no file. Write file:PATH, for example file:can0.log.",
+            address=address,
+            cause="names_no_file",
+        )
     return Path(name.strip()), speed
 
 
@@ -60,7 +69,12 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
     """
     path, speed = parse(address)
     if bitrate <= 0:
-        raise PortOpenFailed(f"{bitrate} bit/s is no bit rate. The servos are delivered with 1000000.", address=address)
+        raise PortOpenFailed(
+            f"{bitrate} bit/s is no bit rate. The servos are delivered with 1000000.",
+            address=address,
+            cause="no_bit_rate",
+            bitrate=bitrate,
+        )
     reading = asyncio.get_running_loop().run_in_executor(
         OwnThread("replay"), _begin, path, folder, address.startswith(BUNDLE)
     )
@@ -68,7 +82,9 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
         async with asyncio.timeout(OPEN_S):
             recording, frames, first = await asyncio.shield(reading)
     except LogFailed as error:
-        raise PortOpenFailed(f"{address} cannot be played: {error.detail}", address=address) from error
+        raise PortOpenFailed(
+            f"{address} cannot be played: {error.detail}", address=address, cause="not_playable", why=error.detail
+        ) from error
     except (TimeoutError, asyncio.CancelledError) as error:
         reading.add_done_callback(_close)
         if isinstance(error, asyncio.CancelledError):
@@ -76,11 +92,16 @@ async def open_replay(address: str, *, bitrate: int = 1_000_000, folder: Path | 
         raise PortOpenFailed(
             f"{address} cannot be played: no frame was found in it within {OPEN_S:g} s. Check the file and its disk.",
             address=address,
+            cause="no_frames_in_time",
+            within_s=OPEN_S,
         ) from error
     if not first:
         recording.close()
         raise PortOpenFailed(
-            f"There is no frame of a CAN bus with 29-bit identifiers in {recording.name}.", address=address
+            f"There is no frame of a CAN bus with 29-bit identifiers in {recording.name}.",
+            address=address,
+            cause="no_frames",
+            name=recording.name,
         )
     return ReplayPort(recording, frames, first, address=address, bitrate=bitrate, speed=speed)
 
@@ -109,7 +130,7 @@ class ReplayPort:
         self.refused = 0
         """Frames somebody wanted to send."""
         self.sample_point: float | None = None
-        self.trouble: str | None = None
+        self.trouble: PortError | None = None
         self.retry_in_s: float | None = None
         self.details = PLAIN
         self.about = recording.about
@@ -142,13 +163,19 @@ class ReplayPort:
     def send(self, frames: Sequence[Frame]) -> None:
         """Raises BusReadOnly, and BusDisconnected once it is closed; ValueError for an impossible frame."""
         if self._state is not PortState.ACTIVE:
-            raise BusDisconnected(f"{self.address} is not played any more. Connect a bus again.")
+            raise BusDisconnected(
+                f"{self.address} is not played any more. Connect a bus again.",
+                cause="played_no_more",
+                address=self.address,
+            )
         check(frames)
         self.refused += len(frames)
         raise BusReadOnly(
             f"{self.address} is a recording: nothing can be read from it or written to it, and nothing moves. "
             "Connect an adapter for that.",
             request=": PUT /api/v1/bus.",
+            cause="only_a_recording",
+            address=self.address,
         )
 
     async def close(self) -> None:
@@ -184,12 +211,14 @@ class ReplayPort:
                 self._deliver(burst)
                 self._reading = loop.run_in_executor(OwnThread("replay"), _take, self._frames)
                 self._batch = await asyncio.shield(self._reading)
-            self.trouble = "The recording is over: nothing comes any more. Play it again, or connect a bus."
+            text = "The recording is over: nothing comes any more. Play it again, or connect a bus."
+            self.trouble = PortError(text, cause="recording_over", address=self.address)
         except LogFailed as error:
-            self._state, self.trouble = PortState.LOST, error.detail
+            self._state, self.trouble = PortState.LOST, PortError(error.detail, **error.facts)
         except Exception:
             log.exception("%s cannot be played on", self.address)
-            self._state, self.trouble = PortState.LOST, f"{self.address} cannot be played on. Connect it again."
+            text = f"{self.address} cannot be played on. Connect it again."
+            self._state, self.trouble = PortState.LOST, PortError(text, cause="replay_failed", address=self.address)
         self._count()
 
     def _deliver(self, frames: list[Frame]) -> None:
@@ -220,9 +249,13 @@ def _begin(path: Path, folder: Path | None, bundled: bool) -> _Begun:
         # opening a pipe would wait for whoever writes to it, and a device may have no end
         odd = path.exists() and not (path.is_file() or path.is_dir())
     except OSError as error:
-        raise LogFailed(f"{str(path)[:90]!r} is no name of a file.") from error
+        raise LogFailed(
+            f"{str(path)[:90]!r} is no name of a file.", cause="no_file_name", name=str(path)[:90]
+        ) from error
     if odd:
-        raise LogFailed(f"{path} is no file. Give one that a log was written to.")
+        raise LogFailed(
+            f"{path} is no file. Give one that a log was written to.", cause="file_unreadable", name=str(path)
+        )
     recording = _bundle(path) if bundled else Recording.open(path)
     try:
         frames = iter(recording)

@@ -48,7 +48,9 @@ class LogWriter:
             path.parent.mkdir(parents=True, exist_ok=True)
             file = path.open("xb")
         except OSError as error:
-            raise LogFailed(f"{path} cannot be written: {error.strerror}.") from error
+            raise LogFailed(
+                f"{path} cannot be written: {error.strerror}.", cause="log_not_written", name=str(path)
+            ) from error
         self._text = None if form is LogFormat.BLF else _CountedText(file)
         self._writer = _writer(form, file, self._text)
 

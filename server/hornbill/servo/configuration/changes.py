@@ -81,18 +81,27 @@ class Changes:
                 f"{key[:20]} is a register nothing in hornbill reads or writes.",
                 request="GET /api/v1/schema lists the keys.",
                 key=key[:20],
+                cause="never_touched",
             )
         known = servo.catalog.parameter(key)
         register = servo.registers.get(key)
         if register is not None:
             return register.parameter
         if servo.model is None:
-            raise NotInThisModel(f"{servo.title} has not said yet what it is: wait until it is ready.", key=key)
+            raise NotInThisModel(
+                f"{servo.title} has not said yet what it is: wait until it is ready.",
+                key=key,
+                cause="not_identified_yet",
+                servo=servo.title,
+            )
         firmware = servo.firmware_text or "unknown"
         raise NotInThisModel(
             f"{servo.title} ({servo.model.name}, firmware {firmware}) does not have {key} ({known.name})."
             + (f" It came with {known.since}." if known.since != servo.catalog.firmware_steps[0] else ""),
             key=key,
+            cause="not_in_firmware",
+            servo=servo.title,
+            firmware=firmware,
         )
 
     def number(self, row: Parameter, value: object) -> float:
@@ -102,7 +111,12 @@ class Changes:
         except OverflowError:
             found = math.inf
         if not math.isfinite(found):
-            raise InvalidValue(f"{row.label} is a number in {row.unit}. Enter {scale.allowed(row)}.", key=row.key)
+            raise InvalidValue(
+                f"{row.label} is a number in {row.unit}. Enter {scale.allowed(row)}.",
+                key=row.key,
+                cause="no_number",
+                unit=row.unit,
+            )
         return found
 
     def plan(
@@ -140,9 +154,10 @@ class Changes:
                 f"{row.key} moves the horn, so it is no configuration.",
                 request=f"Use POST /api/v1/servos/{servo.uid}/command.",
                 key=row.key,
+                cause="a_command",
             )
         if not row.writable:
-            raise ReadOnly(f"{row.label} ({row.name}) can only be read.", key=row.key)
+            raise ReadOnly(f"{row.label} ({row.name}) can only be read.", key=row.key, cause="read_only")
         try:
             raw = scale.to_raw(row, value, known)
         except BadRequest as error:
@@ -153,6 +168,8 @@ class Changes:
                 f"Changing {row.label.lower()} while torque is on would move the horn of {servo.title}. "
                 "Turn torque off first.",
                 key=row.key,
+                cause="torque_on",
+                servo=servo.title,
             )
         return raw
 
@@ -226,7 +243,11 @@ class Changes:
                 await self._keep_snapshot(servo, options.reason or _reason(changing), by)
                 self._check(servo, values, lease_id, None)
                 if servo.boots != boots:
-                    raise Busy(f"{servo.title} restarted before anything was written. Read it again.")
+                    raise Busy(
+                        f"{servo.title} restarted before anything was written. Read it again.",
+                        cause="restarted_before_write",
+                        servo=servo.title,
+                    )
                 outcome = await shielded(self._writing.all_or_nothing(servo, writes, by, options))
                 return outcome if torque is None else self._staged(servo, outcome, torque, before, by)
 
@@ -309,6 +330,8 @@ class Changes:
             raise StaleRevision(
                 f"{servo.title} was changed since revision {revision}; it is now at {servo.revision}. Read it again.",
                 revision=servo.revision,
+                cause="changed_since",
+                servo=servo.title,
             )
 
     async def _read_before(self, servo: Servo, values: Mapping[str, object]) -> None:
@@ -332,6 +355,8 @@ class Changes:
                     f"{servo.title} refused to read {key} ({row.name}) before it was written; nothing was written. "
                     "Try again; if it does so each time, this servo does not have it.",
                     key=key,
+                    cause="refused_before_write",
+                    servo=servo.title,
                 ) from error
 
     @staticmethod
@@ -353,7 +378,9 @@ class Changes:
             log.exception("no snapshot of %s", servo.title)
             raise StoreFailed(
                 f"No snapshot of {servo.title} could be kept, so nothing was written. "
-                "Check the data folder and its disk."
+                "Check the data folder and its disk.",
+                cause="no_snapshot_kept",
+                servo=servo.title,
             ) from error
 
 

@@ -128,6 +128,9 @@ class RestartFollower:
                 raise NoAnswer(
                     f"{servo.title} was not seen to restart within {RESTART_WITHIN_S:.0f} s. "
                     "What ROM holds is not known. Check its supply; once it is back, what it holds is read.",
+                    cause="no_restart_seen",
+                    servo=servo.title,
+                    within_s=RESTART_WITHIN_S,
                 )
             await asyncio.sleep(LOOK_AGAIN_S)
         self._listen(servo, departure)
@@ -142,12 +145,19 @@ class RestartFollower:
             servo.writes_are_over()
             try:
                 if not await self.unless_stopped(self._requests.restart(servo, MAGIC)):
-                    raise Refused(f"{servo.title} refused to restart (ok = 0).")
+                    raise Refused(
+                        f"{servo.title} refused to restart (ok = 0).", cause="restart_refused", servo=servo.title
+                    )
             except NoAnswer:
                 pass  # it may have restarted before it could answer; the wait that follows decides
             if await self.left(servo, departure):
                 return tries
-        raise NoAnswer(f"{servo.title} runs on, although it was asked {RESTART_TRIES} times to restart.")
+        raise NoAnswer(
+            f"{servo.title} runs on, although it was asked {RESTART_TRIES} times to restart.",
+            cause="runs_on",
+            servo=servo.title,
+            tries=RESTART_TRIES,
+        )
 
     def silence(self, departure: Departure) -> Evidence:
         """The silence as evidence: from when to when after the write nothing was heard."""
@@ -168,6 +178,9 @@ class RestartFollower:
                 raise NoAnswer(
                     f"{servo.title} restarted, but could not be read within {IDENTIFIED_WITHIN_S:.0f} s since. "
                     "What ROM holds is not known. Check its supply and the wiring.",
+                    cause="unread_after_restart",
+                    servo=servo.title,
+                    within_s=IDENTIFIED_WITHIN_S,
                 )
             await asyncio.sleep(LOOK_AGAIN_S)
         before, now = departure.node_id, servo.node_id
@@ -188,7 +201,9 @@ class RestartFollower:
             if self._base.now() - began > SOFT_START_WITHIN_S:
                 raise DidNotMove(
                     f"The horn of {servo.title} does not come to 0° in its soft start, so what ROM holds of speed and "
-                    "torque cannot be read. Look whether it is blocked, then restart the servo."
+                    "torque cannot be read. Look whether it is blocked, then restart the servo.",
+                    cause="soft_start_stuck",
+                    servo=servo.title,
                 )
             with contextlib.suppress(NoAnswer, Refused):  # what Status says is no angle until its unit is measured
                 row = servo.registers["current_angle"].parameter
@@ -237,7 +252,9 @@ class RestartFollower:
         while True:
             if self._base.now() > until:
                 raise NoAnswer(
-                    f"{servo.title} starts again and again, so what its ROM holds is not known. Check its supply."
+                    f"{servo.title} starts again and again, so what its ROM holds is not known. Check its supply.",
+                    cause="restarts_repeatedly",
+                    servo=servo.title,
                 )
             job.begin("back")
             job.done("back", await self.back(servo, departure))

@@ -35,17 +35,27 @@ class History:
         and Busy during soft start, when five rows read temporary values (section 4.14), and after a restart.
         """
         if not servo.online:
-            raise NoAnswer(f"{servo.title} is offline: what it holds cannot be read. Check its supply and the wiring.")
+            raise NoAnswer(
+                f"{servo.title} is offline: what it holds cannot be read. Check its supply and the wiring.",
+                cause="offline",
+                servo=servo.title,
+            )
         if servo.soft_starting:
             raise Busy(
                 f"{servo.title} is in soft start, so what it answers is not what it holds. Wait until it is over.",
                 state=servo.state.value,
+                cause="soft_start_reads",
+                servo=servo.title,
             )
         boots = servo.boots
         rows = [key for key, one in servo.registers.items() if one.parameter.rom]
         await read_rows(requests, servo, [key for key in rows if not automatic or _unread(servo, key)])
         if servo.boots != boots:
-            raise Busy(f"{servo.title} restarted while it was read. Try again when it is ready.")
+            raise Busy(
+                f"{servo.title} restarted while it was read. Try again when it is ready.",
+                cause="restarted_while_read",
+                servo=servo.title,
+            )
         return await self.keep(servo, reason=reason, by=by, automatic=automatic)
 
     async def keep(self, servo: Servo, *, reason: Reason, by: str, automatic: bool) -> StoredSnapshot:

@@ -22,19 +22,31 @@ def not_saved(servo: Servo, wanted: Mapping[str, Raw | None], wrong: list[str], 
             f"{servo.title} started on defaults: its ROM could not be loaded, so what was saved is lost. "
             "Its power failed while it wrote. Restore the snapshot and save again.",
             differences=differences,
+            cause="rom_lost_in_save",
+            servo=servo.title,
         )
     if wrong == [KEY] and servo.registers[KEY].rom is None:
         proved = f"{servo.title} restarted, and its ROM holds {len(wanted) - 1} of {len(wanted)} rows as saved. "
         if stopped:
             return Stopped(
                 f"{proved}Torque is not proved: stop wrote it since the start. Restart the servo after the stop is "
-                "cleared to see."
+                "cleared to see.",
+                cause="torque_unproved_stop",
+                servo=servo.title,
             )
         return NotAsWanted(
             f"{proved}Torque is not proved: its output was switched since the start. Restart the servo to see.",
             differences=differences,
+            cause="torque_unproved",
+            servo=servo.title,
         )
-    return NotAsWanted(f"ROM of {servo.title} does not hold what was saved: {said}.", differences=differences)
+    return NotAsWanted(
+        f"ROM of {servo.title} does not hold what was saved: {said}.",
+        differences=differences,
+        cause="rom_differs",
+        servo=servo.title,
+        keys=[one["key"] for one in differences],
+    )
 
 
 def check_held(servo: Servo, written: Iterable[Change]) -> None:
@@ -51,6 +63,9 @@ def check_held(servo: Servo, written: Iterable[Change]) -> None:
             f"{servo.title} does not hold any more what was written: {', '.join(said)}. It restarted, or somebody else "
             "writes to it. Nothing was saved.",
             differences=differences,
+            cause="values_gone",
+            servo=servo.title,
+            keys=[one["key"] for one in differences],
         )
 
 
@@ -84,5 +99,10 @@ def check_rest(servo: Servo) -> Raw | None:
         return None
     commands = (servo.raw("command_speed"), servo.raw("command_torque"))
     if servo.raw("torque_mode") == 0 and any(raw not in (None, 0, DUMMY) for raw in commands):
-        raise Busy(f"The horn of {servo.title} turns at {speed} rpm. Nothing was saved. Let it come to rest first.")
+        raise Busy(
+            f"The horn of {servo.title} turns at {speed} rpm. Nothing was saved. Let it come to rest first.",
+            cause="horn_turns",
+            servo=servo.title,
+            speed_rpm=speed,
+        )
     return speed

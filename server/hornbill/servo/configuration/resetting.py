@@ -166,7 +166,11 @@ class ResetSteps:
         if wrong:
             differences, said = differing(servo, wrong)
             raise NotAsWanted(
-                f"{servo.title} was saved, and ROM is not as it should be: {said}.", differences=differences
+                f"{servo.title} was saved, and ROM is not as it should be: {said}.",
+                differences=differences,
+                cause="rom_differs",
+                servo=servo.title,
+                keys=[one["key"] for one in differences],
             )
         text = f"{len(run.wanted)} rows of ROM read back after the restart, all as they should be"
         job.done("verify", Evidence("rows_verified", text, {"rows": len(run.wanted)}))
@@ -200,7 +204,11 @@ class ResetSteps:
         if refused:
             run.erased, run.torque_gone = False, True
             self._follow.fleet.memory.remember(servo)
-            raise Refused(f"{servo.title} refused the reset (ok = 0). Nothing was changed but torque, which is off.")
+            raise Refused(
+                f"{servo.title} refused the reset (ok = 0). Nothing was changed but torque, which is off.",
+                cause="reset_refused",
+                servo=servo.title,
+            )
         restarted = await self._follow.left(servo, departure)
         await self._there(servo)
         answer = "answered ok" if answered else "no answer: what the servo holds will tell"
@@ -237,7 +245,11 @@ class ResetSteps:
             if servo.boots == boots:
                 return
             run.torque_gone = False
-        raise NoAnswer(f"{servo.title} restarts again and again, so that nothing it is told stays. Check its supply.")
+        raise NoAnswer(
+            f"{servo.title} restarts again and again, so that nothing it is told stays. Check its supply.",
+            cause="restarts_repeatedly_reset",
+            servo=servo.title,
+        )
 
     async def _write(self, job: RunningJob, run: ResetRun, step: str, keys: list[str]) -> None:
         servo = run.servo
@@ -254,6 +266,9 @@ class ResetSteps:
                     f"{servo.title} made {scale.to_text(row, found, values)} of {row.label.lower()} "
                     f"{scale.to_text(row, raw, values)}.",
                     differences=[difference(servo, key, raw, found)[0]],
+                    cause="took_another",
+                    servo=servo.title,
+                    key=key,
                 )
         job.done(step, Evidence("rows_written", ", ".join(keys), {"keys": [*keys]}))
 
@@ -263,7 +278,7 @@ class ResetSteps:
         child = self._start_save(run)
         told = f"Saving {run.servo.title} was cancelled. What its ROM holds is not known."
         try:
-            await self._jobs.succeeded(child, NotAsWanted(told))
+            await self._jobs.succeeded(child, NotAsWanted(told, cause="save_cancelled", servo=run.servo.title))
         finally:
             await self._jobs.cancel(child.id)  # ends nothing that has ended; a stop must not leave it alone
         last = child.steps[-1]
@@ -273,7 +288,11 @@ class ResetSteps:
 
     async def _torque_off(self, run: ResetRun) -> None:
         if await self._motion.torque_away(run.servo, "off", by=run.by) != 1:
-            raise NotAsWanted(f"{run.servo.title} did not take torque off. Nothing further was reset.")
+            raise NotAsWanted(
+                f"{run.servo.title} did not take torque off. Nothing further was reset.",
+                cause="torque_off_not_taken",
+                servo=run.servo.title,
+            )
 
     async def _there(self, servo: Servo) -> None:
         """Wait for a servo that may be starting, on whatever node id, and for the end of its soft start."""
@@ -306,11 +325,11 @@ def _told(job: RunningJob, run: ResetRun, error: HornbillError) -> HornbillError
     told.facts = dict(error.facts)
     not_done = [step.text for step in job.steps if step.state in ("waiting", "running")]
     told.facts["not_done"] = not_done
-    told.extend(after=f" Not done: {', '.join(not_done).lower()}.")
+    told.extend(after=f" Not done: {', '.join(not_done).lower()}.", also="not_done")
     if run.snapshot is not None:
         told.facts["snapshot"] = run.snapshot
         if run.erased and f"Snapshot {run.snapshot}" not in told.detail:
-            told.extend(after=f" Snapshot {run.snapshot} holds what it held before.")
+            told.extend(after=f" Snapshot {run.snapshot} holds what it held before.", also="snapshot_holds_before")
     return told
 
 
@@ -318,4 +337,6 @@ def check_supply(servo: Servo) -> None:
     """Raises OutOfRange at a supply at which ROM must not be written."""
     problem = supply_problem(servo)
     if problem is not None:
-        raise OutOfRange(f"{problem} Nothing was reset.", key="current_voltage")
+        raise OutOfRange(
+            f"{problem} Nothing was reset.", key="current_voltage", cause="supply_bad_reset", servo=servo.title
+        )

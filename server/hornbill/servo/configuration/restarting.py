@@ -92,7 +92,11 @@ class Restarting:
         self._allow(options)
         permission.check_writable(servo)
         if self._motion.driven(servo.uid):
-            raise Busy(f"{servo.title} is under command. Turn motion off first: a restart drops its torque.")
+            raise Busy(
+                f"{servo.title} is under command. Turn motion off first: a restart drops its torque.",
+                cause="under_command",
+                servo=servo.title,
+            )
         torque = None
         if kind == "save":
             torque = torque_in_rom.decide(

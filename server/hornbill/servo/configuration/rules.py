@@ -79,6 +79,7 @@ def check_turns(rows: Rows, now: Raws, wanted: Mapping[str, Raw], confirm: Colle
             "count is lost at power-off.",
             request=f'To allow it, send it again with confirm: ["{MULTI_TURN}"].',
             confirm=MULTI_TURN, key=key, requested=limit / row.per_unit, turns=turns, unit=row.unit,
+            cause="beyond_half_turn",
         )  # fmt: skip
 
 
@@ -98,6 +99,7 @@ def _check_side(row: Parameter, shown: Parameter, limits: Limits, side: int, lim
         request=f'{", or send it" if remedy else "Send it"} again with confirm: ["{limits.confirm}"].',
         confirm=limits.confirm, key=row.key, requested=limit / row.per_unit,
         reading=None if reading is None else reading / shown.per_unit, margin=margin / shown.per_unit, unit=shown.unit,
+        cause="could_switch_off",
     )  # fmt: skip
 
 
@@ -122,4 +124,5 @@ def check_id(row: Parameter, requested: Raw, claims: Iterable[Claim]) -> None:
     raise Conflict(
         f"{row.label} {requested} belongs to {claim.title} ({claim.where}). {remedy}.",
         key=row.key, requested=requested, owner=claim.owner, owner_title=claim.title, free=free,
+        cause="id_taken", where=claim.where,
     )  # fmt: skip

@@ -114,7 +114,9 @@ class SaveSteps:
         if servo.boots != run.boots:
             raise NotAsWanted(
                 f"{servo.title} restarted before it was saved, so what was only in RAM is lost. Nothing was saved. "
-                "Look at what it holds now."
+                "Look at what it holds now.",
+                cause="restarted_before_save",
+                servo=servo.title,
             )
         self._follow.stop.check()
         departure = self._follow.depart(servo)
@@ -127,7 +129,9 @@ class SaveSteps:
                 self._follow.publish_rows(servo)
             if isinstance(error, HornbillError) and run.snapshot is not None:
                 error.facts.setdefault("snapshot", run.snapshot)
-                error.extend(after=f" Snapshot {run.snapshot} holds what was in RAM before.")
+                error.extend(
+                    after=f" Snapshot {run.snapshot} holds what was in RAM before.", also="snapshot_holds_before"
+                )
             raise
         return {
             "saved": rows, "node_id": servo.node_id, "node_id_before": departure.node_id, "snapshot": run.snapshot,
@@ -258,7 +262,10 @@ class SaveSteps:
         raw, output = run.found
         if run.torque != ON:
             if raw == ON and isinstance(error, HornbillError):
-                error.extend(after=f" Its output was switched {taken_by(run.torque)} for the save, and stays so.")
+                error.extend(
+                    after=f" Its output was switched {taken_by(run.torque)} for the save, and stays so.",
+                    also="output_stays",
+                )
         elif not self._follow.stop.latched and servo.output.taken == run.taken:
             self._motion.torque_off.require(servo, output.reason, output.by, taken_by(raw))
 
@@ -278,7 +285,11 @@ class SaveSteps:
                 if not before:
                     self._follow.fleet.remember(servo)
                 held = "What its ROM holds is not known" if before else "ROM holds what it held"
-                raise Refused(f"{servo.title} refused to save (ok = 0). RAM is unchanged. {held}.")
+                raise Refused(
+                    f"{servo.title} refused to save (ok = 0). RAM is unchanged. {held}.",
+                    cause="save_refused",
+                    servo=servo.title,
+                )
         except NoAnswer:
             # the answer may be lost in the restart (errata C3): only what happens next tells
             return False, None
@@ -298,11 +309,16 @@ def _check_supply(servo: Servo, saved: Loaded | None = None) -> None:
         raise OutOfRange(
             f"{problem} Nothing was saved.", key="current_voltage", unit="V",
             requested=supply or 0.0, minimum=low or 0.0, maximum=high or 0.0,
+            cause="supply_bad_save", servo=servo.title,
         )  # fmt: skip
 
 
 def _switched(servo: Servo) -> TorqueOff:
-    return TorqueOff(f"The output of {servo.title} was switched off while it was being saved. Save it again.")
+    return TorqueOff(
+        f"The output of {servo.title} was switched off while it was being saved. Save it again.",
+        cause="switched_off_in_save",
+        servo=servo.title,
+    )
 
 
 def _node_taken(servo: Servo, node: Raw | None, holder: Claim) -> Conflict:
@@ -312,4 +328,5 @@ def _node_taken(servo: Servo, node: Raw | None, holder: Claim) -> Conflict:
         summary=f"{servo.title} would come back on node ID {node}, where {holder.title} still is. Nothing was "
         "saved. Save that one first, or exchange them by commissioning.",
         key="node_id", requested=node, owner=holder.owner, owner_title=holder.title,
+        cause="node_id_held", servo=servo.title,
     )  # fmt: skip

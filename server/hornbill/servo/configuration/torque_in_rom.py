@@ -66,6 +66,7 @@ def decide(
             summary=f"What ROM of {servo.title} holds as torque mode (0x20) is not known, so a save cannot keep it. "
             "Choose: torque at every start, or none until it is turned on.",
             confirm=OFF_WORD, choices=[ON_WORD, OFF_WORD], key=KEY, requested=None,
+            cause="torque_in_rom_unknown", servo=servo.title,
         )  # fmt: skip
     if wanted in _NONE and rom not in _NONE and OFF_WORD not in confirm:
         held = "is not known to hold that" if rom is None else "holds on"
@@ -74,5 +75,6 @@ def decide(
             "from then on it holds nothing after a start until torque is turned on.",
             request=f'If that is meant, send it again with confirm: ["{OFF_WORD}"].',
             confirm=OFF_WORD, choices=[OFF_WORD], key=KEY, requested=scale.to_value(row, wanted),
+            cause="torque_into_rom", servo=servo.title,
         )  # fmt: skip
     return wanted

@@ -146,6 +146,9 @@ class Writing:
                 f"{servo.title} took every value, and was then found to hold something else: "
                 f"{'; '.join(text for _, text in wrong)}. It may have restarted, or another tool writes to it.",
                 differences=[fact for fact, _ in wrong],
+                cause="not_taken",
+                servo=servo.title,
+                keys=[fact["key"] for fact, _ in wrong],
             )
 
     async def _undo(

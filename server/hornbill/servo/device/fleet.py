@@ -100,7 +100,11 @@ class Fleet:
         servo = self._servos.get(Uid(uid))
         if servo is None or servo.model_number is None:
             raise Unknown(
-                "unknown_servo", f"There is no servo {uid!r}.", request="GET /api/v1/servos lists them.", uid=uid
+                "unknown_servo",
+                f"There is no servo {uid!r}.",
+                request="GET /api/v1/servos lists them.",
+                uid=uid,
+                cause="never_met",
             )
         return servo
 
@@ -144,7 +148,11 @@ class Fleet:
         """Drop what is known of a servo that is not there. Raises Busy for one that is, or is being worked on."""
         servo = self._servos.get(uid)
         if servo is not None and (servo.online or servo.busy is not None or servo.changing.locked()):
-            raise Busy(f"{servo.title} is there. Switch it off or take it off the bus before it is forgotten.")
+            raise Busy(
+                f"{servo.title} is there. Switch it off or take it off the bus before it is forgotten.",
+                cause="still_there",
+                servo=servo.title,
+            )
         if servo is not None:
             servo.forget_everything()
             self._hub.tell(ServoChanged(uid))

@@ -53,17 +53,24 @@ class Target:
 def check_free(servo: Servo, jobs: Jobs) -> None:
     """Raises Busy while a job of the servo, also one that has not had its first turn, or a change is under way."""
     if jobs.running(servo.uid) is not None or servo.changing.locked():
-        raise Busy(f"{servo.title} is being worked on. Try again when that has ended.", uid=servo.uid)
+        raise Busy(
+            f"{servo.title} is being worked on. Try again when that has ended.",
+            uid=servo.uid,
+            cause="worked_on",
+            servo=servo.title,
+        )
 
 
 def check_ready(servo: Servo) -> None:
     """Raises NoAnswer for a servo that is offline, Busy for one that is doing something else."""
     state = servo.state
     if state is State.OFFLINE:
-        raise NoAnswer(_OFFLINE.format(servo.title))
+        raise NoAnswer(_OFFLINE.format(servo.title), cause="offline", servo=servo.title)
     why = _WHY_BUSY.get(state)
     if why is not None:
-        raise Busy(f"{servo.title} {why}. Wait until it is ready.", state=state.value)
+        raise Busy(
+            f"{servo.title} {why}. Wait until it is ready.", state=state.value, cause="not_ready", servo=servo.title
+        )
 
 
 def check_readable(servo: Servo) -> None:
@@ -95,6 +102,8 @@ def unknown_series(servo: Servo) -> NotInThisModel:
         "to, but for torque off. It can be read, kept as a snapshot and compared. Use a hornbill that knows series "
         f"{number}, or Futaba's own program.",
         series_number=number,
+        cause="unknown_series",
+        servo=servo.title,
     )
 
 
@@ -114,16 +123,24 @@ def check_energise(servo: Servo) -> None:
     _check_recorded(servo)
     row_for(servo, "angle")
     if not servo.online:
-        raise NoAnswer(_OFFLINE.format(servo.title))
+        raise NoAnswer(_OFFLINE.format(servo.title), cause="offline", servo=servo.title)
     if servo.beyond_limits:
-        raise Busy(f"{servo.title} {_WHY_BUSY[State.PROTECTED]}. Wait until it is ready.", state=State.PROTECTED.value)
+        raise Busy(
+            f"{servo.title} {_WHY_BUSY[State.PROTECTED]}. Wait until it is ready.",
+            state=State.PROTECTED.value,
+            cause="not_ready",
+            servo=servo.title,
+        )
     _check_loaded(servo)
 
 
 def _check_recorded(servo: Servo) -> None:
     if servo.recorded:
         raise BusReadOnly(
-            f"{servo.title} is one of a recording: nothing moves. Connect its bus.", request=": PUT /api/v1/bus."
+            f"{servo.title} is one of a recording: nothing moves. Connect its bus.",
+            request=": PUT /api/v1/bus.",
+            cause="recorded_servo",
+            servo=servo.title,
         )
 
 
@@ -135,6 +152,8 @@ def _check_loaded(servo: Servo) -> None:
             f"(POST /api/v1/servos/{servo.uid}/snapshots/{{id}}/restore) and save, or save what it holds now.",
             summary=f"{servo.title} runs on defaults: what was saved could not be loaded at its last start "
             "(warning bit 15). So it is not moved. Restore a snapshot and save, or save what it holds now.",
+            cause="runs_on_defaults",
+            servo=servo.title,
         )
 
 
@@ -143,7 +162,11 @@ def row_for(servo: Servo, kind: str) -> Parameter:
     check_series(servo)
     register = servo.registers.get(ROW_OF[kind])
     if register is None:
-        raise NotInThisModel(f"{servo.title} has not said yet what it is, so hornbill does not move it.")
+        raise NotInThisModel(
+            f"{servo.title} has not said yet what it is, so hornbill does not move it.",
+            cause="not_identified",
+            servo=servo.title,
+        )
     return register.parameter
 
 
@@ -156,6 +179,10 @@ def check_kind(servo: Servo, kind: str) -> None:
             f"{servo.title} takes no {kind} commands: firmware {servo.firmware_text} has no speed and torque control "
             f"(0x25). It came with {switch.since}. Command an angle.",
             key=switch.key,
+            cause="no_such_commands",
+            servo=servo.title,
+            kind=kind,
+            since=switch.since,
         )
 
 
@@ -167,11 +194,16 @@ def check_mode(servo: Servo, kind: str) -> None:
             f"{servo.title} ignores {kind} commands: speed and torque control (0x25) is off. Switch it on first.",
             request=f": PUT /api/v1/servos/{servo.uid}/parameters/speed_torque_control.",
             key="speed_torque_control",
+            cause="mode_off",
+            servo=servo.title,
+            kind=kind,
         )
     if servo.raw("torque_mode") != 0:
         raise TorqueOff(
             f"Torque is off on {servo.title}, so it would not move. Turn it on first.",
             request=f': POST /api/v1/servos/{servo.uid}/torque {{"mode": "on"}}.',
+            cause="torque_is_off",
+            servo=servo.title,
         )
 
 
@@ -211,4 +243,5 @@ def _past_limit(servo: Servo, row: Parameter, value: float, raw: Raw) -> OutOfRa
         f"{scale.to_text(row, raw)} is past the {name.label} of {servo.title}, {scale.to_text(row, limit)} "
         f"({name.name}). Enter {lowest} to {highest}, or change that limit first.",
         minimum=low / row.per_unit, maximum=high / row.per_unit, unit=row.unit, requested=value, limit=key,
+        cause="past_own_limit", servo=servo.title, key=row.key,
     )  # fmt: skip

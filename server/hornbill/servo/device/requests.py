@@ -186,6 +186,9 @@ class ServoRequests:
                 f"{servo.title} refused to {verb} {parameter.key} ({parameter.name}): it answered without a value. "
                 "Try again; if it does so each time, this servo does not have it.",
                 key=parameter.key,
+                cause="register_refused",
+                servo=servo.title,
+                writes=verb == "write",
             )
         self._remember(servo, parameter, raw)
         return raw
@@ -220,11 +223,18 @@ class ServoRequests:
                 f"{_title(who)} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
                 "Check its supply and the wiring.",
                 node_id=node_id,
+                cause="silent_servo",
+                servo=_title(who),
             ) from None
         finally:
             self.asked[kind, outcome] += 1
         if not isinstance(response, answer):
-            raise NoAnswer(f"{_title(who)} answered something that is no {answer.__name__}.", node_id=node_id)
+            raise NoAnswer(
+                f"{_title(who)} answered something that is no {answer.__name__}.",
+                node_id=node_id,
+                cause="odd_answer",
+                servo=_title(who),
+            )
         return response
 
     def _integer_of(self, response: GetSetResponse, parameter: Parameter, patience: Patience) -> Raw | None:
@@ -237,7 +247,7 @@ class ServoRequests:
         """Our node on the bus. Raises BusDisconnected without one."""
         participant = self._participant()
         if participant is None:
-            raise BusDisconnected("No bus is connected. Connect an adapter first.")
+            raise BusDisconnected("No bus is connected. Connect an adapter first.", cause="no_bus")
         return participant
 
     @property
@@ -257,7 +267,11 @@ def _title(who: Servo | int) -> str:
 
 def _node(servo: Servo) -> int:
     if servo.node_id is None:
-        raise NoAnswer(f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.")
+        raise NoAnswer(
+            f"{servo.title} is offline: it has no node id now. Check its supply and the wiring.",
+            cause="no_node_id",
+            servo=servo.title,
+        )
     return servo.node_id
 
 

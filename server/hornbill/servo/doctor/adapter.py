@@ -1,9 +1,10 @@
 """Findings of the doctor on the adapter: not there, lost, off the bus, set to other bit times than the servos."""
 
+from collections.abc import Mapping
 from typing import Final, cast
 
 from hornbill.domain.bus import Finding, FindingCode
-from hornbill.domain.fields import known
+from hornbill.domain.fields import Param, known
 from hornbill.errors import PortError
 from hornbill.servo.doctor.finding import count, ok, percent
 from hornbill.servo.doctor.record import Record
@@ -17,6 +18,15 @@ _NEAR: Final = 0.005
 _FAR: Final = 0.025
 """Sample points differ in their third digit with an adapter's clock; beyond two points and a half frames get lost."""
 
+
+CHECK: Final = "Check the adapter and its cable, then connect again: PUT /api/v1/bus."
+CHECK_TIMING: Final = "Check bit rate, wiring and termination, then connect again: PUT /api/v1/bus."
+
+_KINDS: Final[Mapping[str, tuple[FindingCode, str]]] = {
+    "interface_down": ("interface_down", "is down"),
+    "other_bit_rate": ("bit_rate", "runs at another bit rate"),
+}
+"""A code and a few words for troubles with a known cause."""
 
 _NOTES: Final = {
     "adapter_silent": "The adapter answers no command",
@@ -43,8 +53,9 @@ def no_connection(failure: tuple[str, PortError] | None) -> Finding:
     address, error = failure
     told = error.facts.get("remedy")
     remedy = str(told) if told else "Do what it says, then connect again."
-    code, what = _kind(error.detail) or ("adapter_failed", "cannot be opened")
-    return Finding(code, "failure", f"{address} {what}", error.detail, remedy, params={"address": address})
+    code, what = _KINDS.get(error.facts.get("cause", ""), ("adapter_failed", "cannot be opened"))
+    params: dict[str, Param] = {**error.told, "address": address}
+    return Finding(code, "failure", f"{address} {what}", error.detail, remedy, advice="check_adapter", params=params)
 
 
 def working(record: Record) -> list[Finding]:
@@ -75,20 +86,21 @@ def working(record: Record) -> list[Finding]:
     seconds = 0.0 if record.down_since is None else record.now - record.down_since
     retry = "" if port.retry_in_s is None else f" Tried again in {port.retry_in_s:.0f} s."
     evidence = f"For {seconds:.0f} s; opened again by itself {count(port.statistics.reopened, 'time')} before.{retry}"
-    trouble = port.trouble or "Check the adapter and its cable, then connect again: PUT /api/v1/bus."
+    trouble = port.trouble
     gone: tuple[FindingCode, str] = (
         ("adapter_lost", "is lost") if record.opened else ("adapter_failed", "cannot be opened")
     )
-    code, what = _kind(trouble) or gone
+    code, what = gone if trouble is None else _KINDS.get(trouble.facts.get("cause", ""), gone)
     return [
         Finding(
             code,
             "failure",
             f"{port.address} {what}",
             evidence,
-            trouble,
-            advice=None if port.trouble else "check_adapter",
-            params=known(
+            CHECK if trouble is None else trouble.detail,
+            advice="check_adapter" if trouble is None else "as_adapter_says",
+            params=({} if trouble is None else trouble.told)
+            | known(
                 address=port.address,
                 down_s=round(seconds),
                 reopened=port.statistics.reopened,
@@ -114,9 +126,10 @@ def bus_off(record: Record) -> list[Finding]:
                 "hornbill's controller is off the bus",
                 f"{times} since connecting; {count(errors, 'error')} since the last frame came in, "
                 f"{record.silence_s:.0f} s ago.",
-                port.trouble or "Check bit rate, wiring and termination, then connect again: PUT /api/v1/bus.",
-                advice=None if port.trouble else "check_timing_and_wiring",
-                params={
+                CHECK_TIMING if port.trouble is None else port.trouble.detail,
+                advice="check_timing_and_wiring" if port.trouble is None else "as_adapter_says",
+                params=({} if port.trouble is None else port.trouble.told)
+                | {
                     "times": port.statistics.bus_offs,
                     "errors": errors,
                     "silence_s": round(record.silence_s),
@@ -188,12 +201,3 @@ def _timing_remedy(address: str) -> tuple[str, str | None]:
         return command, command
     text = f'Connect again at the right one: PUT /api/v1/bus {{"address": "{address}", "bitrate": {BITRATE}}}.'
     return text, None
-
-
-def _kind(trouble: str) -> tuple[FindingCode, str] | None:
-    """A code and a few words for troubles with a known cause, by the sentences of `bus/socketcan.py`."""
-    if " is down" in trouble:
-        return "interface_down", "is down"
-    if " bit/s and not at " in trouble:
-        return "bit_rate", "runs at another bit rate"
-    return None

@@ -89,7 +89,7 @@ class Faults:
             raise Unknown(
                 "unknown_fault", f"This servo never showed a fault {key[:60]!r}.",
                 request="GET …/faults lists those it did.",
-                uid=uid, key=key[:60],
+                uid=uid, key=key[:60], cause="never_showed",
             )  # fmt: skip
         wanted = [one for one in known if key is None or one == key]
         now = self._base.utc_now()

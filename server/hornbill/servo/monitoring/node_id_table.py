@@ -112,7 +112,9 @@ class NodeIdTable:
     async def pin(self, uid: Uid, node_id: int) -> str:
         """Choose a node's id, 1..125, and say when it takes effect. Raises OutOfRange and InvalidValue."""
         if node_id == self.own_id and node_id <= HIGHEST_DYNAMIC:
-            raise InvalidValue(f"Node id {node_id} is hornbill's own. Choose another.", node_id=node_id)
+            raise InvalidValue(
+                f"Node id {node_id} is hornbill's own. Choose another.", node_id=node_id, cause="own_node_id"
+            )
         resident = self._directory.resident(node_id)
         stranger = resident is None or resident.hex() != uid
         if stranger and self._directory.is_online(node_id, self._base.now()):
@@ -120,6 +122,7 @@ class NodeIdTable:
                 f"Node id {node_id} is in use by another node. Choose another, or switch that node off first.",
                 node_id=node_id,
                 owner=None if resident is None else resident.hex(),
+                cause="node_id_in_use",
             )
         await self._store.run(self._store.allocations.pin, uid, NodeId(node_id))
         now_on = self.online().get(uid)
@@ -135,7 +138,11 @@ class NodeIdTable:
         """
         node_id = self._store.allocations.row(uid).node_id
         if busy is not None:
-            raise Busy(f"{busy} Its node id cannot be forgotten before that has ended.", node_id=node_id)
+            raise Busy(
+                f"{busy} Its node id cannot be forgotten before that has ended.",
+                node_id=node_id,
+                cause="allocation_busy",
+            )
         await self._store.run(self._store.allocations.forget, uid)
         now_on = self.online().get(uid)
         if now_on is None:

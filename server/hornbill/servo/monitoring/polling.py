@@ -115,9 +115,11 @@ class Polling:
             )
         for key, row in rows:
             if key not in servo.registers:
-                raise NotInThisModel(f"{servo.title} does not have {key} ({row.name}).", key=key)
+                raise NotInThisModel(
+                    f"{servo.title} does not have {key} ({row.name}).", key=key, cause="no_such_row", servo=servo.title
+                )
             if row.kind != "number":
-                raise InvalidValue(f"{key} is no number, so it is no channel.", key=key)
+                raise InvalidValue(f"{key} is no number, so it is no channel.", key=key, cause="no_channel")
         now = self._base.now()
         one = self._rounds.setdefault(servo.uid, _Round(servo))
         until = None if ttl_s is None else now + ttl_s

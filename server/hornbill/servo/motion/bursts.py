@@ -98,9 +98,13 @@ class Bursts:
         InvalidValue for more than 60, one servo twice, and an angle beyond ±180°.
         """
         if not 1 <= len(setpoints) <= MOST:
-            raise InvalidValue(f"{len(setpoints)} commands are not 1 to {MOST}. Send several bursts.")
+            raise InvalidValue(
+                f"{len(setpoints)} commands are not 1 to {MOST}. Send several bursts.",
+                cause="too_many_commands",
+                most=MOST,
+            )
         if len({setpoint.servo.uid for setpoint in setpoints}) < len(setpoints):
-            raise InvalidValue("A servo has two commands in one burst. Give it one.")
+            raise InvalidValue("A servo has two commands in one burst. Give it one.", cause="two_commands")
         for setpoint in setpoints:
             self._motion.may_move(setpoint.servo, lease_id)
         outcomes = await asyncio.gather(*(self._freshen(setpoint) for setpoint in setpoints), return_exceptions=True)
@@ -184,6 +188,7 @@ class Bursts:
                 summary=f"{servo.title} has servo id {own}, which ArrayCommand cannot address. Give it one of its own, "
                 "1 to 254, or command it by itself.",
                 key="servo_id", requested=own, owner=None, owner_title=None,
+                cause="id_not_addressable", servo=servo.title,
             )  # fmt: skip
         for other in self._live():
             if other is not servo and other.online and other.servo_id == own:
@@ -193,6 +198,7 @@ class Bursts:
                     summary=f"{servo.title} and {other.title} share servo id {own}: both would move. Give each its "
                     "own, or command it by itself.",
                     key="servo_id", requested=own, owner=other.uid, owner_title=other.title,
+                    cause="shared_servo_id", servo=servo.title,
                 )  # fmt: skip
 
     def _check(self, lease_id: str | None, prepared: Prepared) -> HeldLease:
@@ -200,10 +206,18 @@ class Bursts:
         for part in prepared.parts:
             lease = self._motion.may_move(part.servo, lease_id)
             if part.servo.boots != part.boots:
-                raise Busy(f"{part.servo.title} restarted since the burst was prepared. Prepare it anew.")
+                raise Busy(
+                    f"{part.servo.title} restarted since the burst was prepared. Prepare it anew.",
+                    cause="restarted_since_prepared",
+                    servo=part.servo.title,
+                )
             permission.check_mode(part.servo, part.kind)
             if part.servo.servo_id != part.command.actuator_id:
-                raise Busy(f"{part.servo.title} has another servo id since the burst was prepared. Prepare it anew.")
+                raise Busy(
+                    f"{part.servo.title} has another servo id since the burst was prepared. Prepare it anew.",
+                    cause="id_changed_since_prepared",
+                    servo=part.servo.title,
+                )
             if part.kind == "angle":
                 _check_unit(part.servo)
         assert lease is not None
@@ -246,6 +260,7 @@ def _part(servo: Servo, kind: str, target: Target) -> Part:
                 "alone.",
                 request=f": POST /api/v1/servos/{servo.uid}/command.",
                 requested=number, minimum=-HALF_TURN_DEG, maximum=HALF_TURN_DEG, uid=servo.uid,
+                cause="beyond_array_command", servo=servo.title,
             )  # fmt: skip
         wire = held(position_unit.to_position(servo, number))
         value = position_unit.to_degrees(servo, wire)
@@ -262,7 +277,7 @@ def _check_unit(servo: Servo) -> None:
             f"(POST /api/v1/servos/{servo.uid}/command), or force the unit: PUT …/position-unit.",
             summary=f"Status of {servo.title} disagrees with register 0x08 about the unit of a position. Command it by "
             "itself, or force the unit.",
-            uid=servo.uid, state=servo.position_unit.state,
+            uid=servo.uid, state=servo.position_unit.state, cause="unit_in_conflict", servo=servo.title,
         )  # fmt: skip
 
 

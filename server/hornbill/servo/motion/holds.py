@@ -89,7 +89,9 @@ class Holds:
         Raises InvalidValue for angles, Busy when there is nothing to renew, and what Motion.command raises.
         """
         if kind not in UNIT:
-            raise InvalidValue('To hold is for speed and torque: an angle has an end. Leave "hold" out.')
+            raise InvalidValue(
+                'To hold is for speed and torque: an angle has an end. Leave "hold" out.', cause="no_hold_for_angle"
+            )
         if value == 0:
             self._end_move(servo.uid)
             return await self._release(servo, lease_id, kind)
@@ -99,7 +101,11 @@ class Holds:
         if going is not None and going.lease_id != lease.id:
             going = None
         if renew and going is None:
-            raise Busy(f"{servo.title} was braked: nobody said in time that it shall run on. Let go, and press again.")
+            raise Busy(
+                f"{servo.title} was braked: nobody said in time that it shall run on. Let go, and press again.",
+                cause="braked_meanwhile",
+                servo=servo.title,
+            )
         same = going is not None and (going.kind, going.value) == (kind, value)
         if going is not None and going.target is not None and (renew or same):
             self._motion.still_holds(servo, lease_id, going.target)
@@ -112,7 +118,9 @@ class Holds:
         try:
             await self._motion.freshen(servo, kind)
             if self._holds.get(servo.uid) is not hold:
-                raise Busy(f"{servo.title} was let go before it began to run.")
+                raise Busy(
+                    f"{servo.title} was let go before it began to run.", cause="let_go_at_once", servo=servo.title
+                )
             hold.target = await self._motion.command(servo, lease_id, kind, value, clamp=False, confirm=confirm)
         except HornbillError as error:
             self._forget(hold)
@@ -172,7 +180,11 @@ class Holds:
             async with asyncio.timeout(BRAKE_S):
                 return await self._motion.command(servo, lease_id, kind, 0.0, clamp=False)
         except TimeoutError as error:
-            raise NoAnswer(f"{servo.title} did not answer to the brake. Torque goes off.") from error
+            raise NoAnswer(
+                f"{servo.title} did not answer to the brake. Torque goes off.",
+                cause="brake_unanswered",
+                servo=servo.title,
+            ) from error
 
     async def _torque_away(self, servo: Servo) -> None:
         if not self._motion.driven(servo.uid):

@@ -49,7 +49,9 @@ class Identify:
         if servo.rom_lost:
             raise ConfigurationLost(
                 f"{servo.title} could not load what was saved and runs on defaults, so it is not moved. "
-                "Restore its configuration and save it first."
+                "Restore its configuration and save it first.",
+                cause="runs_on_defaults",
+                servo=servo.title,
             )
         now = self._base.now()
         if lease_id is None:

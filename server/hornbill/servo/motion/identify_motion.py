@@ -162,7 +162,12 @@ class IdentifyMotion:
             self._check_ours()
             await self._torque_as_found(horn)
             if left := await shielded(self._borrowed.give_back(self._renew)):
-                raise NotAsWanted(f"{self._servo.title} was not found to hold its own values again.", keys=left)
+                raise NotAsWanted(
+                    f"{self._servo.title} was not found to hold its own values again.",
+                    keys=left,
+                    cause="not_given_back",
+                    servo=self._servo.title,
+                )
             if horn.mode == 0:
                 self._check_ours()
             if horn.mode == 0 and not horn.driven:
@@ -181,6 +186,10 @@ class IdentifyMotion:
             raise DidNotMove(
                 f"The horn of {self._servo.title} {what}: {_evidence(horn)}, in the end {back:+.1f}°. Look whether it "
                 "is blocked, and at its dead band (0x2E) and its limits of speed and torque (0x3A to 0x3D).",
+                cause="wiggle_failed",
+                servo=self._servo.title,
+                moved=moved,
+                back_deg=back,
             )
         return job.result
 
@@ -193,17 +202,29 @@ class IdentifyMotion:
         await asyncio.sleep(0.1)
         again = await self._read("current_angle")
         if abs(again - centre) > STILL_DEG:
-            raise Busy(f"The horn of {servo.title} is turning. Wait until it is at rest.")
+            raise Busy(
+                f"The horn of {servo.title} is turning. Wait until it is at rest.",
+                cause="horn_turning",
+                servo=servo.title,
+            )
         mode, driven = servo.raw("torque_mode") or 0, self._motion.driven(servo.uid)
         command = servo.raw("command_angle")
         row = permission.row_for(servo, "angle")
         if mode == 0 and command in (None, DUMMY):
-            raise Busy(f"{servo.title} is under a speed or torque command. Command an angle or turn torque off first.")
+            raise Busy(
+                f"{servo.title} is under a speed or torque command. Command an angle or turn torque off first.",
+                cause="under_speed_command",
+                servo=servo.title,
+            )
         load = servo.raw("current_torque") or 0
         if mode == 0 and abs(load) > HELD_LOAD_PCT:
             raise Busy(
                 f"The horn of {servo.title} holds {abs(load)} % of its torque and could fall when that is limited to "
                 f"{LIMIT_PCT} %. Relieve it first, or turn torque off.",
+                cause="horn_loaded",
+                servo=servo.title,
+                load_pct=abs(load),
+                limit_pct=LIMIT_PCT,
             )
         low, high = (limit / row.per_unit for limit in permission.bounds(servo, row))
         near = centre if command is None else command / row.per_unit
@@ -223,6 +244,7 @@ class IdentifyMotion:
                 f"The horn of {servo.title} stands at {centre:.1f}°, and its angle limits of {low:g}° to {high:g}° "
                 "leave no room to wiggle. Turn it inside by hand, or widen the limits.",
                 minimum=low, maximum=high, unit=row.unit, requested=centre,
+                cause="no_room_to_wiggle", servo=servo.title,
             )  # fmt: skip
         found = ("on", "off", "the brake")[mode] + (", under command" if driven else "")
         text = f"horn at rest at {centre:+.1f}°, torque {found}; room {horn.low:+.1f} to {horn.high:+.1f}°"
@@ -287,6 +309,10 @@ class IdentifyMotion:
             raise DidNotMove(
                 f"The horn of {self._servo.title} was found at {angle:+.1f}°, further than {FURTHEST_DEG:g}° from "
                 f"{horn.centre:+.1f}°, where it was not commanded to. Torque is taken off. Look what turns it.",
+                cause="horn_strayed",
+                servo=self._servo.title,
+                angle_deg=angle,
+                centre_deg=horn.centre,
             )
         return angle
 
@@ -306,7 +332,11 @@ class IdentifyMotion:
         self._renew()
         self._motion.may_move(self._servo, self._lease.id)
         if not self._motion.driven(self._servo.uid):
-            raise TorqueOff(f"Torque was taken from {self._servo.title} before it was as it was found.")
+            raise TorqueOff(
+                f"Torque was taken from {self._servo.title} before it was as it was found.",
+                cause="torque_taken",
+                servo=self._servo.title,
+            )
 
     async def _torque_as_found(self, horn: _Horn) -> None:
         if horn.mode != 0:

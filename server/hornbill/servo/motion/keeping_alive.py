@@ -181,10 +181,10 @@ class KeepingAlive:
                 return True
             self._gate(driven)
             if servo.boots != driven.boots:
-                raise Busy(f"{servo.title} restarted.")
+                raise Busy(f"{servo.title} restarted.", cause="restarted_meanwhile", servo=servo.title)
             if look:
                 if late := self._too_late(driven):
-                    raise Busy(f"{servo.title} was not commanded for {late}.")
+                    raise Busy(f"{servo.title} was not commanded for {late}.", cause="not_commanded", servo=servo.title)
                 await self._see(driven, patience)
             assert driven.target is not None
             driven.holds = await self._send(driven, driven.target, patience)
@@ -195,7 +195,9 @@ class KeepingAlive:
             if not await self._runs_on(servo, driven.boots):
                 raise
             if late := self._too_late(driven):
-                raise NoAnswer(f"{servo.title} did not answer for {late}.") from None
+                raise NoAnswer(
+                    f"{servo.title} did not answer for {late}.", cause="silent_too_long", servo=servo.title
+                ) from None
             return False
         return True
 
@@ -225,12 +227,22 @@ class KeepingAlive:
         held = await self._requests.read(servo, target.parameter, patience)
         if driven.holds is not None:
             if held != driven.holds:
-                raise Busy(f"{servo.title} holds another command than the one it was given.", held=held)
+                raise Busy(
+                    f"{servo.title} holds another command than the one it was given.",
+                    held=held,
+                    cause="holds_another",
+                    servo=servo.title,
+                )
         elif abs(held - target.raw) <= 1:  # float16 may have moved it by a step
             self._shows.add(servo.uid)
             driven.target, driven.holds = replace(target, raw=held), held
         elif servo.uid in self._shows:
-            raise Busy(f"{servo.title} did not take the command of the last burst.", held=held)
+            raise Busy(
+                f"{servo.title} did not take the command of the last burst.",
+                held=held,
+                cause="last_not_taken",
+                servo=servo.title,
+            )
 
     async def _runs_on(self, servo: Servo, boots: int) -> bool:
         """Whether a servo that missed a command has surely not restarted, by its uptime (whole seconds, table 2-17)."""

@@ -109,7 +109,11 @@ class Motion:
         await self.freshen(servo, kind)
         lease = self.may_move(servo, lease_id)
         if self._streamed(servo.uid):
-            raise Busy(f"{servo.title} is commanded by a stream. Give the stream its value, or end it first.")
+            raise Busy(
+                f"{servo.title} is commanded by a stream. Give the stream its value, or end it first.",
+                cause="stream_commands",
+                servo=servo.title,
+            )
         target = self.permit(servo, lease, kind, value, clamp=clamp, confirm=confirm)
         driven = self._drive(servo, lease)
         self.keeping_alive.pause(driven)  # or the old target could leave after the new one
@@ -172,15 +176,21 @@ class Motion:
         self.may_move(servo, lease_id)
         driven = self._driven.get(servo.uid)
         if driven is None:
-            raise TorqueOff(f"Torque was taken from {servo.title} before it settled.")
+            raise TorqueOff(
+                f"Torque was taken from {servo.title} before it settled.", cause="torque_taken", servo=servo.title
+            )
         if driven.target is None or (driven.target.parameter, driven.target.raw) != (target.parameter, target.raw):
-            raise Busy(f"{servo.title} was given another command before it settled.")
+            raise Busy(
+                f"{servo.title} was given another command before it settled.",
+                cause="other_command_first",
+                servo=servo.title,
+            )
         if (why := driven.let_go) is not None:
             error = copy(why)
             error.extend(before=f"{servo.title} was let go before it settled: ")
             raise error
         if driven.alive is None or driven.alive.done():
-            raise Busy(f"{servo.title} was let go before it settled.")
+            raise Busy(f"{servo.title} was let go before it settled.", cause="let_go_first", servo=servo.title)
 
     async def switch(self, servo: Servo, torque: Raw, lease_id: str | None, *, by: str | None = None) -> Raw:
         """Write 0x20: what it holds then. On needs a lease (`torque_on`), off and brake do not (`torque_away`)."""
@@ -243,7 +253,12 @@ class Motion:
         taken = servo.output.taken
         speed = await self._requests.read(servo, servo.registers["current_speed"].parameter, READ)
         if abs(speed) > AT_REST_RPM:
-            raise Busy(f"The horn of {servo.title} turns at {speed} rpm with its output off. Let it come to rest.")
+            raise Busy(
+                f"The horn of {servo.title} turns at {speed} rpm with its output off. Let it come to rest.",
+                cause="horn_turns_off",
+                servo=servo.title,
+                speed_rpm=speed,
+            )
         angle = await self._requests.read(servo, servo.registers["current_angle"].parameter, READ)
         await self._insist(servo, Target(permission.row_for(servo, "angle"), angle, clamped=False), taken)
         servo.output.switch(ON, "command", by)
@@ -252,6 +267,8 @@ class Motion:
             raise NotAsWanted(
                 f"{servo.title} did not take torque on, which ROM was to hold.",
                 differences=[{"key": mode.key, "wanted": "on", "found": None}],
+                cause="torque_on_not_taken",
+                servo=servo.title,
             )
 
     async def torque_away(self, servo: Servo, mode: str, *, by: str | None = None) -> Raw:
@@ -351,9 +368,9 @@ class Motion:
     def _check_open(self) -> None:
         self.stop.check()
         if self.leaving:
-            raise BusDisconnected("The bus is being disconnected, so nothing is moved any more.")
+            raise BusDisconnected("The bus is being disconnected, so nothing is moved any more.", cause="bus_parting")
         if self._bus_gone:
-            raise BusDisconnected("The bus is lost. Command again when it is back.")
+            raise BusDisconnected("The bus is lost. Command again when it is back.", cause="bus_is_lost")
 
     async def _here(self, servo: Servo) -> Target | None:
         """The present angle, as just read, as a command; None where the angle limits do not let the horn stay."""
@@ -438,10 +455,10 @@ class Motion:
             if asyncio.current_task().cancelling():  # pyright: ignore[reportOptionalMemberAccess]
                 raise
             self._check_open()
-            raise TorqueOff(gone) from None
+            raise TorqueOff(gone, cause="switched_off_meanwhile", servo=servo.title) from None
         self._check_open()
         if servo.output.taken != taken:
-            raise TorqueOff(gone)
+            raise TorqueOff(gone, cause="switched_off_meanwhile", servo=servo.title)
         return raw
 
     async def _deliver(self, servo: Servo, target: Target, patience: Patience) -> Raw:
@@ -462,11 +479,19 @@ class Motion:
             return
         self.stop.check()
         if self._bus_gone or self.leaving:
-            raise BusDisconnected("The bus went away while the command was under way. Torque goes off.")
+            raise BusDisconnected(
+                "The bus went away while the command was under way. Torque goes off.", cause="bus_left_meanwhile"
+            )
         lease = self._leases.current(self._base.now())
         if lease is None or lease.id != driven.lease_id:
-            raise LeaseRequired("The lease ended while the command was under way. Torque goes off.")
-        raise TorqueOff(f"Torque was taken from {driven.servo.title} while the command was under way.")
+            raise LeaseRequired(
+                "The lease ended while the command was under way. Torque goes off.", cause="lease_over_meanwhile"
+            )
+        raise TorqueOff(
+            f"Torque was taken from {driven.servo.title} while the command was under way.",
+            cause="torque_taken",
+            servo=driven.servo.title,
+        )
 
     async def _holds(self, driven: Driven, target: Target) -> bool:
         """Whether a command that was not answered arrived: a read may be repeated where the command may not."""

@@ -195,7 +195,7 @@ class Streams:
         stream = self.get(stream_id)
         self._leases.require(lease_id, self._base.now())
         if stream.ended is not None:
-            raise Busy(f"The stream has ended: {stream.ended} Begin a new one.")
+            raise Busy(f"The stream has ended: {stream.ended} Begin a new one.", cause="stream_over")
         uids = set(stream.uids)
         foreign = next((uid for uid in values if uid not in uids), None)
         if foreign is not None:
@@ -204,7 +204,9 @@ class Streams:
         steps = {Uid(uid): round(value * per_unit[Uid(uid)]) / per_unit[Uid(uid)] for uid, value in values.items()}
         there = self._bursts.renewed(stream.prepared, steps)
         if profile is not None and stream.kind != "angle":
-            raise InvalidValue(f"A profile is for angles; a {stream.kind} has no way to go. Leave it out.")
+            raise InvalidValue(
+                f"A profile is for angles; a {stream.kind} has no way to go. Leave it out.", cause="profile_for_angles"
+            )
         if profile is None:
             stream.prepared = there
             for uid in steps:
@@ -242,13 +244,14 @@ class Streams:
                 f"{max(0.0, left):.0%} is left for streams. {_remedy(possible)}",
                 request=" (PUT …/telemetry)." if possible < 1 else None,
                 bus_share=round(share, 4), left=round(max(0.0, left), 4), possible_hz=possible,
+                cause="stream_too_fast", servos=len(prepared.parts), rate_hz=rate_hz,
             )  # fmt: skip
         return share
 
 
 def _other_stream(servo: Servo) -> Busy:
     text = f"{servo.title} is commanded by another stream. End that first."
-    return Busy(text, request=": DELETE /api/v1/streams/ID.")
+    return Busy(text, request=": DELETE /api/v1/streams/ID.", cause="other_stream", servo=servo.title)
 
 
 def _remedy(possible_hz: int) -> str:

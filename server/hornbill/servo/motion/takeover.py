@@ -99,9 +99,11 @@ class TakeOvers:
     async def force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
         """Take it from whoever has it. Raises InvalidValue without a reason, and Busy while it passes to somebody."""
         if not reason.strip():
-            raise InvalidValue('To take motion control by force say why: "reason" is kept in the audit.')
+            raise InvalidValue(
+                'To take motion control by force say why: "reason" is kept in the audit.', cause="force_without_reason"
+            )
         if self._passing is not None:
-            raise Busy("Motion control is passing to somebody right now. Try again in a second.")
+            raise Busy("Motion control is passing to somebody right now. Try again in a second.", cause="passing_now")
         if self._leases.current(self._base.now()) is None and self._waiting is None:
             return self.take(holder, ttl_s)
         # A task of its own: half of it would leave nobody in control, and nothing in the audit.
@@ -115,7 +117,11 @@ class TakeOvers:
         """
         if self._waiting is not None or self._passing is not None:
             who = "Somebody" if self._waiting is None else self._waiting.by
-            raise Busy(f"{who} has asked for motion control already. Wait until that is decided.")
+            raise Busy(
+                f"{who} has asked for motion control already. Wait until that is decided.",
+                cause="asked_already",
+                by=who,
+            )
         now = self._base.now()
         asked = TakeOverRequest(by, ttl_s, reason, patience_s, now, now)
         self._asked[asked.id] = asked
@@ -146,6 +152,7 @@ class TakeOvers:
                 "unknown_lease",
                 "This request is not known any more. Ask anew.",
                 request=": POST /api/v1/leases/requests.",
+                cause="request_over",
             )
         asked.seen_at = self._base.now()
         return asked
@@ -161,7 +168,7 @@ class TakeOvers:
         lease = self._leases.require(lease_id, self._base.now())
         asked = self._waiting
         if asked is None or shown_id not in (asked.shown_id, asked.id):
-            raise Unknown("unknown_lease", "Nobody asks for motion control by this id any more.")
+            raise Unknown("unknown_lease", "Nobody asks for motion control by this id any more.", cause="nobody_asks")
         text = f"{lease.holder} keeps motion control: {asked.by} was refused."
         self._end(asked, "lease_refused", text, holder=lease.holder)
         return asked

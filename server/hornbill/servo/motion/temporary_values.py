@@ -40,6 +40,8 @@ class TemporaryValues:
                 f"{self._servo.title} took {scale.to_text(row, raw)} as {row.label.lower()} and holds "
                 f"{scale.to_text(row, held)}.",
                 key=key,
+                cause="took_another",
+                servo=self._servo.title,
             )
 
     async def give_back(self, before_each: Callable[[], object] = lambda: None) -> list[str]:

@@ -117,15 +117,28 @@ class Sides:
     async def snapshot(self, snapshot_id: int) -> StoredSnapshot:
         """The snapshot of that number, however large it is. Raises Unknown (unknown_snapshot)."""
         if not 0 < snapshot_id <= HIGHEST_ID:
-            raise Unknown("unknown_snapshot", f"There is no snapshot {snapshot_id}.", snapshot=snapshot_id)
+            raise Unknown(
+                "unknown_snapshot",
+                f"There is no snapshot {snapshot_id}.",
+                snapshot=snapshot_id,
+                cause="no_such_snapshot",
+            )
         return await self._store.run(self._store.snapshots.get, snapshot_id)
 
     def _ram(self, name: str, uid: Uid) -> Side:
         if not self._fleet.knows(uid) and self._store.servos.get(uid) is not None:
-            raise NoAnswer(f"Servo {uid[:8]} is not on the bus: what its RAM holds is not known. Take rom:{uid}.")
+            raise NoAnswer(
+                f"Servo {uid[:8]} is not on the bus: what its RAM holds is not known. Take rom:{uid}.",
+                cause="ram_unknown",
+                servo=f"servo {uid[:8]}",
+            )
         servo = self._fleet.get(uid)
         if not servo.online:
-            raise NoAnswer(f"{servo.title} is offline: what its RAM holds is not known. Take rom:{uid}.")
+            raise NoAnswer(
+                f"{servo.title} is offline: what its RAM holds is not known. Take rom:{uid}.",
+                cause="ram_unknown",
+                servo=servo.title,
+            )
         rows = {key: one.parameter for key, one in servo.registers.items()}
         return side_of(name, f"RAM of {servo.title}", rows, held(servo))
 
@@ -143,7 +156,11 @@ class Sides:
         model = self._catalog.models.get(model_name)
         if model is None:
             known = ", ".join(self._catalog.models)
-            raise InvalidValue(f'There is no model "{model_name[:40]}". Take one of {known}.', requested=rest[:200])
+            raise InvalidValue(
+                f'There is no model "{model_name[:40]}". Take one of {known}.',
+                requested=rest[:200],
+                cause="no_such_model",
+            )
         rows = model.rows(from_text(firmware) if at else None)
         return side_of(name, f"defaults of {rest}", rows, {key: row.default for key, row in rows.items()})
 

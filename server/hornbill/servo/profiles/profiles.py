@@ -97,7 +97,7 @@ class Profiles:
             if one.error is not None:
                 raise one.error
         if not checked:
-            raise InvalidValue("A profile without values is none. Give at least one.")
+            raise InvalidValue("A profile without values is none. Give at least one.", cause="no_values")
         before = _json(self.get(name).values) if self.has(name) else None
         ordered = sorted(checked, key=lambda one: self._catalog.parameters[one.key].address)
         values = {one.key: one.value for one in ordered}
@@ -143,7 +143,9 @@ class Profiles:
         if servo.model is None:
             raise NotInThisModel(
                 f"{servo.title} is of series {servo.model_number} (0x50), which hornbill does not know, so no profile "
-                "can be made from it. Take a snapshot."
+                "can be made from it. Take a snapshot.",
+                cause="profile_of_unknown_series",
+                servo=servo.title,
             )
         permission.check_writable(servo)
         rows = {key: one.parameter for key, one in servo.registers.items()}
@@ -160,7 +162,11 @@ class Profiles:
         """What RAM held when a snapshot was taken, of the same rows as `from_servo`. Raises NotInThisModel."""
         model = self._catalog.models.get(snapshot.model or "")
         if model is None:
-            raise NotInThisModel(f"Snapshot {snapshot.id} is of no known model, so hornbill cannot tell what it means.")
+            raise NotInThisModel(
+                f"Snapshot {snapshot.id} is of no known model, so hornbill cannot tell what it means.",
+                cause="snapshot_of_unknown_model",
+                snapshot=snapshot.id,
+            )
         rows = model.rows(snapshot.firmware)
         wanted = _wanted(rows, keys, f"snapshot {snapshot.id}", identity=identity)
         values, units = _engineering(rows, snapshot.ram, wanted)
@@ -208,7 +214,9 @@ class Profiles:
         if model is None:
             known = ", ".join(self._catalog.models)
             raise InvalidValue(
-                f'There is no model "{draft.model[:40]}". Give one of {known}, or none.', requested=draft.model
+                f'There is no model "{draft.model[:40]}". Give one of {known}, or none.',
+                requested=draft.model,
+                cause="no_such_model",
             )
         return [model.rows(firmware)]
 
@@ -232,7 +240,12 @@ class Profiles:
             return bad(*refused)
         rows = [(one, one[key]) for one in candidates if key in one]
         if not rows:
-            return bad("not_in_this_model", NotInThisModel(f"{key} is no row of the model and firmware this is for."))
+            return bad(
+                "not_in_this_model",
+                NotInThisModel(
+                    f"{key} is no row of the model and firmware this is for.", cause="no_row_of_profile", key=key
+                ),
+            )
         errors: list[BadRequest] = []
         for others, row in rows:
             known = _known(row, others, values, units)
@@ -249,24 +262,37 @@ class Profiles:
             each = "; ".join(
                 dict.fromkeys(scale.allowed(row, _known(row, others, values, units)) for others, row in rows)
             )
-            error = OutOfRange(f"No model allows {shown} for {rows[0][1].label.lower()}. Enter {each}.", **error.facts)
+            error = OutOfRange(
+                f"No model allows {shown} for {rows[0][1].label.lower()}. Enter {each}.",
+                **error.facts,
+                cause="no_model_allows",
+                key=rows[0][1].key,
+            )
         return bad("out_of_range" if isinstance(error, OutOfRange) else "invalid", error)
 
     def _refused(self, key: str, identity: bool) -> tuple[Verdict, BadRequest | ForbiddenParameter] | None:
         """Why no profile holds this key, whatever its value."""
         if not_a_key(key) or key in self._catalog.actions:
-            return "forbidden", ForbiddenParameter(f"{key[:20]} is nothing a profile may hold. Take it out.")
+            return "forbidden", ForbiddenParameter(
+                f"{key[:20]} is nothing a profile may hold. Take it out.", cause="not_for_profiles", key=key[:20]
+            )
         try:
             row = self._catalog.parameter(key)
         except Unknown as error:
             return "unknown", error
         if row.group == "command":
-            return "forbidden", InvalidValue(f"{key} moves the horn, so it is no configuration. Take it out.")
+            return "forbidden", InvalidValue(
+                f"{key} moves the horn, so it is no configuration. Take it out.", cause="command_in_profile", key=key
+            )
         if not row.writable:
-            return "read_only", ReadOnly(f"{row.label} ({row.name}) can only be read. Take it out.")
+            return "read_only", ReadOnly(
+                f"{row.label} ({row.name}) can only be read. Take it out.", cause="read_only_in_profile", key=row.key
+            )
         if row.identity and not identity:
             return "identity", InvalidValue(
-                f"{row.label} ({row.name}) belongs to one servo. Take it out, or ask for identity rows."
+                f"{row.label} ({row.name}) belongs to one servo. Take it out, or ask for identity rows.",
+                cause="identity_in_profile",
+                key=row.key,
             )
         return None
 
@@ -280,9 +306,11 @@ def _wanted(rows: Mapping[str, Parameter], keys: Sequence[str] | None, whose: st
         return [key for key, row in rows.items() if row.rom and key != KEY and (identity or not row.identity)]
     for key in keys:
         if key not in rows:
-            raise NotInThisModel(f"{key[:60]} is no row that {whose} has.", key=key[:60])
+            raise NotInThisModel(f"{key[:60]} is no row that {whose} has.", key=key[:60], cause="no_row_of_profile")
         if not rows[key].rom:
-            raise InvalidValue(f"{key} is no configuration: ROM does not keep it. Take it out.", key=key)
+            raise InvalidValue(
+                f"{key} is no configuration: ROM does not keep it. Take it out.", key=key, cause="not_kept_in_rom"
+            )
     return list(dict.fromkeys(keys))
 
 
@@ -319,7 +347,11 @@ def _check_unit(row: Parameter, stated: str | None, known: Mapping[str, Raw | No
         return
     why = "" if row.unit_when is None else f": it follows {row.unit_when.parameter} of {whose}"
     raise InvalidValue(
-        f'{row.label} is stated in "{stated[:10]}", and its unit is "{unit}"{why}. State it in that unit.', unit=unit
+        f'{row.label} is stated in "{stated[:10]}", and its unit is "{unit}"{why}. State it in that unit.',
+        unit=unit,
+        cause="other_unit",
+        key=row.key,
+        stated=stated[:10],
     )
 
 

@@ -54,6 +54,9 @@ class Restoring:
             raise InvalidValue(
                 f"Nothing of {side.title} is left to be written to {servo.title}. Name the rows in keys.",
                 left_out=[{"key": one.key, "why": one.why} for one in left_out],
+                cause="nothing_left",
+                servo=servo.title,
+                side=side.title,
             )
         return await self._changes.edit(servo, values, replace(options, reason=_reason(side))), left_out
 
@@ -109,11 +112,20 @@ def _why_not(rows: Mapping[str, Parameter], key: str, side: Side, what: str, ide
 
 def _check_named(rows: Mapping[str, Parameter], key: str, side: Side) -> None:
     if not rows[key].rom or not rows[key].writable:
-        raise InvalidValue(f"{key} is no configuration, so nothing restores it. Take it out.", key=key)
+        raise InvalidValue(
+            f"{key} is no configuration, so nothing restores it. Take it out.", key=key, cause="not_restorable"
+        )
     if key not in side.values:
-        raise InvalidValue(f"{side.title} does not have {key}. Take it out.", key=key)
+        raise InvalidValue(
+            f"{side.title} does not have {key}. Take it out.", key=key, cause="not_in_source", servo=side.title
+        )
     if side.values[key] is None:
-        raise InvalidValue(f"It is not known what {side.title} holds in {key}. Take it out.", key=key)
+        raise InvalidValue(
+            f"It is not known what {side.title} holds in {key}. Take it out.",
+            key=key,
+            cause="unknown_in_source",
+            servo=side.title,
+        )
 
 
 def _check(
@@ -149,4 +161,9 @@ def _check_unit(row: Parameter, known: Mapping[str, Raw | None], side: Side) -> 
             f'{row.label} of {side.title} is in "{stated}", and here it is in "{unit}", for it follows '
             f"{other.parameter}. Restore {other.parameter} with it.",
             unit=unit,
+            cause="unit_follows",
+            key=row.key,
+            servo=side.title,
+            stated=stated,
+            other=other.parameter,
         )

@@ -77,7 +77,13 @@ class Recorder:
     def begin(self, draft: BeginDraft, *, before_s: float = BEFORE_S) -> None:
         """Record from now on. Bundles go to `draft`, and hold `before_s` (30..600) seconds before their first mark."""
         if not LEAST_BEFORE_S <= before_s <= KEPT_S:
-            raise InvalidValue(f"{before_s:g} s is outside {LEAST_BEFORE_S:g} to {KEPT_S:g} s.", requested=before_s)
+            raise InvalidValue(
+                f"{before_s:g} s is outside {LEAST_BEFORE_S:g} to {KEPT_S:g} s.",
+                requested=before_s,
+                cause="before_out_of_range",
+                minimum_s=LEAST_BEFORE_S,
+                maximum_s=KEPT_S,
+            )
         assert self._draft is None
         self._draft, self.before_s, self._since = draft, before_s, self._base.now()
         hub = self._hub
@@ -114,9 +120,11 @@ class Recorder:
         while a recording is played.
         """
         if self._draft is None:
-            raise LogFailed("Nothing is recorded: there is no folder for bundles.")
+            raise LogFailed("Nothing is recorded: there is no folder for bundles.", cause="no_bundle_folder")
         if self._recorded:
-            raise Busy("A recording is played. Connect a bus, and what happens there is recorded.")
+            raise Busy(
+                "A recording is played. Connect a bus, and what happens there is recorded.", cause="plays_recording"
+            )
         self._mark("by_hand", text, slug=_slug(text), before_s=before_s)
         assert self._pending is not None
         return self._pending.done
@@ -264,7 +272,7 @@ class Recorder:
             if not isinstance(error, HornbillError):
                 log.exception("a bundle could not be written")
             detail = error.detail if isinstance(error, HornbillError) else f"The bundle cannot be written: {error}."
-            failed = error if isinstance(error, LogFailed) else LogFailed(detail)
+            failed = error if isinstance(error, LogFailed) else LogFailed(detail, cause="bundle_not_written")
             pending.done.set_exception(failed)
             pending.done.exception()  # nobody may be waiting
             self._tell("warning", "bundle_failed", f"{detail} Everything else goes on.", failed.told)

@@ -119,12 +119,12 @@ class ProfileJobs:
         profile = self._profiles.get(name)
         servos = [self._fleet.get(uid) for uid in uids]
         if len(set(uids)) < len(uids):
-            raise InvalidValue("A servo is named twice. Name each once.")
+            raise InvalidValue("A servo is named twice. Name each once.", cause="named_twice")
         given = [key for key in IDS if profile.values.get(key)]
         if given and len(servos) > 1:
             raise Conflict(
                 f'The profile "{name}" holds {given[0]}, which no two servos may share. Apply it to one servo only.',
-                key=given[0], requested=profile.values[given[0]],
+                key=given[0], requested=profile.values[given[0]], cause="unique_for_many", name=name,
             )  # fmt: skip
         now = self._base.now()
         self._leases.allow_write(lease_id, now)
@@ -207,7 +207,7 @@ class ProfileJobs:
         job = self._restarting.start(target.servo, "save", save)
         target.job = job.id
         told = f"Saving {target.title} was cancelled. What its ROM holds is not known."
-        await self._jobs.succeeded(job, NotAsWanted(told))
+        await self._jobs.succeeded(job, NotAsWanted(told, cause="save_cancelled", servo=target.title))
         target.saved = True
         return SAVED
 

@@ -82,7 +82,7 @@ def check_wanted(wanted: Sequence[Wanted]) -> None:
     owners: dict[tuple[str, int], Uid] = {}
     for one in wanted:
         if one.uid in named:
-            raise InvalidValue(f"Servo {one.uid} is named twice. Name each once.", uid=one.uid)
+            raise InvalidValue(f"Servo {one.uid} is named twice. Name each once.", uid=one.uid, cause="named_twice")
         named.add(one.uid)
         for key, number in one.ids.items():
             owner = owners.setdefault((key, number or 0), one.uid)
@@ -90,7 +90,7 @@ def check_wanted(wanted: Sequence[Wanted]) -> None:
                 raise Conflict(
                     f"{key.replace('_', ' ').capitalize()} {number} is asked for by two servos, {owner[:8]} and "
                     f"{one.uid[:8]}. Give each one of its own.",
-                    key=key, requested=number, owner=owner, owner_title=f"servo {owner[:8]}",
+                    key=key, requested=number, owner=owner, owner_title=f"servo {owner[:8]}", cause="id_wanted_twice",
                 )  # fmt: skip
 
 

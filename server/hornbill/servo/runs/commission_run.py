@@ -108,6 +108,8 @@ class CommissionWriter:
                     raise NoAnswer(
                         f"{target.title} is not on the bus. Check its supply and the wiring, then resume the job.",
                         uid=target.uid,
+                        cause="not_on_bus",
+                        servo=target.title,
                     ) from error
             except Busy:
                 if self._base.now() - began > BUSY_FOR_S:
@@ -155,5 +157,11 @@ class CommissionWriter:
 
     async def ended(self, job: RunningJob, servo: Servo) -> None:
         """Wait for a child job on this servo. Raises its error."""
-        cancelled = NotAsWanted(f"{job.kind.capitalize()} of {servo.title} was cancelled.", job=job.id)
+        cancelled = NotAsWanted(
+            f"{job.kind.capitalize()} of {servo.title} was cancelled.",
+            job=job.id,
+            cause="job_cancelled",
+            servo=servo.title,
+            kind=job.kind,
+        )
         await self._jobs.succeeded(job, cancelled)

@@ -183,7 +183,14 @@ class CommissionSteps:
         wanted = self._raws(run, target, servo)
         fixed = target.wanted.node_id
         if run.request.save and fixed and servo.node_id != fixed:
-            raise NotAsWanted(f"{servo.title} answers on node {servo.node_id} instead of {fixed}.", key="node_id")
+            raise NotAsWanted(
+                f"{servo.title} answers on node {servo.node_id} instead of {fixed}.",
+                key="node_id",
+                cause="other_node",
+                servo=servo.title,
+                node_id=servo.node_id,
+                wanted_node_id=fixed,
+            )
         wrong: list[dict[str, object]] = []
         said: list[str] = []
         for key, raw in wanted.items():
@@ -194,7 +201,13 @@ class CommissionSteps:
                     wrong.append({**fact, "in": place})
                     said.append(text)
         if wrong:
-            raise NotAsWanted(f"{servo.title} holds something else: {'; '.join(said)}.", differences=wrong)
+            raise NotAsWanted(
+                f"{servo.title} holds something else: {'; '.join(said)}.",
+                differences=wrong,
+                cause="holds_something_else",
+                servo=servo.title,
+                keys=[one["key"] for one in wrong],
+            )
         return kept, wanted
 
     def _raws(self, run: CommissionRun, target: CommissionTarget, servo: Servo) -> dict[str, Raw]:
@@ -215,7 +228,7 @@ class CommissionSteps:
                 raise Conflict(
                     f"{key.replace('_', ' ').capitalize()} {number} still is {holder.title}'s, which could not be "
                     "moved first.",
-                    key=key, requested=number, owner=holder.uid, owner_title=holder.title,
+                    key=key, requested=number, owner=holder.uid, owner_title=holder.title, cause="id_still_held",
                 )  # fmt: skip
 
     def _note(self, run: CommissionRun, target: CommissionTarget) -> None:

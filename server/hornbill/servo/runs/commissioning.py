@@ -268,4 +268,5 @@ def _needs_save() -> Conflict:
         "A node ID that is asked for is in use by another servo of this request, which leaves it only when it is "
         "saved.",
         request="Ask with save: true.",
+        cause="node_id_leaves_later",
     )

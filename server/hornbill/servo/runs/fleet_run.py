@@ -245,4 +245,7 @@ def check_outcome(title: str, outcome: Outcome) -> None:
         raise NotAsWanted(
             f"{title} holds other values than those written: {listed}.",
             differences=[{"key": one.key, "wanted": one.requested, "found": one.after} for one in clamped],
+            cause="holds_something_else",
+            servo=title,
+            keys=[one.key for one in clamped],
         )

@@ -94,11 +94,11 @@ def check_ids(current: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> None:
         if number in wanting:
             raise Conflict(
                 f"Id {number} was asked for twice. Give each servo one of its own.",
-                requested=number, owner=wanting[number], uids=[wanting[number], uid],
+                requested=number, owner=wanting[number], uids=[wanting[number], uid], cause="id_wanted_twice",
             )  # fmt: skip
         wanting[number] = uid
         if number in stays:
             raise Conflict(
                 f"Id {number} belongs to another servo, which keeps it. Choose another, or change that one as well.",
-                requested=number, owner=stays[number], uids=[uid],
+                requested=number, owner=stays[number], uids=[uid], cause="id_kept_by_another",
             )  # fmt: skip

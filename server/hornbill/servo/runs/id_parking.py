@@ -54,6 +54,7 @@ class IdParking:
                 "here.",
                 request=": see GET /api/v1/bus.",
                 key="node_id", requested=before, owner=servo.uid, owner_title=servo.title,
+                cause="node_id_came_back", servo=servo.title,
             )  # fmt: skip
         text = f"node ID {before} is free, it is on {servo.node_id}"
         return Evidence("node_id_parked", text, known(node_id=servo.node_id, node_id_before=before))
@@ -91,7 +92,10 @@ class IdParking:
         taken = {claim.number for claim in self._claims.of("node_id", servo)} | run.request.fixed
         free = find_free(HIGHEST_DYNAMIC, taken | {servo.node_id or 0})
         if free is None:
-            raise Conflict("No node ID is left to park a servo on. Forget allocations of nodes that are gone.")
+            raise Conflict(
+                "No node ID is left to park a servo on. Forget allocations of nodes that are gone.",
+                cause="no_node_id_left",
+            )
         await self._allocating.pin(servo.uid, free)
         run.pinned.add(servo.uid)
         run.tell()

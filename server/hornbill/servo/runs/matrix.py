@@ -280,7 +280,10 @@ class Matrix:
             if one.outcome == "applied":
                 await self._put_back(run, one)
                 one.problem = Conflict(
-                    f"{titles} pass ids to one another, and it failed: {failure.detail}", cause=failure.code
+                    f"{titles} pass ids to one another, and it failed: {failure.detail}",
+                    cause="passing_failed",
+                    titles=titles,
+                    failure=failure.code,
                 )
                 one.outcome = "rolled_back"
 
@@ -307,7 +310,13 @@ class Matrix:
         target = tied[moved.servo.uid]
         outcome = await self._apply(target, {moved.key: moved.number}, run.write_options(target))
         if outcome.failure is None and any(change.verdict == "clamped" for change in outcome.changes):
-            raise NotAsWanted(f"{target.title} did not take {moved.number} as {moved.key}.", key=moved.key)
+            raise NotAsWanted(
+                f"{target.title} did not take {moved.number} as {moved.key}.",
+                key=moved.key,
+                cause="id_not_taken",
+                servo=target.title,
+                number=moved.number,
+            )
         return outcome
 
     async def _apply(self, target: MatrixTarget, values: Values, options: WriteOptions) -> Outcome:

@@ -242,12 +242,14 @@ class RestoreOutputJobs:
         if lease_id is not None:
             self._motion.may_move(servo, lease_id)
         if servo.output_state.state != "on" or (lease_id is not None and not self._motion.driven(servo.uid)):
-            raise Refused(f"The output of {servo.title} did not stay on.", key=KEY)
+            raise Refused(
+                f"The output of {servo.title} did not stay on.", key=KEY, cause="output_not_kept", servo=servo.title
+            )
         if abs(angle - stood) > STAYED_DEG:
             raise DidNotMove(
                 f"{servo.title} was to hold its horn at {stood:.1f}°, and it went to {angle:.1f}°. Its output is taken "
                 "again. Look what moves it.",
-                angle_deg=angle, target_deg=stood,
+                angle_deg=angle, target_deg=stood, cause="horn_moved_away", servo=servo.title,
             )  # fmt: skip
 
     async def _prospect(self, servo: Servo, lease_id: str | None) -> Prospect:
@@ -273,10 +275,19 @@ class RestoreOutputJobs:
         """Check whether one output may be switched on, by the rows just read. The latch is not checked."""
         permission.check_movable(servo)
         if self._motion.torque_off.pending(servo.uid):
-            raise NoAnswer(f"{servo.title} has not confirmed that its output is off: that is still being written.")
+            raise NoAnswer(
+                f"{servo.title} has not confirmed that its output is off: that is still being written.",
+                cause="off_unconfirmed",
+                servo=servo.title,
+            )
         speed = servo.raw("current_speed") or 0
         if abs(speed) > AT_REST_RPM:
-            raise Busy(f"The horn of {servo.title} turns at {speed} rpm. Let it come to rest.")
+            raise Busy(
+                f"The horn of {servo.title} turns at {speed} rpm. Let it come to rest.",
+                cause="horn_turns_off",
+                servo=servo.title,
+                speed_rpm=speed,
+            )
         row = permission.row_for(servo, "angle")
         low, high = (limit / row.per_unit for limit in permission.bounds(servo, row))
         angle = _angle(servo)
@@ -284,7 +295,7 @@ class RestoreOutputJobs:
             raise OutOfRange(
                 f"The horn of {servo.title} stands at {angle:.1f}°, outside its angle limits of {low:g}° to {high:g}°: "
                 "its output would move it. Turn it inside, or widen the limits.",
-                minimum=low, maximum=high, unit=row.unit, requested=angle,
+                minimum=low, maximum=high, unit=row.unit, requested=angle, cause="outside_limits", servo=servo.title,
             )  # fmt: skip
 
     async def _read(self, servo: Servo) -> None:
@@ -311,7 +322,11 @@ def _was_switched(servo: Servo) -> bool:
 def _angle(servo: Servo) -> float:
     row = servo.registers["current_angle"]
     if row.raw is None or row.at is None:
-        raise NoAnswer(f"{servo.title} does not tell its angle. Check its supply and the wiring.")
+        raise NoAnswer(
+            f"{servo.title} does not tell its angle. Check its supply and the wiring.",
+            cause="angle_unknown",
+            servo=servo.title,
+        )
     return row.raw / row.parameter.per_unit
 
 
@@ -329,6 +344,8 @@ def _require_lease(servos: Sequence[Servo]) -> None:
             summary=f"{titles}: the servo's own timeout (0x26, 0x27) would switch the output off again. Take motion "
             "control: then the output is kept on until it ends.",
             uids=[one.uid for one in servos],
+            cause="timeout_needs_lease",
+            servos=[one.title for one in servos],
         )
 
 
@@ -340,4 +357,5 @@ def _require_word(servos: Sequence[Servo]) -> None:
             "held where it stands.",
             request=f'If that is safe, send it again with confirm: ["{WORD}"].',
             confirm=WORD, uids=[one.uid for one in servos],
+            cause="loaded_horns", servos=[one.title for one in servos], load_pct=LOADED_PCT,
         )  # fmt: skip

@@ -133,7 +133,7 @@ class Jobs:
         try:
             return self._jobs[job_id]
         except KeyError:
-            raise Unknown("unknown_job", f"There is no job {job_id!r}.") from None
+            raise Unknown("unknown_job", f"There is no job {job_id!r}.", cause="no_such_job", job=job_id) from None
 
     def running(self, uid: Uid) -> RunningJob | None:
         """The job under way on this servo."""
@@ -144,7 +144,12 @@ class Jobs:
         for job in self._jobs.values():
             both = next((step.uid for step in job.steps if step.uid is not None and step.uid in uids), None)
             if both is not None and not job.ended:
-                raise Busy(f"A {job.kind} job is under way over servo {both[:8]}, too. Wait for its end.", job=job.id)
+                raise Busy(
+                    f"A {job.kind} job is under way over servo {both[:8]}, too. Wait for its end.",
+                    job=job.id,
+                    cause="job_runs",
+                    kind=job.kind,
+                )
 
     def start(
         self, kind: str, uid: Uid | None, steps: list[Step], work: Work, request: Mapping[str, Json] | None = None
@@ -172,10 +177,21 @@ class Jobs:
         """
         job = self.get(job_id)
         if not job.resumable:
-            raise Busy(f"The {job.kind} job {job.id} cannot be resumed: {_why_not(job)}", job=job.id, state=job.state)
+            raise Busy(
+                f"The {job.kind} job {job.id} cannot be resumed: {_why_not(job)}",
+                job=job.id,
+                state=job.state,
+                cause="not_resumable",
+                kind=job.kind,
+            )
         other = None if job.uid is None else self.running(job.uid)
         if other is not None:
-            raise Busy(f"A {other.kind} job is under way on this servo. Wait for its end, then resume.", job=other.id)
+            raise Busy(
+                f"A {other.kind} job is under way on this servo. Wait for its end, then resume.",
+                job=other.id,
+                cause="job_runs",
+                kind=other.kind,
+            )
         before, job.lease_id = job.lease_id, lease_id
         try:
             work = self.resumers[job.kind](job)
@@ -303,7 +319,7 @@ def _interrupted(job: RunningJob) -> Interrupted:
     text = f"The server ended while this was under way. Done: {', '.join(done) or 'nothing'}. "
     if begun:
         text += f"Begun, and whether the servo acted is not known: {', '.join(begun)}. "
-    return Interrupted(text + "What is not done was not begun.")
+    return Interrupted(text + "What is not done was not begun.", cause="server_ended")
 
 
 def _titled(step: Step) -> str:

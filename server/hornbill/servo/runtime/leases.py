@@ -47,7 +47,11 @@ class Leases:
         if held is not None:
             raise self._held(held, now)
         if self.promised_to is not None:
-            raise Busy(f"Motion control is passing to {self.promised_to}, who asked for it. Try again in a second.")
+            raise Busy(
+                f"Motion control is passing to {self.promised_to}, who asked for it. Try again in a second.",
+                cause="passing_to",
+                by=self.promised_to,
+            )
         return self._new(holder, ttl_s, now, ttl_s)
 
     def hand_over(self, holder: str, ttl_s: float, now: Instant, *, grace_s: float) -> HeldLease:
@@ -73,7 +77,12 @@ class Leases:
         """Another `ttl_s` from now. Raises Unknown(unknown_lease) once it has ended: ask for a new one."""
         lease = self.current(now)
         if lease is None or not _is(lease, lease_id):
-            raise Unknown("unknown_lease", "This lease has ended. Ask for a new one.", request=": POST /api/v1/leases.")
+            raise Unknown(
+                "unknown_lease",
+                "This lease has ended. Ask for a new one.",
+                request=": POST /api/v1/leases.",
+                cause="lease_over",
+            )
         lease.expires_at = now + lease.ttl_s
         return lease
 
@@ -105,8 +114,10 @@ class Leases:
             raise self._held(lease, now)
         if lease_id is None:
             request = "POST /api/v1/leases, then send its id in the header 'Lease'."
-            raise LeaseRequired("Motion needs a live lease.", request=request)
-        raise LeaseRequired("This lease has ended, and torque is off on what it commanded. Ask for a new one.")
+            raise LeaseRequired("Motion needs a live lease.", request=request, cause="no_lease")
+        raise LeaseRequired(
+            "This lease has ended, and torque is off on what it commanded. Ask for a new one.", cause="lease_over"
+        )
 
     def allow_write(self, lease_id: str | None, now: Instant) -> None:
         """Parameters need the lease only while somebody else holds it. Raises LeaseHeld."""

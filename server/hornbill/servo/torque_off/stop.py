@@ -117,6 +117,8 @@ class StopControl:
                 f"Stopped by {self.latch.by}. Nothing moves until the stop is cleared.",
                 request=": DELETE /api/v1/stop.",
                 mode=self.latch.mode,
+                cause="stopped",
+                by=self.latch.by,
             )
 
     def restore(self, mode: str, by: str, reason: str, at: Instant) -> None:

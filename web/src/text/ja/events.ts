@@ -24,7 +24,7 @@ const who = (name: string | undefined) => readable(name ?? "他の人", live.mot
 const mode = (p: Facts) => MODE[p.mode ?? ""] ?? p.mode ?? "";
 const because = (p: Facts) => (p.reason ? `: ${p.reason.replace(/[。.\s]+$/, "")}。` : "。");
 const trouble = (p: Facts) =>
-  p.trouble ?? `${p.address}を使用できません。アダプターとケーブルを確認してください。`;
+  p.problem ?? `${p.address}を使用できません。アダプターとケーブルを確認してください。`;
 const again = (p: Facts) => (p.retry ? "自動で開き直します。" : "");
 const faultNames = (keys: string | undefined) =>
   (keys ?? "")

@@ -22,6 +22,16 @@ const line = (...parts: (string | undefined | false)[]) => parts.filter(Boolean)
 
 const asking = (p: Facts) => `${p.uid}が${p.over_s}に${p.times}回要求`;
 
+/** Of an adapter that cannot be used: since when, else what it says. */
+const lost = (p: Facts) =>
+  p.down_s === undefined
+    ? (p.problem ?? "")
+    : line(
+        `${p.down_s}前から`,
+        `それまでに自動で開き直した回数${p.reopened}`,
+        p.retry_in_s && `${p.retry_in_s}後に再試行`,
+      );
+
 const ownId = (p: Facts) =>
   line(
     `ノード${p.node}からhornbillのものでないフレーム${p.frames}件`,
@@ -136,19 +146,16 @@ export const words = {
     },
     wrong: {
       no_bus: () => "hornbillはアダプターなしで動作しています。",
-      adapter_lost: p =>
-        line(
-          `${p.down_s}前から`,
-          `それまでに自動で開き直した回数${p.reopened}`,
-          p.retry_in_s && `${p.retry_in_s}後に再試行`,
-        ),
+      adapter_lost: lost,
+      adapter_failed: lost,
+      interface_down: lost,
       bus_off: p =>
         p.ago_s === undefined
           ? `接続後${p.times}回。最後のフレームは${p.silence_s}前、以後のエラー${p.errors}件`
           : `接続後${p.times}回、最後は${p.ago_s}前`,
       bit_rate: p =>
-        p.bitrate === undefined
-          ? ""
+        p.frames === undefined
+          ? lost(p)
           : `アダプターは${Number(p.bitrate) / 1e6}\u202fMbit/s、サーボは1\u202fMbit/s。${p.seconds_s}に受信${p.frames}フレーム`,
       sample_point: p => `${p.address}から読み返した値です。長いケーブルではフレームが失われます。`,
       only_errors: p =>
@@ -213,7 +220,8 @@ export const words = {
   },
   remedy: {
     connect_adapter: () => "アダプターを選んで接続してください。",
-    check_adapter: () => "アダプターとケーブルを確認し、接続し直してください。",
+    check_adapter: p => p.command ?? "アダプターとケーブルを確認し、接続し直してください。",
+    as_adapter_says: p => p.problem ?? "",
     check_timing_and_wiring: () => "ビットレート、配線、終端を確認し、接続し直してください。",
     set_bit_timing: p =>
       p.command ??

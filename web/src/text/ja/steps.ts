@@ -77,7 +77,7 @@ export const words = {
     restore_output: { clear: "停止の解除", restore: "出力オン" },
   },
   evidence: {
-    problem: () => "失敗しました。",
+    problem: p => p.problem ?? "失敗しました。",
     interrupted: () => "ここでサーバーが終了しました。サーボが実行したかどうかは不明です。",
     rows_read: p =>
       [

@@ -58,5 +58,10 @@ async def accept_drift(host: TheHost, servo: TheServo, lease: LeaseHeader = None
     now = host.base.now()
     host.leases.allow_write(lease, now)
     if servo.busy is not None:
-        raise Busy(f"{servo.title} is {servo.state.value}. Accept its drift when that has ended.")
+        raise Busy(
+            f"{servo.title} is {servo.state.value}. Accept its drift when that has ended.",
+            cause="not_ready",
+            servo=servo.title,
+            state=servo.state.value,
+        )
     host.drift.accept(servo, host.leases.who(lease, now))

@@ -175,6 +175,10 @@ async def import_profile(
             f"{len(wrong)} of {len(lines)} lines cannot be taken, so nothing was kept. "
             f"Line {wrong[0].line}{f', {wrong[0].key[:60]}' if wrong[0].key else ''}: {wrong[0].text}",
             lines=[asdict(one) for one in lines],
+            cause="lines_wrong",
+            count=len(wrong),
+            lines_in_all=len(lines),
+            line=wrong[0].line,
         )
     response.status_code = 200 if host.profiles.has(name) else 201
     kept = await host.profiles.put(name, found.draft, identity=identity, by=_who(host, lease))
@@ -205,7 +209,9 @@ async def apply_profile(
 async def _draft(host: Host, body: ProfilePut) -> Draft:
     sources = [one is not None for one in (body.values, body.from_uid, body.from_snapshot)]
     if sum(sources) != 1:
-        raise InvalidValue("A profile comes from one source. Give one of values, from_uid and from_snapshot.")
+        raise InvalidValue(
+            "A profile comes from one source. Give one of values, from_uid and from_snapshot.", cause="one_source"
+        )
     if body.values is not None:
         return Draft(body.values, body.description, body.model, body.firmware, body.units)
     if body.from_snapshot is not None:
@@ -225,7 +231,11 @@ def _form(content_type: str) -> Form:
     for form, known in MEDIA_TYPES.items():
         if media == known:
             return form
-    raise InvalidValue("A file is TOML or JSON.", request="Send Content-Type: application/toml or application/json.")
+    raise InvalidValue(
+        "A file is TOML or JSON.",
+        request="Send Content-Type: application/toml or application/json.",
+        cause="file_toml_or_json",
+    )
 
 
 async def _text(request: Request) -> str:
@@ -234,12 +244,18 @@ async def _text(request: Request) -> str:
     async for part in request.stream():
         body += part
         if len(body) > LARGEST_FILE:
-            raise InvalidValue(f"The file has more than {LARGEST_FILE // 1024} kB. A profile has a few.")
+            raise InvalidValue(
+                f"The file has more than {LARGEST_FILE // 1024} kB. A profile has a few.",
+                cause="file_too_large",
+                limit_kb=LARGEST_FILE // 1024,
+            )
     try:
         return body.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = body.count(b"\n", 0, error.start) + 1
-        raise InvalidValue(f"Line {line} is not UTF-8. Save the file in that encoding.") from None
+        raise InvalidValue(
+            f"Line {line} is not UTF-8. Save the file in that encoding.", cause="line_not_utf8", line=line
+        ) from None
 
 
 def _who(host: Host, lease: str | None) -> str:

@@ -207,7 +207,10 @@ async def _of(host: Host, uid: str, snapshot_id: int) -> StoredSnapshot:
     found = await host.sides.snapshot(snapshot_id)
     if found.uid != uid:
         raise Unknown(
-            "unknown_snapshot", f"Snapshot {snapshot_id} is of another servo: {found.uid}.", snapshot=snapshot_id
+            "unknown_snapshot",
+            f"Snapshot {snapshot_id} is of another servo: {found.uid}.",
+            snapshot=snapshot_id,
+            cause="another_servos_snapshot",
         )
     return found
 

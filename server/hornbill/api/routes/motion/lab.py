@@ -77,7 +77,10 @@ async def overlay_runs(
     """Runs to lay over one another, and the parameters in which they differ."""
     numbers = [part.strip() for part in ids.split(",")]
     if not 1 <= len(numbers) <= 8 or not all(part.isascii() and part.isdigit() and len(part) < 10 for part in numbers):
-        raise InvalidValue(f'"{ids[:60]}" names no runs. Give the numbers of one to eight, with commas between them.')
+        raise InvalidValue(
+            f'"{ids[:60]}" names no runs. Give the numbers of one to eight, with commas between them.',
+            cause="names_no_runs",
+        )
     runs = [_shown(host, await host.store.run(host.store.runs.get, int(part)), traces=True) for part in numbers]
     keys = {key: None for run in runs for key in run.parameters}
     differ = {key: [run.parameters.get(key) for run in runs] for key in keys}

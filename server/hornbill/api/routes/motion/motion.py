@@ -135,9 +135,14 @@ MOTION_PROBLEMS = (
 async def command_servo(host: TheHost, servo: TheServo, body: Command, lease: LeaseHeader = None) -> Commanded:
     """Command an angle (degrees), a speed (rpm) or a torque (%), and keep it alive while the lease lives."""
     if body.wait == "settled" and body.type != "angle":
-        raise InvalidValue(f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".')
+        raise InvalidValue(
+            f'wait "settled" is about angles; a {body.type} command has no end. Use wait "sent".', cause="no_settling"
+        )
     if body.profile is not None and body.type != "angle":
-        raise InvalidValue(f"A profile is for angles; a {body.type} command has no way to go. Leave it out.")
+        raise InvalidValue(
+            f"A profile is for angles; a {body.type} command has no way to go. Leave it out.",
+            cause="profile_for_angles",
+        )
     host.connected()
     sent_at = host.base.utc_now()
     if body.hold is not None:

@@ -192,7 +192,8 @@ def _apply(catalog: Catalog, bench: Bench, uid: Uid, change: SimChange) -> None:
         _demand(change.refuse_keys, catalog.by_key, "parameters")
     if change.external_angle_deg is not None and not bench.turn_by_hand(uid, change.external_angle_deg):
         raise Busy(
-            "The motor has its output on and holds against the hand. Set torque_mode to off first, or take its power."
+            "The motor has its output on and holds against the hand. Set torque_mode to off first, or take its power.",
+            cause="sim_holds",
         )
     conditions = servo.conditions
     for name in _CONDITIONS:

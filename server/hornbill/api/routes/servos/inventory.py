@@ -108,7 +108,9 @@ async def forget_servo(
     """Forget a servo that is not on the bus: its facts, nickname and last configuration. The audit keeps what was."""
     kept = _kept(host, uid)
     if host.jobs.running(kept.uid) is not None:
-        raise Busy(f"A job of {kept.label or uid[:8]} is under way. Cancel it, or wait until it has ended.")
+        raise Busy(
+            f"A job of {kept.label or uid[:8]} is under way. Cancel it, or wait until it has ended.", cause="job_runs"
+        )
     host.fleet.forget(kept.uid)
     await host.store.run(host.store.servos.forget, kept.uid)
     host.drift.forget(kept.uid)

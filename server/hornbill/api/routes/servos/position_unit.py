@@ -33,6 +33,10 @@ async def set_position_unit(
     now = host.base.now()
     host.leases.allow_write(lease, now)
     if host.motion.driven(servo.uid):
-        raise Busy(f"{servo.title} is under command, and the same angle would be another position. Let it go first.")
+        raise Busy(
+            f"{servo.title} is under command, and the same angle would be another position. Let it go first.",
+            cause="unit_under_command",
+            servo=servo.title,
+        )
     host.position_units.force(servo, body.unit, by=host.leases.who(lease, now))
     return present.position_unit(host, servo)
