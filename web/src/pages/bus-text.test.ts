@@ -156,7 +156,11 @@ describe("a remedy", () => {
         { command: "sudo usermod -aG dialout $USER" },
       ],
     ],
-    ["Type `ip link` and look.", undefined, [{ text: "Type" }, { command: "ip link" }, { text: "And look." }]],
+    [
+      "Type `ip link` and look.",
+      undefined,
+      [{ text: "Type" }, { command: "ip link" }, { text: "And look." }],
+    ],
     ["sudo modprobe can_raw", "sudo modprobe can_raw", [{ command: "sudo modprobe can_raw" }]],
   ])("%s", (remedy, command, shown) => {
     expect(pieces(remedy, command)).toEqual(shown);
