@@ -53,7 +53,7 @@ def test_advanced_late_it_catches_up_and_does_not_pour_out_what_it_missed() -> N
 def test_a_unique_id_has_16_bytes() -> None:
     servo = Desk().servo
     with pytest.raises(ValueError, match="Give 16"):
-        type(servo)(servo.model, servo.firmware, bytes(15), faults=())
+        type(servo)(servo.model, servo.firmware, bytes(15), faults=())  # pyright: ignore[reportCallIssue]
 
 
 def test_an_update_that_ends_without_supply_needs_no_second_start() -> None:
