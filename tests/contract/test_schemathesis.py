@@ -1,6 +1,5 @@
 """Whatever the document lets be sent, and much that it does not, a running demo answers as the document says."""
 
-import time
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -13,7 +12,6 @@ from schemathesis.specs.openapi import checks
 
 from e2e.servers import Server, running
 
-LONGEST_S = 60.0
 CHECKS: Any = [
     checks.status_code_conformance, checks.content_type_conformance, checks.response_schema_conformance,
 ]  # fmt: skip
@@ -52,7 +50,6 @@ def test_every_answer_is_as_the_document_says(server: Server, mode: GenerationMo
     uid = server.ready(1)[0]
     wrong: dict[str, str] = {}
     statuses: Counter[int] = Counter()
-    begun = time.monotonic()
 
     def check(case: Case[Any]) -> None:
         name = f"{case.operation.method.upper()} {case.operation.path}"
@@ -81,4 +78,3 @@ def test_every_answer_is_as_the_document_says(server: Server, mode: GenerationMo
     assert not wrong, "\n".join(f"{name}: {what}" for name, what in wrong.items())
     assert sum(statuses.values()) > 100
     assert {200, 404, 422} <= statuses.keys()
-    assert time.monotonic() - begun < LONGEST_S

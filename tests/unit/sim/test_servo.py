@@ -2,7 +2,8 @@
 
 import pytest
 
-from unit.sim.desk import FREE, QUIET, START, Desk
+from hornbill.sim.bench.recipe import Recipe
+from unit.sim.desk import FREE, QUIET, START, Desk, catalog
 
 
 def test_the_same_seed_gives_the_same_servo_to_the_last_bit() -> None:
@@ -51,9 +52,9 @@ def test_advanced_late_it_catches_up_and_does_not_pour_out_what_it_missed() -> N
 
 
 def test_a_unique_id_has_16_bytes() -> None:
-    servo = Desk().servo
+    recipe = Recipe("BLA21-06U-A0", "1.300", uid=bytes(15))
     with pytest.raises(ValueError, match="Give 16"):
-        type(servo)(servo.model, servo.firmware, bytes(15), faults=())  # pyright: ignore[reportCallIssue]
+        recipe.build(catalog(), 1)
 
 
 def test_an_update_that_ends_without_supply_needs_no_second_start() -> None:
