@@ -13,6 +13,8 @@ from playwright.sync_api import BrowserContext, Locator, Page, WebSocketRoute, e
 from e2e.conftest import Demo
 from e2e.test_technician import wait_for
 
+COMMAND = "sudo ip link set can0 up type can bitrate 1000000"
+PARAMS = {"cause": "interface_down", "interface": "can0", "command": COMMAND}
 ROWS = ".f-row:not([hidden])"
 CANDUMP_LINE = re.compile(r"\(\d+\.\d{6}\) \S+ [0-9A-F]{8}#([0-9A-F]{2})*( [RT])?")
 
@@ -63,13 +65,13 @@ def test_findings_stand_worst_first_with_evidence_remedy_and_a_way_on(page: Page
          "remedy": 'Switch ours off with PUT /api/v1/bus/allocator {"mode": "off"}.', **finding, "node_ids": [9],
          "advice": "keep_one_allocator", "params": {"node": 9, "answers": 3}},
         {"code": "interface_down", "severity": "failure", "text": "can0 is down",
-         "remedy": "Bring it up with: sudo ip link set can0 up type can bitrate 1000000", **finding},
+         "remedy": f"Bring it up with: {COMMAND}", **finding, "advice": "as_adapter_says", "params": PARAMS},
     ]  # fmt: skip
     page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=told))
     open_bus(page, demo, "nodes")
     severities = page.locator(".finding").evaluate_all("all => all.map(one => one.dataset.severity)")
     assert severities == ["failure", "warning", "ok"]
-    expect(page.locator(".finding code")).to_have_text("sudo ip link set can0 up type can bitrate 1000000")
+    expect(page.locator(".finding code")).to_have_text(COMMAND)
     warning = page.locator("[data-code=second_allocator]")
     expect(warning).not_to_contain_text("/api/v1")
     expect(page.get_by_test_id("bus-badge")).to_contain_text("1 failure")
@@ -309,7 +311,7 @@ def test_a_lost_adapter_is_told_with_the_next_try_and_stop_keeps_its_place(
 ) -> None:
     lost = {
         "state": "lost", "address": "socketcan:can0", "retry_in_s": 5.0,
-        "trouble": "The interface can0 is down. Bring it up with: sudo ip link set can0 up type can bitrate 1000000",
+        "trouble": f"The interface can0 is down. Bring it up with: {COMMAND}", "trouble_params": PARAMS,
     }  # fmt: skip
 
     def through(socket: WebSocketRoute) -> None:
@@ -327,7 +329,7 @@ def test_a_lost_adapter_is_told_with_the_next_try_and_stop_keeps_its_place(
     open_bus(page, demo)
     trouble = page.get_by_test_id("bus-trouble")
     expect(trouble).to_contain_text("Adapter lost")
-    expect(trouble.locator("code")).to_have_text("sudo ip link set can0 up type can bitrate 1000000")
+    expect(trouble.locator("code")).to_have_text(COMMAND)
     expect(page.get_by_test_id("bus-retry")).to_contain_text(re.compile(r"Next try in [1-5].s"))
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Adapter lost")
     stop = page.get_by_test_id("stop").bounding_box()

@@ -12,16 +12,21 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving
 
-NOTHING = [{"address": "memory:demo", "name": "Simulated servos", "state": "ready", "usable": True, "reason": None,
-            "remedy": None, "bitrate": 1_000_000, "sample_point": None, "serial_number": None,
-            "baud": None}]  # fmt: skip
-PLUGGED = [
+NOTHING: list[dict[str, Any]] = [
+    {"address": "memory:demo", "name": "Simulated servos", "state": "ready", "usable": True, "bitrate": 1_000_000,
+     "sample_point": None, "serial_number": None, "baud": None, "reason": None, "remedy": None,
+     "cause": None, "params": {}},
+]  # fmt: skip
+COMMAND = "sudo ip link set can0 up type can bitrate 1000000"
+PLUGGED: list[dict[str, Any]] = [
     *NOTHING,
     {"address": "socketcan:can0", "name": "PCAN-USB", "state": "down", "usable": False, "bitrate": None,
      "sample_point": None, "serial_number": None, "baud": None, "reason": "The interface can0 is down.",
-     "remedy": "Bring it up with: sudo ip link set can0 up type can bitrate 1000000"},
+     "remedy": f"Bring it up with: {COMMAND}", "cause": "interface_down",
+     "params": {"interface": "can0", "command": COMMAND}},
     {"address": "slcan:/dev/ttyACM0", "name": "CANable", "state": "ready", "usable": True, "bitrate": None,
-     "sample_point": None, "serial_number": "A1B2", "baud": 1_000_000, "reason": None, "remedy": None},
+     "sample_point": None, "serial_number": "A1B2", "baud": 1_000_000, "reason": None, "remedy": None,
+     "cause": None, "params": {}},
 ]  # fmt: skip
 
 
@@ -76,7 +81,7 @@ def test_each_adapter_tells_its_state_and_reason_and_what_is_plugged_in_comes_be
     down = plain.get_by_test_id("adapter-socketcan:can0")
     expect(down.get_by_role("radio")).to_be_disabled()
     expect(down).to_contain_text("The interface can0 is down.")
-    expect(down.locator("code")).to_have_text("sudo ip link set can0 up type can bitrate 1000000")
+    expect(down.locator("code")).to_have_text(COMMAND)
     expect(plain.get_by_test_id("adapter-slcan:/dev/ttyACM0").get_by_role("radio")).to_be_checked()
     expect(plain.get_by_test_id("connect")).to_have_text("Connect ttyACM0")
     expect(plain.get_by_test_id("no-adapter")).to_have_count(0)
