@@ -23,7 +23,10 @@ def test_across_models_rows_a_servo_lacks_are_left_out_and_told() -> None:
         assert (job["state"], outcomes(job)) == ("succeeded", ["applied"] * 3), job["error"]
         left = [[row["key"] for row in one["left_out"]] for one in job["result"]["servos"]]
         assert left == [[], ["angle_boost", "pwm_neutral"], ["pwm_neutral"]]
-        assert "BLA21-12U-A0 with firmware 1.010" in job["result"]["servos"][1]["left_out"][0]["why"]
+        why = job["result"]["servos"][1]["left_out"][0]
+        assert "BLA21-12U-A0 with firmware 1.010" in why["why"]
+        assert why["why_code"] == "not_in_servo"
+        assert why["why_params"] == {"model": "BLA21-12U-A0", "firmware": "1.010"}
         assert [memory(rig, servo) for servo in servos] == [RAW] * 3
         asked = {(node, name) for node, name, _ in rig.writes() if name != "0x20"}
         assert not {(12, "0x2F"), (12, "0x34"), (13, "0x34")} & asked

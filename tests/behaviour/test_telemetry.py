@@ -54,6 +54,7 @@ def test_what_is_granted_is_what_is_measured() -> None:
         assert granted == {
             "owner": "rest", "channels": ["current_speed", "current_torque"], "requested_hz": 50, "granted_hz": 50,
             "bus_share": pytest.approx(100 * 556e-6, abs=1e-4), "expires_in_s": None, "note": None,
+            "note_code": None, "note_params": {},
         }  # fmt: skip
         await asyncio.sleep(6)
         state = await told(rig, servo)

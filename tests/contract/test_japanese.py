@@ -7,7 +7,7 @@ from typing import get_args
 import pytest
 
 from hornbill.api.problems import STATUS
-from hornbill.domain import bus, change, event, job, motion, recording
+from hornbill.domain import bus, change, event, job, motion, note, recording
 from hornbill.errors import Cause
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.configuration.resetting import RESET_STEPS
@@ -79,6 +79,10 @@ def test_each_event_and_each_mark_of_a_bundle_has_a_sentence() -> None:
     assert worded("ja/events.ts", 2, "marks", export=True) == set(get_args(recording.Reason)) - {"by_hand"}
     assert worded("ja/events.ts", 2, "refusals", export=True) == set(get_args(bus.RefusalCode))
     assert worded("ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
+
+
+def test_each_note_beside_a_value_has_a_sentence() -> None:
+    assert worded("ja/notes.ts", 2, "notes", export=True) == set(get_args(note.NoteCode))
 
 
 def test_each_problem_has_a_sentence_and_each_of_its_causes() -> None:

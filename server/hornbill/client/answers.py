@@ -138,6 +138,49 @@ class AllocationChange(TypedDict):
     """Node ID, 1 to 127."""
     note: str
     """Time at which the change takes effect, one sentence."""
+    note_code: Literal[
+        "problem",
+        "not_in_servo",
+        "side_unknown",
+        "identity_row",
+        "torque_row",
+        "torque_never_on",
+        "too_many_dots",
+        "no_syntax",
+        "nested_too_deeply",
+        "no_object",
+        "no_table",
+        "too_many_entries",
+        "no_value",
+        "unknown_field",
+        "no_text",
+        "too_long",
+        "half_character",
+        "other_tables",
+        "unit_no_text",
+        "unit_without_value",
+        "pin_kept",
+        "pin_at_start",
+        "pin_after_fixed",
+        "id_free",
+        "id_kept_until_start",
+        "no_status",
+        "this_server",
+        "another_hornbill",
+        "asking_for_id",
+        "no_model_number",
+        "no_parameters",
+        "no_info",
+        "not_pollable_yet",
+        "polled_when_ready",
+        "log_limit",
+        "disk_slow",
+        "disk_full",
+        "write_failed",
+        "commissioned",
+    ]
+    """Code of the note."""
+    note_params: Params
     online: bool
     """Received recently."""
     pinned: bool
@@ -280,6 +323,7 @@ class Bundle(TypedDict):
     """File name."""
     problem: str | None
     """Reason why the file cannot be read. Null if it can."""
+    problem_params: Params
     reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"] | None
     """Type of trigger."""
     seconds: float | None
@@ -1136,6 +1180,49 @@ class LeftOut(TypedDict):
     """Parameter key."""
     why: str
     """Reason, one sentence."""
+    why_code: Literal[
+        "problem",
+        "not_in_servo",
+        "side_unknown",
+        "identity_row",
+        "torque_row",
+        "torque_never_on",
+        "too_many_dots",
+        "no_syntax",
+        "nested_too_deeply",
+        "no_object",
+        "no_table",
+        "too_many_entries",
+        "no_value",
+        "unknown_field",
+        "no_text",
+        "too_long",
+        "half_character",
+        "other_tables",
+        "unit_no_text",
+        "unit_without_value",
+        "pin_kept",
+        "pin_at_start",
+        "pin_after_fixed",
+        "id_free",
+        "id_kept_until_start",
+        "no_status",
+        "this_server",
+        "another_hornbill",
+        "asking_for_id",
+        "no_model_number",
+        "no_parameters",
+        "no_info",
+        "not_pollable_yet",
+        "polled_when_ready",
+        "log_limit",
+        "disk_slow",
+        "disk_full",
+        "write_failed",
+        "commissioned",
+    ]
+    """Code of the reason."""
+    why_params: Params
 
 
 class Limits(TypedDict):
@@ -1154,10 +1241,56 @@ class Limits(TypedDict):
 class LineVerdict(TypedDict):
     """Verdict on one line of an imported file."""
 
+    code: (
+        Literal[
+            "problem",
+            "not_in_servo",
+            "side_unknown",
+            "identity_row",
+            "torque_row",
+            "torque_never_on",
+            "too_many_dots",
+            "no_syntax",
+            "nested_too_deeply",
+            "no_object",
+            "no_table",
+            "too_many_entries",
+            "no_value",
+            "unknown_field",
+            "no_text",
+            "too_long",
+            "half_character",
+            "other_tables",
+            "unit_no_text",
+            "unit_without_value",
+            "pin_kept",
+            "pin_at_start",
+            "pin_after_fixed",
+            "id_free",
+            "id_kept_until_start",
+            "no_status",
+            "this_server",
+            "another_hornbill",
+            "asking_for_id",
+            "no_model_number",
+            "no_parameters",
+            "no_info",
+            "not_pollable_yet",
+            "polled_when_ready",
+            "log_limit",
+            "disk_slow",
+            "disk_full",
+            "write_failed",
+            "commissioned",
+        ]
+        | None
+    )
+    """Code of the text. Null if the text is empty."""
     key: str
     """Parameter key."""
     line: int
     """Line number from 1. 0 if unknown."""
+    params: Params
     text: str
     """Problem and remedy, or for ok a note. May be empty."""
     value: bool | int | float | str | None
@@ -1196,6 +1329,52 @@ class LogState(TypedDict):
     """File name. Null if there is no log."""
     reason: str | None
     """Reason why it ended. Null if stopped manually."""
+    reason_code: (
+        Literal[
+            "problem",
+            "not_in_servo",
+            "side_unknown",
+            "identity_row",
+            "torque_row",
+            "torque_never_on",
+            "too_many_dots",
+            "no_syntax",
+            "nested_too_deeply",
+            "no_object",
+            "no_table",
+            "too_many_entries",
+            "no_value",
+            "unknown_field",
+            "no_text",
+            "too_long",
+            "half_character",
+            "other_tables",
+            "unit_no_text",
+            "unit_without_value",
+            "pin_kept",
+            "pin_at_start",
+            "pin_after_fixed",
+            "id_free",
+            "id_kept_until_start",
+            "no_status",
+            "this_server",
+            "another_hornbill",
+            "asking_for_id",
+            "no_model_number",
+            "no_parameters",
+            "no_info",
+            "not_pollable_yet",
+            "polled_when_ready",
+            "log_limit",
+            "disk_slow",
+            "disk_full",
+            "write_failed",
+            "commissioned",
+        ]
+        | None
+    )
+    """Code of the reason. Null if stopped manually."""
+    reason_params: Params
     started_at: float | None
     """Start, seconds since 1970 UTC. Null if there is no log."""
     state: Literal["idle", "running", "stopped", "full", "failed"]
@@ -1248,6 +1427,52 @@ class Node(TypedDict):
     """Node ID, 1 to 127. 0 for nodes without one."""
     note: str | None
     """Reason why it is not a servo, or a peculiarity. Null if none."""
+    note_code: (
+        Literal[
+            "problem",
+            "not_in_servo",
+            "side_unknown",
+            "identity_row",
+            "torque_row",
+            "torque_never_on",
+            "too_many_dots",
+            "no_syntax",
+            "nested_too_deeply",
+            "no_object",
+            "no_table",
+            "too_many_entries",
+            "no_value",
+            "unknown_field",
+            "no_text",
+            "too_long",
+            "half_character",
+            "other_tables",
+            "unit_no_text",
+            "unit_without_value",
+            "pin_kept",
+            "pin_at_start",
+            "pin_after_fixed",
+            "id_free",
+            "id_kept_until_start",
+            "no_status",
+            "this_server",
+            "another_hornbill",
+            "asking_for_id",
+            "no_model_number",
+            "no_parameters",
+            "no_info",
+            "not_pollable_yet",
+            "polled_when_ready",
+            "log_limit",
+            "disk_slow",
+            "disk_full",
+            "write_failed",
+            "commissioned",
+        ]
+        | None
+    )
+    """Code of the note. Null if none."""
+    note_params: Params
     online: bool
     """Received recently."""
     restarts: int
@@ -2020,6 +2245,52 @@ class TelemetryGrant(TypedDict):
     """Rate within the bus budget, Hz."""
     note: str | None
     """Reason why nothing is polled now. Null if polled."""
+    note_code: (
+        Literal[
+            "problem",
+            "not_in_servo",
+            "side_unknown",
+            "identity_row",
+            "torque_row",
+            "torque_never_on",
+            "too_many_dots",
+            "no_syntax",
+            "nested_too_deeply",
+            "no_object",
+            "no_table",
+            "too_many_entries",
+            "no_value",
+            "unknown_field",
+            "no_text",
+            "too_long",
+            "half_character",
+            "other_tables",
+            "unit_no_text",
+            "unit_without_value",
+            "pin_kept",
+            "pin_at_start",
+            "pin_after_fixed",
+            "id_free",
+            "id_kept_until_start",
+            "no_status",
+            "this_server",
+            "another_hornbill",
+            "asking_for_id",
+            "no_model_number",
+            "no_parameters",
+            "no_info",
+            "not_pollable_yet",
+            "polled_when_ready",
+            "log_limit",
+            "disk_slow",
+            "disk_full",
+            "write_failed",
+            "commissioned",
+        ]
+        | None
+    )
+    """Code of the note. Null if polled."""
+    note_params: Params
     owner: str
     """Owner of the subscription."""
     requested_hz: float

@@ -5,7 +5,8 @@ from typing import Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from hornbill.domain.fields import STRICT, Model, Param
+from hornbill.domain.fields import STRICT, Model, Param, Params
+from hornbill.domain.note import NoteCode
 from hornbill.schema.scale import Value
 
 Verdict = Literal["planned", "applied", "clamped", "refused", "no_answer", "unchanged", "rolled_back"]
@@ -103,6 +104,8 @@ class LeftOut:
 
     key: str = Field(description="Parameter key.")
     why: str = Field(description="Reason, one sentence.")
+    why_code: NoteCode = Field(description="Code of the reason.")
+    why_params: Params = Field()
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -138,6 +141,8 @@ class LineVerdict:
     value: Value = Field(description="Value in the file.")
     verdict: LineState = Field(description="ok: accepted. Any other verdict rejects the whole file.")
     text: str = Field(description="Problem and remedy, or for ok a note. May be empty.")
+    code: NoteCode | None = Field(description="Code of the text. Null if the text is empty.")
+    params: Params = Field()
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from hornbill.domain.fields import STRICT, Model, UidField
+from hornbill.domain.fields import STRICT, Model, Param, Params, UidField
+from hornbill.domain.note import NoteCode
 from hornbill.schema.effect import Why
 from hornbill.schema.fault import Level
 from hornbill.schema.scale import Value
@@ -95,6 +96,8 @@ class TelemetryGrant:
     bus_share: float = Field(description="Share of the bus, 0 to 1.")
     expires_in_s: float | None = Field(default=None, description="Time until it expires, s. Null if it does not.")
     note: str | None = Field(default=None, description="Reason why nothing is polled now. Null if polled.")
+    note_code: NoteCode | None = Field(default=None, description="Code of the note. Null if polled.")
+    note_params: Params = Field(default_factory=dict[str, Param])
 
 
 PositionUnit = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]

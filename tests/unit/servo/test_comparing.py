@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hornbill.domain.note import Note
 from hornbill.errors import BadRequest, InvalidValue, OutOfRange
 from hornbill.schema import scale
 from hornbill.schema.catalog import Catalog
@@ -16,6 +17,8 @@ from hornbill.servo.device.output import KEY as TORQUE
 from hornbill.servo.profiles.comparing import Side, compare, side_of
 from hornbill.servo.profiles.restoring import choose
 from hornbill.units import Raw
+
+IT = Note("It does not have it.", "not_in_servo")
 
 CATALOG = Catalog.load()
 PWM = next(model for model in CATALOG.models.values() if model.pwm and "1.300" in model.firmware)
@@ -67,7 +70,7 @@ def test_a_comparison_the_other_way_round_is_its_mirror(left: Held, right: Held)
 def test_after_a_restore_nothing_of_what_was_written_differs(there: Held, here: Held) -> None:
     rows, raws = here
     try:
-        values, left_out = choose(rows, raws, side(there), "it", identity=True)
+        values, left_out = choose(rows, raws, side(there), IT, identity=True)
     except BadRequest as error:
         problems = error.facts["problems"]
         assert isinstance(problems, list)
@@ -91,7 +94,7 @@ def test_what_is_not_known_equals_nothing_and_is_not_restored(held: Held, data: 
         found = compare(CATALOG, left, right, identity=True).differences
         assert [one.key for one in found] == [gone]
         assert (found[0].left, found[0].left_has, found[0].right_has) == (None, True, True)
-    values, left_out = choose(rows, raws, known, "it", identity=True)
+    values, left_out = choose(rows, raws, known, IT, identity=True)
     assert gone not in values
     assert [one.why for one in left_out if one.key == gone] == ["It is not known what snapshot 2 holds."]
 
@@ -115,8 +118,8 @@ def test_a_number_whose_unit_is_not_known_is_not_known() -> None:
 def test_a_number_is_not_restored_in_another_unit_than_it_was_taken_in() -> None:
     rows = PWM.rows(1300)
     with pytest.raises(InvalidValue, match="Restore pwm_mode with it"):
-        choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), "it", keys=["pwm_output_range"])
-    values, _ = choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), "it", keys=["pwm_output_range", "pwm_mode"])
+        choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), IT, keys=["pwm_output_range"])
+    values, _ = choose(rows, {"pwm_mode": 1}, side(pwm(0, 900)), IT, keys=["pwm_output_range", "pwm_mode"])
     assert values == {"pwm_output_range": 90.0, "pwm_mode": "angle"}
 
 
@@ -126,15 +129,15 @@ def test_identity_is_compared_and_restored_only_when_asked_for() -> None:
     left, right = side((rows, there)), side((rows, here))
     assert "servo_id" not in {one.key for one in compare(CATALOG, left, right).differences}
     assert "servo_id" in {one.key for one in compare(CATALOG, left, right, identity=True).differences}
-    assert choose(rows, here, left, "it")[0] == {"angle_p_gain": 40}
-    assert choose(rows, here, left, "it", keys=["servo_id"])[0] == {"servo_id": 3}
+    assert choose(rows, here, left, IT)[0] == {"angle_p_gain": 40}
+    assert choose(rows, here, left, IT, keys=["servo_id"])[0] == {"servo_id": 3}
 
 
 def test_torque_is_taken_only_when_named_and_never_turned_on() -> None:
     rows = PWM.rows(1300)
-    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), "it")[0] == {}
-    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), "it", keys=[TORQUE])[0] == {TORQUE: "off"}
-    values, left_out = choose(rows, {TORQUE: 1}, side((rows, {TORQUE: 0})), "it", keys=[TORQUE])
+    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), IT)[0] == {}
+    assert choose(rows, {TORQUE: 0}, side((rows, {TORQUE: 1})), IT, keys=[TORQUE])[0] == {TORQUE: "off"}
+    values, left_out = choose(rows, {TORQUE: 1}, side((rows, {TORQUE: 0})), IT, keys=[TORQUE])
     assert values == {}
     assert "never turns torque on" in left_out[0].why
 
@@ -145,7 +148,7 @@ def test_every_value_that_does_not_fit_is_named_at_once() -> None:
         rows[key] = rows[key].model_copy(update={"maximum": 10})
     there = side((PWM.rows(1300), {"angle_p_gain": 50, "angle_d_gain": 30, "smoothing": 0}))
     with pytest.raises(OutOfRange, match="2 rows of snapshot:1 do not fit this servo") as caught:
-        choose(rows, {}, there, "it")
+        choose(rows, {}, there, IT)
     problems = cast("list[dict[str, str]]", caught.value.facts["problems"])
     assert [(one["key"], one["code"]) for one in problems] == [
         ("angle_p_gain", "out_of_range"), ("angle_d_gain", "out_of_range"),

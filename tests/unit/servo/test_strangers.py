@@ -82,11 +82,11 @@ def test_an_actuator_may_be_a_servo_until_it_refused_five_times() -> None:
     for _ in range(4):
         strangers.refused(NODE)
         assert strangers.suspects() == [NODE]
-        assert "stop writes torque off" in (strangers.note(NODE) or "")
+        assert "stop writes torque off" in getattr(strangers.note(NODE), "text", "")
     strangers.refused(NODE)
     assert strangers.is_foreign(NODE)
     assert strangers.suspects() == []
-    assert "stop" not in (strangers.note(NODE) or "")
+    assert "stop" not in getattr(strangers.note(NODE), "text", "")
 
 
 def test_what_never_answers_and_broadcasts_status_may_always_be_a_servo() -> None:

@@ -95,7 +95,7 @@ def test_an_id_belongs_to_one_node(store: Store) -> None:
     for method in (store.allocations.record, store.allocations.pin):
         with pytest.raises(InvalidValue, match=f"Node id 125 belongs to {A}") as caught:
             method(B, NodeId(125))
-        assert caught.value.facts == {"node_id": 125, "owner": A}
+        assert caught.value.facts == {"node_id": 125, "owner": A, "cause": "node_id_of_another"}
     store.allocations.forget(A)
     store.allocations.pin(B, NodeId(125))
     assert store.allocations.entries() == {B: 125}
@@ -105,7 +105,8 @@ def test_an_id_belongs_to_one_node(store: Store) -> None:
 def test_ids_nobody_may_be_given_cannot_be_pinned(store: Store, node_id: int) -> None:
     with pytest.raises(OutOfRange, match="Enter 1 to 125") as caught:
         store.allocations.pin(A, NodeId(node_id))
-    assert caught.value.facts == {"minimum": 1, "maximum": 125, "unit": "", "requested": node_id}
+    cause = "node_id_out_of_range"
+    assert caught.value.facts == {"minimum": 1, "maximum": 125, "unit": "", "requested": node_id, "cause": cause}
     assert store.allocations.entries() == {}
 
 

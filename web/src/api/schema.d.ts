@@ -3277,6 +3277,12 @@ export interface components {
             node_id: number;
             /** @description Time at which the change takes effect, one sentence. */
             note: string;
+            /**
+             * @description Code of the note.
+             * @enum {string}
+             */
+            note_code: "problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned";
+            note_params: components["schemas"]["Params"];
             /** @description Received recently. */
             online: boolean;
             /** @description Assigned manually and reserved for this node. */
@@ -3562,6 +3568,7 @@ export interface components {
             name: string;
             /** @description Reason why the file cannot be read. Null if it can. */
             problem?: string | null;
+            problem_params?: components["schemas"]["Params"];
             /** @description Type of trigger. */
             reason: ("failure" | "stop" | "lost" | "bus_lost" | "by_hand") | null;
             /** @description Duration, s. Null if the file cannot be read. */
@@ -4989,6 +4996,12 @@ export interface components {
             key: string;
             /** @description Reason, one sentence. */
             why: string;
+            /**
+             * @description Code of the reason.
+             * @enum {string}
+             */
+            why_code: "problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned";
+            why_params: components["schemas"]["Params"];
         };
         /**
          * Limits
@@ -5009,10 +5022,13 @@ export interface components {
          * @description Verdict on one line of an imported file.
          */
         LineVerdict: {
+            /** @description Code of the text. Null if the text is empty. */
+            code: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
             /** @description Parameter key. */
             key: string;
             /** @description Line number from 1. 0 if unknown. */
             line: number;
+            params: components["schemas"]["Params"];
             /** @description Problem and remedy, or for ok a note. May be empty. */
             text: string;
             /** @description Value in the file. */
@@ -5073,6 +5089,9 @@ export interface components {
             name: string | null;
             /** @description Reason why it ended. Null if stopped manually. */
             reason: string | null;
+            /** @description Code of the reason. Null if stopped manually. */
+            reason_code: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
+            reason_params: components["schemas"]["Params"];
             /** @description Start, seconds since 1970 UTC. Null if there is no log. */
             started_at: number | null;
             /**
@@ -5258,6 +5277,9 @@ export interface components {
             node_id: number;
             /** @description Reason why it is not a servo, or a peculiarity. Null if none. */
             note: string | null;
+            /** @description Code of the note. Null if none. */
+            note_code: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
+            note_params: components["schemas"]["Params"];
             /** @description Received recently. */
             online: boolean;
             /** @description Number of observed restarts. */
@@ -7204,6 +7226,9 @@ export interface components {
             granted_hz: number;
             /** @description Reason why nothing is polled now. Null if polled. */
             note?: string | null;
+            /** @description Code of the note. Null if polled. */
+            note_code?: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
+            note_params?: components["schemas"]["Params"];
             /**
              * @description Owner of the subscription.
              * @default rest

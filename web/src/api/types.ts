@@ -44,6 +44,8 @@ export type Schema = Pick<Shapes["SchemaDocument"], "revision" | "groups" | "par
 export type ServerMessage = Shapes["ServerMessage"];
 export type ClientMessage = Shapes["ClientMessage"];
 export type EventLevel = Shapes["EventMessage"]["level"];
+export type LeftOut = Shapes["LeftOut"];
+export type NoteCode = LeftOut["why_code"];
 export type EventCode = Shapes["EventMessage"]["code"];
 /** Why a bundle was written. */
 export type MarkReason = Shapes["BundleMark"]["reason"];

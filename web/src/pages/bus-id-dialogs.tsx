@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import type { Allocation, AllocationChange } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
 import { problemText } from "../form/facts";
+import { noteText } from "../form/note";
 import { wholeNumber } from "../form/number";
 import { ownerName } from "../state/allocations";
 import { text } from "../text";
@@ -32,7 +33,7 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
     busy.value = true;
     try {
       const body = { node_id: wholeNumber(typed.peek()) };
-      onClose((await ask<AllocationChange>("PUT", `/allocations/${one.uid}`, { body })).note);
+      onClose(noteOf(await ask<AllocationChange>("PUT", `/allocations/${one.uid}`, { body })));
     } catch (error) {
       refused.value = problemText(problemOf(error));
       busy.value = false;
@@ -108,7 +109,7 @@ export function ForgetDialog({ one, onClose }: Props) {
   const id = String(one.node_id);
   const forget = async () => {
     try {
-      onClose((await ask<AllocationChange>("DELETE", `/allocations/${one.uid}`)).note);
+      onClose(noteOf(await ask<AllocationChange>("DELETE", `/allocations/${one.uid}`)));
     } catch (error) {
       problem.value = problemText(problemOf(error));
     }
@@ -140,4 +141,8 @@ export function ForgetDialog({ one, onClose }: Props) {
       )}
     </Dialog>
   );
+}
+
+function noteOf(done: AllocationChange): string {
+  return noteText(done.note, done.note_code, done.note_params);
 }

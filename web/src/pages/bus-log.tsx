@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { LogFile, LogFormat, LogState } from "../api/bus-types";
 import { clock, date, grouped, minute, size } from "../form/format";
+import { noteText } from "../form/note";
 import { parseNumber } from "../form/number";
 import { listLogs, log, logProblem, logs, removeLog, startLog, stopLog, urlOf } from "../state/bus-log";
 import { connected } from "../state/desk";
@@ -196,7 +197,7 @@ function Ended({ log }: { log: LogState }) {
           <Glyph kind={log.state === "full" ? "notice" : "failure"} />
           <span>
             {log.state === "full" ? said.ended.full(name, size(log.bytes)) : said.ended.failed(name)}
-            {log.reason !== null && ` ${log.reason}`}
+            {log.reason !== null && ` ${noteText(log.reason, log.reason_code, log.reason_params)}`}
           </span>
         </p>
       );

@@ -6,6 +6,7 @@ import type { BusNode } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
 import { problemText } from "../form/facts";
 import { age, grouped, NONE } from "../form/format";
+import { noteText } from "../form/note";
 import { monotonic, now } from "../state/clock";
 import type { Kind } from "../state/condition";
 import { nameOf, servo } from "../state/fleet";
@@ -110,7 +111,9 @@ function NodeRow({ one, passed }: { one: BusNode; passed: number }) {
           {known && one.name !== null && `, ${one.name}`}
           {one.uid !== null && <span class="mono"> {`${one.uid.slice(0, 4)}…${one.uid.slice(-4)}`}</span>}
         </small>
-        {one.note !== null && <small class="n-note">{one.note}</small>}
+        {one.note !== null && (
+          <small class="n-note">{noteText(one.note, one.note_code, one.note_params)}</small>
+        )}
       </span>
       <span role="cell" class="n-health">
         <Glyph kind={away ? "offline" : GLYPH[one.health]} />

@@ -5,6 +5,7 @@ import { useEffect } from "preact/hooks";
 import type { Job } from "../api/types";
 import { failureText } from "../form/facts";
 import { clock, NONE } from "../form/format";
+import { resultText } from "../form/note";
 import { candidates, candidatesProblem, show, take, unfinished } from "../state/commission";
 import { change, draft } from "../state/commission-draft";
 import { bus, connected } from "../state/desk";
@@ -162,7 +163,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
 }
 
 function Unfinished({ job }: { job: Job }) {
-  const told = (job.result as { text?: string } | null)?.text ?? (job.error ? failureText(job.error) : "");
+  const told = resultText(job.result) || (job.error ? failureText(job.error) : "");
   return (
     <div class="c-note" data-testid="unfinished">
       <Glyph kind="warning" />

@@ -3,7 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Profile, SafetyWord, SavePreview } from "../api/config-types";
-import type { Change, Job, ProblemBody } from "../api/types";
+import type { Change, Job, LeftOut, ProblemBody } from "../api/types";
 import { whyRefused } from "../form/danger";
 import { problemText } from "../form/facts";
 import { wordsOf } from "../form/safety-words";
@@ -27,7 +27,7 @@ interface Applied extends SavePreview {
   uid: string;
   outcome: string;
   changes: Change[];
-  left_out: { key: string; why: string }[];
+  left_out: LeftOut[];
   saved: boolean;
   problem: (ProblemBody & { confirm?: SafetyWord }) | null;
 }

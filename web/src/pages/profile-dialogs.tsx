@@ -5,6 +5,7 @@ import { useId } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Imported, LineVerdict, Profile } from "../api/config-types";
 import { problemText } from "../form/facts";
+import { noteText } from "../form/note";
 import { labelOf, valueText } from "../form/row-text";
 import { all, nameOf } from "../state/fleet";
 import { nameFromFile, typeOfFile } from "../state/records";
@@ -244,7 +245,9 @@ export function ImportDialog({ names, onClose }: Props) {
                   <span class={one.verdict === "ok" ? "k-ok" : "strong k-failure"}>
                     {said.verdict[one.verdict]}
                   </span>{" "}
-                  {one.verdict !== "ok" && <small class="second">{one.text}</small>}
+                  {one.verdict !== "ok" && (
+                    <small class="second">{noteText(one.text, one.code, one.params)}</small>
+                  )}
                 </td>
               </tr>
             ))}

@@ -7,6 +7,7 @@ import type { Bundle, RecorderState } from "../api/lab-types";
 import { markText } from "../form/event";
 import { problemText } from "../form/facts";
 import { age, grouped, number, size, withUnit } from "../form/format";
+import { noteText } from "../form/note";
 import { alsoMarked, isZip } from "../state/bundle";
 import { events } from "../state/desk";
 import { connection } from "../state/link";
@@ -250,7 +251,9 @@ function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop
                 <>: {markText(one.marks[0] ?? { ...one, reason: one.reason ?? "by_hand" })}</>
               )}
             </span>
-            <small>{one.problem ?? facts}</small>
+            <small>
+              {one.problem == null ? facts : noteText(one.problem, "problem", one.problem_params)}
+            </small>
             {also.length > 0 && <small>{words.also(also.join(text.comma))}</small>}
             {one.problem != null && <small>{`${one.name}, ${size(one.bytes)}`}</small>}
           </span>

@@ -5,6 +5,7 @@ import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";
 import { failureText } from "../form/facts";
+import { resultText } from "../form/note";
 import { show } from "../state/commission";
 import type { Kind } from "../state/condition";
 import { nameOf, servo } from "../state/fleet";
@@ -61,7 +62,7 @@ export function Reports() {
           const what = said.kind[job.kind] ?? job.kind;
           const about = new Set(job.steps.flatMap(step => (step.uid ? [step.uid] : []))).size;
           const who = job.uid !== null ? nameOf(servo(job.uid)) || job.uid.slice(0, 8) : said.several(about);
-          const result = (job.result as { text?: string } | null)?.text ?? "";
+          const result = resultText(job.result);
           const unfolded = open.value === job.id;
           return (
             <li key={job.id} class="r-profile" data-testid={`job-${job.id}`}>

@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { problemOf } from "../api/client";
 import type { Restored, SafetyWord } from "../api/config-types";
 import { whyRefused } from "../form/danger";
+import { noteText } from "../form/note";
 import { labelOf } from "../form/row-text";
 import { isOpen, wordsOf } from "../form/safety-words";
 import { saved } from "../state/records";
@@ -170,7 +171,8 @@ export function WriteDialog({ uid, name, write, onClose, onRefused }: Props) {
           <ul class="r-left">
             {leftOut.map(one => (
               <li key={one.key}>
-                {labelOf(one.key)}: <span class="second">{one.why}</span>
+                {labelOf(one.key)}:{" "}
+                <span class="second">{noteText(one.why, one.why_code, one.why_params)}</span>
               </li>
             ))}
           </ul>

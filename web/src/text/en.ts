@@ -1,6 +1,6 @@
 /** Owns the catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
 import type { Problem } from "../api/client";
-import type { Caution, EventCode, MarkReason, RefusalCode } from "../api/types";
+import type { Caution, EventCode, MarkReason, NoteCode, RefusalCode } from "../api/types";
 import type { Facts, Saying } from "../form/facts";
 import * as frame from "./en/frame";
 import * as live from "./en/live";
@@ -62,6 +62,9 @@ export const text = {
   happened: {} as Readonly<Partial<Record<EventCode, Saying>>>,
   marks: {} as Readonly<Partial<Record<MarkReason, Saying>>>,
   refusals: {} as Readonly<Partial<Record<RefusalCode, Saying>>>,
+
+  /** What is noted beside a value, by code; in English the server says it. */
+  notes: {} as Readonly<Partial<Record<NoteCode, Saying>>>,
 
   /** What to know before a command, by code; in English the server says it. */
   cautions: {} as Readonly<Partial<Record<Caution["code"], Saying>>>,

@@ -4,6 +4,7 @@ import { cautions } from "./ja/cautions";
 import { happened, marks, refusals } from "./ja/events";
 import { frame } from "./ja/frame";
 import { live } from "./ja/live";
+import { notes } from "./ja/notes";
 import { parameters } from "./ja/parameters";
 import { causes, codes, who } from "./ja/problems";
 import { servos } from "./ja/servos";
@@ -46,6 +47,7 @@ export const text = {
   happened,
   marks,
   refusals,
+  notes,
   causes,
 
   problem(problem, facts) {

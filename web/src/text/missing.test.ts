@@ -26,7 +26,7 @@ function sentences(of: object, before = ""): Map<string, unknown> {
 }
 
 /** In English the server says these itself. */
-const BY_CODE = /^(table|cautions|causes|happened|marks|refusals|help|findings|steps\.evidence)\./;
+const BY_CODE = /^(table|cautions|causes|happened|marks|refusals|notes|help|findings|steps\.evidence)\./;
 
 describe.each([
   ["every page", text, saidText],

@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { TelemetryGrant } from "../api/types";
 import { number } from "../form/format";
+import { noteText } from "../form/note";
 import { channelsOf, curvesOf } from "../plots/channels";
 import { lanesOf } from "../plots/lane";
 import { Span } from "../plots/span";
@@ -77,7 +78,7 @@ export function AnglePlot({ uid }: { uid: string }) {
         ? {
             instead: (
               <p class="plot plot-note second" data-testid="plot-note">
-                {grant.note}
+                {noteOf(grant)}
               </p>
             ),
           }
@@ -101,7 +102,7 @@ export function AnglePlot({ uid }: { uid: string }) {
 }
 
 function rateOf(grant: TelemetryGrant | null, quiet: boolean): string {
-  if (grant?.note) return grant.note;
+  if (grant?.note) return noteOf(grant);
   if (quiet) return words.noData;
   return grant ? words.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0)) : words.waiting;
 }
@@ -120,4 +121,8 @@ function useWish(uid: string, channels: readonly string[], hz: number): Telemetr
   }, [uid, wanted, hz, more]);
   const usual = watched.value?.uid === uid ? watched.value : null;
   return more ? own.value : usual;
+}
+
+function noteOf(grant: TelemetryGrant): string {
+  return noteText(grant.note ?? "", grant.note_code, grant.note_params);
 }

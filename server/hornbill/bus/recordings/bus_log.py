@@ -17,7 +17,8 @@ from hornbill.bus.recordings.writer import ENDINGS, LogFormat, LogWriter
 from hornbill.bus.threads import OwnThread
 from hornbill.domain.event import EventCode
 from hornbill.domain.fields import Param, known
-from hornbill.errors import Busy
+from hornbill.domain.note import Note
+from hornbill.errors import Busy, HornbillError
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame, LoggedFrame
 from hornbill.wire.port import channel_name
@@ -62,7 +63,7 @@ class LogStatus:
     dropped: int = 0
     size: int = 0
     limit: int = 0
-    reason: str | None = None
+    reason: Note | None = None
 
 
 class BusLog:
@@ -125,7 +126,7 @@ class BusLog:
             self._opening = loop.run_in_executor(self._thread, LogWriter, path, form, limit)
             file = await self._opening
         except BaseException as error:
-            self._status = replace(self._status, phase=LogPhase.FAILED, reason=str(error))
+            self._status = replace(self._status, phase=LogPhase.FAILED, reason=_why(error))
             raise
         self._waiting.clear()
         self._stirred.clear()
@@ -147,7 +148,8 @@ class BusLog:
             await asyncio.wait({task}, timeout=CLOSE_S)
             if not task.done():
                 task.cancel()
-                self._end(LogPhase.FAILED, f"The disk did not take the end of it within {CLOSE_S:g} s.")
+                text = f"The disk did not take the end of it within {CLOSE_S:g} s."
+                self._end(LogPhase.FAILED, Note(text, "disk_slow", {"within_s": CLOSE_S}))
         return self._status
 
     async def delete(self, name: str) -> None:
@@ -184,7 +186,9 @@ class BusLog:
                 room = await loop.run_in_executor(self._thread, self._write_batch, file, batch)
                 self._status = replace(self._status, frames=file.frames, size=file.size)
                 if not room:
-                    phase, reason = LogPhase.FULL, f"It reached its limit of {self._status.limit / 1e6:g} MB."
+                    limit_mb = self._status.limit / 1e6
+                    text = f"It reached its limit of {limit_mb:g} MB."
+                    phase, reason = LogPhase.FULL, Note(text, "log_limit", {"limit_mb": limit_mb})
                 if ending or not room:
                     break
             await loop.run_in_executor(self._thread, file.close)
@@ -212,23 +216,25 @@ class BusLog:
             logged._replace(frame=logged.frame._replace(at=round(utc(logged.frame.at), 6))) for logged in batch
         )
 
-    def _end(self, phase: LogPhase, reason: str | None) -> None:
+    def _end(self, phase: LogPhase, reason: Note | None) -> None:
         if self._status.phase is not LogPhase.RUNNING:
             return
         self._deaf()
         self._waiting.clear()
         self._status = replace(self._status, phase=phase, reason=reason)
         name, dropped = self._status.name, self._status.dropped
+        why = "" if reason is None else reason.text
         lost = f" The disk was too slow for {dropped} frames." if dropped else ""
         params = known(name=name, dropped=dropped or None)
         match phase:
             case LogPhase.FULL:
                 params["limit_mb"] = self._status.limit / 1e6
-                text = f"The log {name} ended. {reason}{lost} Begin another to go on."
+                text = f"The log {name} ended. {why}{lost} Begin another to go on."
                 self._tell("notice", "log_full", text, params)
             case LogPhase.FAILED:
-                params["why"] = reason or ""
-                text = f"The log {name} ended. {reason}{lost} Everything else goes on."
+                if reason is not None:
+                    params |= {**reason.params, "why": reason.code}
+                text = f"The log {name} ended. {why}{lost} Everything else goes on."
                 self._tell("warning", "log_failed", text, params)
             case _:
                 params["frames"] = self._status.frames
@@ -247,12 +253,16 @@ def _instant(logged: LoggedFrame) -> Instant:
     return logged.frame.at
 
 
-def _why(error: Exception) -> str:
+def _why(error: BaseException) -> Note:
+    if isinstance(error, HornbillError):
+        return Note(error.detail, "problem", error.told)
     if not isinstance(error, OSError):
         log.error("a log could not be written", exc_info=error)
-        return f"It could not be written: {error}."
+        return Note(f"It could not be written: {error}.", "write_failed", {"error": str(error)})
     text = error.strerror or str(error)
-    return f"{text}: make room on the disk of the data folder." if error.errno == errno.ENOSPC else f"{text}."
+    if error.errno == errno.ENOSPC:
+        return Note(f"{text}: make room on the disk of the data folder.", "disk_full")
+    return Note(f"{text}.", "write_failed", {"error": text})
 
 
 def _close_anyhow(file: LogWriter) -> None:

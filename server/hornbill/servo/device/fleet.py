@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Literal
 
+from hornbill.domain.note import Note
 from hornbill.errors import Busy, HornbillError, NoAnswer, PortError, Unknown
 from hornbill.node.directory import OFFLINE_AFTER_S, Directory
 from hornbill.node.participant import Participant
@@ -298,7 +299,7 @@ class Fleet:
         record = self._directory.records.get(node)
         self._imposed[node] = 0 if record is None else record.lives
 
-    def note(self, node: int) -> str | None:
+    def note(self, node: int) -> Note | None:
         """Why a node is not taken for a servo, for people."""
         return None if self.kind(node) == "servo" else self._strangers.note(node)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from hornbill.domain.note import Note
 from hornbill.node.directory import OFFLINE_AFTER_S, NodeRecord
 from hornbill.servo.device.requests import Patience
 from hornbill.units import Instant
@@ -120,20 +121,23 @@ class ForeignNodes:
             node_id for node_id in self._status_at if self.is_actuator(node_id) and not self.is_foreign(node_id)
         )
 
-    def note(self, node_id: int) -> str | None:
+    def note(self, node_id: int) -> Note | None:
         """Why a node is not taken for a servo, for people; None while it has not been asked."""
         stranger = self._met.get(node_id)
         if stranger is None or not stranger.rounds:
             return None
         if stranger.refused:
-            text = "It has no model number (0x50), so it is no servo of this family."
+            note = Note("It has no model number (0x50), so it is no servo of this family.", "no_model_number")
         elif stranger.deaf:
             text = "It answers GetNodeInfo but not GetSet, so it has no parameters that could be read."
+            note = Note(text, "no_parameters")
         else:
             text = f"It does not answer GetNodeInfo; it was asked {stranger.silent} times."
+            note = Note(text, "no_info", {"tries": stranger.silent})
         if self.is_actuator(node_id) and not self.is_foreign(node_id):
-            text += " It broadcasts an actuator's status, so it may be a servo: stop writes torque off to it, too."
-        return text
+            also = " It broadcasts an actuator's status, so it may be a servo: stop writes torque off to it, too."
+            return Note(note.text + also, note.code, {**note.params, "may_be_servo": True})
+        return note
 
     def _of(self, node_id: int) -> _Stranger:
         return self._met.setdefault(node_id, _Stranger())

@@ -4,6 +4,8 @@ import logging
 from collections.abc import Callable, Collection
 from typing import Final
 
+from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.errors import Busy, InvalidValue
 from hornbill.node.allocation import serve_allocation
 from hornbill.node.allocator import AllocationMode, Allocator, AllocatorStatus, Lasting, Rival
@@ -109,7 +111,7 @@ class NodeIdTable:
         )
         self._hub.tell(BusChanged())
 
-    async def pin(self, uid: Uid, node_id: int) -> str:
+    async def pin(self, uid: Uid, node_id: int) -> Note:
         """Choose a node's id, 1..125, and say when it takes effect. Raises OutOfRange and InvalidValue."""
         if node_id == self.own_id and node_id <= HIGHEST_DYNAMIC:
             raise InvalidValue(
@@ -127,11 +129,12 @@ class NodeIdTable:
         await self._store.run(self._store.allocations.pin, uid, NodeId(node_id))
         now_on = self.online().get(uid)
         if now_on == node_id:
-            return f"It is on node id {node_id} already and keeps it."
+            return Note(f"It is on node id {node_id} already and keeps it.", "pin_kept", {"node_id": node_id})
         here = "" if now_on is None else f" Until then it stays on {now_on}."
-        return f"It gets node id {node_id} when it asks for one the next time: at its next start.{here}"
+        text = f"It gets node id {node_id} when it asks for one the next time: at its next start.{here}"
+        return Note(text, "pin_at_start", known(node_id=node_id, now_on=now_on))
 
-    async def forget(self, uid: Uid, busy: str | None) -> str:
+    async def forget(self, uid: Uid, busy: str | None) -> Note:
         """Free a node's id, and say when that takes effect.
 
         `busy` names what the node is doing that must not be disturbed. Raises Unknown (unknown_uid) and Busy.
@@ -146,8 +149,10 @@ class NodeIdTable:
         await self._store.run(self._store.allocations.forget, uid)
         now_on = self.online().get(uid)
         if now_on is None:
-            return f"Node id {node_id} is free now. Should the node ask again, it is new."
-        return f"The node is online and keeps node id {now_on} until it starts anew; then it is given one as if new."
+            text = f"Node id {node_id} is free now. Should the node ask again, it is new."
+            return Note(text, "id_free", {"node_id": node_id})
+        text = f"The node is online and keeps node id {now_on} until it starts anew; then it is given one as if new."
+        return Note(text, "id_kept_until_start", {"node_id": now_on})
 
     async def recycle(self, idle_longer_than_s: float, spared: Collection[Uid]) -> list[Uid]:
         """Free the ids of nodes without a pin not seen for so long, but for those `spared`; whose they were.

@@ -5,6 +5,7 @@ import logging
 import math
 from dataclasses import dataclass, field
 
+from hornbill.domain.note import Note
 from hornbill.domain.servo import TelemetryGrant
 from hornbill.errors import HornbillError, InvalidValue, NoAnswer, NotInThisModel, PortError, Refused
 from hornbill.servo.device.requests import POLL, ServoRequests
@@ -111,8 +112,9 @@ class Polling:
                 f"Nothing of {servo.title} can be polled: it has not said yet what it is, and so not which rows it has."
             )
             return TelemetryGrant(
-                owner=owner, channels=[], requested_hz=rate_hz, granted_hz=0.0, bus_share=0.0, note=note
-            )
+                owner=owner, channels=[], requested_hz=rate_hz, granted_hz=0.0, bus_share=0.0,
+                note=note, note_code="not_pollable_yet", note_params={"servo": servo.title},
+            )  # fmt: skip
         for key, row in rows:
             if key not in servo.registers:
                 raise NotInThisModel(
@@ -159,7 +161,9 @@ class Polling:
         hz = {key: one.wishes.rates[key] * self._cut for key in wish.channels}
         note = None
         if wish.channels and one.servo.state in PAUSED:
-            note = f"{one.servo.title} is {one.servo.state.value}; it is polled once it is ready."
+            title, state = one.servo.title, one.servo.state.value
+            text = f"{title} is {state}; it is polled once it is ready."
+            note = Note(text, "polled_when_ready", {"servo": title, "state": state})
         return TelemetryGrant(
             owner=owner,
             channels=list(wish.channels),
@@ -167,7 +171,9 @@ class Polling:
             granted_hz=round(min([wish.rate_hz, *hz.values()]) if hz else 0.0, 2),
             bus_share=round(sum(hz.values()) * READ_S, 4),
             expires_in_s=None if wish.until is None else round(max(0.0, wish.until - now), 3),
-            note=note,
+            note=None if note is None else note.text,
+            note_code=None if note is None else note.code,
+            note_params={} if note is None else note.params,
         )
 
     @staticmethod

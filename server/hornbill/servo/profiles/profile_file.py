@@ -9,6 +9,8 @@ from itertools import groupby
 from typing import Any, Literal, TypeAlias, cast
 
 from hornbill.domain.change import LineVerdict
+from hornbill.domain.fields import Param
+from hornbill.domain.note import Note
 from hornbill.domain.profile import Profile
 from hornbill.errors import InvalidValue
 from hornbill.schema import scale
@@ -93,13 +95,13 @@ def read(text: str, form: Form, profiles: Profiles, catalog: Catalog, *, identit
     """
     if form == "toml" and text.count(".") > MOST_DOTS:
         told = f"There are more than {MOST_DOTS} dots in this file. A profile has no such keys; shorten its texts."
-        return Found(None, [LineVerdict(0, "", None, "invalid", told)])
+        return Found(None, [_wrong(0, "", None, Note(told, "too_many_dots", {"most": MOST_DOTS}))])
     try:
         document = tomllib.loads(text) if form == "toml" else json.loads(text, object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
-        return Found(None, [LineVerdict(_line_of(error), "", None, "invalid", _syntax(error, form))])
+        return Found(None, [_wrong(_line_of(error), "", None, _syntax(error, form))])
     if not isinstance(document, dict):
-        return Found(None, [LineVerdict(1, "", None, "invalid", "This is no object. A profile begins with {.")])
+        return Found(None, [_wrong(1, "", None, Note("This is no object. A profile begins with {.", "no_object"))])
     return _judge(cast("dict[str, Any]", document), _Places(text, form), profiles, catalog, identity=identity)
 
 
@@ -111,18 +113,17 @@ def _judge(
     tables = {key: document.get(key) for key in _TABLES}
     for key, table in tables.items():
         if table is not None and not isinstance(table, dict):
-            lines.append(
-                LineVerdict(places.of("", key), key, None, "invalid", f"{key} is a table. Write one row a line in it.")
-            )
+            told = f"{key} is a table. Write one row a line in it."
+            lines.append(_wrong(places.of("", key), key, None, Note(told, "no_table", {"field": key})))
     values, units = (cast("dict[str, Any]", one) if isinstance(one, dict) else {} for one in tables.values())
     entries = len(document) + len(values) + len(units)
     if entries > MOST_ENTRIES:
         told = f"There are {entries} entries; a profile has at most {MOST_ENTRIES}. Take out what is none of its rows."
-        return Found(None, [LineVerdict(0, "", None, "invalid", told)])
+        note = Note(told, "too_many_entries", {"entries": entries, "most": MOST_ENTRIES})
+        return Found(None, [_wrong(0, "", None, note)])
     if not values:
-        lines.append(
-            LineVerdict(places.of("", "values"), "values", None, "invalid", "There is no value. Give at least one.")
-        )
+        note = Note("There is no value. Give at least one.", "no_value")
+        lines.append(_wrong(places.of("", "values"), "values", None, note))
     lines += _units(values, units, places)
     stated = {key: unit for key, unit in units.items() if isinstance(unit, str)}
     draft = Draft(values, texts.get("description", ""), texts.get("model"), texts.get("firmware"), stated)
@@ -130,11 +131,14 @@ def _judge(
         checked = profiles.check(draft, identity=identity)
     except InvalidValue as error:  # of the model or the firmware; the values are judged all the same
         key = "firmware" if draft.model is None or draft.model in catalog.models else "model"
-        lines.append(LineVerdict(places.of("", key), key, texts[key], "invalid", error.detail))
+        lines.append(_wrong(places.of("", key), key, texts[key], Note(error.detail, "problem", error.told)))
         checked = profiles.check(Draft(values, units=stated), identity=identity)
     for one in checked:
-        told = "" if one.error is None else one.error.detail
-        lines.append(LineVerdict(places.of("values", one.key), one.key, one.value, one.verdict, told))
+        line, error = places.of("values", one.key), one.error
+        if error is None:
+            lines.append(LineVerdict(line, one.key, one.value, one.verdict, "", None, {}))
+        else:
+            lines.append(LineVerdict(line, one.key, one.value, one.verdict, error.detail, "problem", error.told))
     lines.sort(key=lambda one: one.line)
     return Found(draft if all(one.verdict == "ok" for one in lines) else None, lines)
 
@@ -142,26 +146,30 @@ def _judge(
 def _field(key: str, value: object, line: int, catalog: Catalog) -> LineVerdict:
     """The verdict on what stands outside the tables."""
     shown = value if isinstance(value, bool | int | float | str) else None
+    field: dict[str, Param] = {"field": key}
     if key not in _TEXTS:
         known = ", ".join((*_TEXTS, *_TABLES))
-        return LineVerdict(
-            line, key, shown, "unknown", f"A profile has {known}. Take this out, or write it under [values]."
-        )
+        told = f"A profile has {known}. Take this out, or write it under [values]."
+        return LineVerdict(line, key, shown, "unknown", told, "unknown_field", {"known": known})
     if value is None and key in ("model", "firmware"):
-        return LineVerdict(line, key, None, "ok", "")
+        return LineVerdict(line, key, None, "ok", "", None, {})
     if not isinstance(value, str):
-        return LineVerdict(line, key, shown, "invalid", f"{key} is a text. Write it in quotation marks.")
+        return _wrong(line, key, shown, Note(f"{key} is a text. Write it in quotation marks.", "no_text", field))
     longest = _LONGEST.get(key, 80)
     if len(value) > longest:
-        return LineVerdict(
-            line, key, value[:80], "invalid", f"{key} has {len(value)} characters; {longest} are allowed."
-        )
+        told = f"{key} has {len(value)} characters; {longest} are allowed."
+        params: dict[str, Param] = {**field, "characters": len(value), "most": longest}
+        return _wrong(line, key, value[:80], Note(told, "too_long", params))
     if not value.isascii() and re.search("[\ud800-\udfff]", value):
-        return LineVerdict(line, key, None, "invalid", f"{key} holds half a character. Write it anew.")
-    told = ""
+        return _wrong(line, key, None, Note(f"{key} holds half a character. Write it anew.", "half_character", field))
     if key == "schema_revision" and value != catalog.revision:
         told = f"Written with other tables than ours ({catalog.revision}); every value was checked against ours."
-    return LineVerdict(line, key, value, "ok", told)
+        return LineVerdict(line, key, value, "ok", told, "other_tables", {"revision": catalog.revision})
+    return LineVerdict(line, key, value, "ok", "", None, {})
+
+
+def _wrong(line: int, key: str, value: Value, why: Note) -> LineVerdict:
+    return LineVerdict(line, key, value, "invalid", why.text, why.code, why.params)
 
 
 def _units(values: Mapping[str, Any], units: Mapping[str, Any], places: "_Places") -> list[LineVerdict]:
@@ -170,11 +178,10 @@ def _units(values: Mapping[str, Any], units: Mapping[str, Any], places: "_Places
     for key, unit in units.items():
         line = places.of("units", key)
         if not isinstance(unit, str):
-            wrong.append(LineVerdict(line, key, None, "invalid", 'A unit is a text, such as "ms".'))
+            wrong.append(_wrong(line, key, None, Note('A unit is a text, such as "ms".', "unit_no_text")))
         elif key not in values:
-            wrong.append(
-                LineVerdict(line, key, unit, "invalid", f"There is a unit for {key[:60]}, but no value. Take it out.")
-            )
+            told = f"There is a unit for {key[:60]}, but no value. Take it out."
+            wrong.append(_wrong(line, key, unit, Note(told, "unit_without_value", {"key": key[:60]})))
     return wrong
 
 
@@ -253,10 +260,11 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _syntax(error: Exception, form: Form) -> str:
+def _syntax(error: Exception, form: Form) -> Note:
     if isinstance(error, RecursionError):
-        return "This is nested too deeply for a profile. Write one value a line."
-    return f"This is not {form.upper()}: {str(error)[:200]}."
+        return Note("This is nested too deeply for a profile. Write one value a line.", "nested_too_deeply")
+    name, why = form.upper(), str(error)[:200]
+    return Note(f"This is not {name}: {why}.", "no_syntax", {"format": name, "why": why})
 
 
 def _line_of(error: Exception) -> int:

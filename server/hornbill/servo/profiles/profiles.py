@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, cast
 
 from hornbill.domain.change import LeftOut
+from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.domain.profile import Profile
 from hornbill.errors import (
     BadRequest,
@@ -201,9 +203,8 @@ class Profiles:
                 error.facts.setdefault("key", key)
                 error.facts.setdefault("uid", servo.uid)
                 raise
-        what = f"{servo.model.name} with firmware {servo.firmware_text or 'unknown'}"
-        missing = [key for key in profile.values if key not in rows]
-        return taken, [LeftOut(key, f"{what} does not have it.") for key in missing]
+        why = not_in(servo.model.name, servo.firmware_text)
+        return taken, [left_out(key, why) for key in profile.values if key not in rows]
 
     def _candidates(self, draft: Draft) -> list[Mapping[str, Parameter]]:
         """The rows of every model the draft may be for."""
@@ -264,9 +265,7 @@ class Profiles:
             )
             error = OutOfRange(
                 f"No model allows {shown} for {rows[0][1].label.lower()}. Enter {each}.",
-                **error.facts,
-                cause="no_model_allows",
-                key=rows[0][1].key,
+                **{**error.facts, "cause": "no_model_allows", "key": rows[0][1].key},
             )
         return bad("out_of_range" if isinstance(error, OutOfRange) else "invalid", error)
 
@@ -295,6 +294,17 @@ class Profiles:
                 key=row.key,
             )
         return None
+
+
+def not_in(model: str, firmware: str | None) -> Note:
+    """Why a row that a model lacks is left out."""
+    text = f"{model} with firmware {firmware or 'unknown'} does not have it."
+    return Note(text, "not_in_servo", known(model=model, firmware=firmware))
+
+
+def left_out(key: str, why: Note) -> LeftOut:
+    """A row that is not written."""
+    return LeftOut(key, why.text, why.code, why.params)
 
 
 def _wanted(rows: Mapping[str, Parameter], keys: Sequence[str] | None, whose: str, *, identity: bool) -> list[str]:

@@ -1,10 +1,12 @@
 """Owns Restoring: bringing a servo to what a snapshot, another servo, a profile or the defaults hold."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
+from typing import Final
 
 from hornbill.domain.change import LeftOut, Reason
 from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.errors import BadRequest, InvalidValue
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
@@ -17,7 +19,12 @@ from hornbill.servo.device.output import KEY, ON
 from hornbill.servo.device.requests import ServoRequests
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.profiles.comparing import Side
+from hornbill.servo.profiles.profiles import left_out, not_in
 from hornbill.units import Raw
+
+_NEVER_ON: Final = Note(
+    'A restore never turns torque on. Save with it, or turn it on: POST …/torque {"mode": "on"}.', "torque_never_on"
+)
 
 
 class Restoring:
@@ -48,17 +55,17 @@ class Restoring:
         rows = {key: one.parameter for key, one in servo.registers.items()}
         units = [row.unit_when.parameter for row in rows.values() if row.unit_when is not None]
         await read_rows(self._requests, servo, [key for key in units if servo.registers[key].at is None])
-        what = f"{servo.model.name} with firmware {servo.firmware_text or 'unknown'}"
-        values, left_out = choose(rows, servo.raws(), side, what, keys=keys, identity=identity, save=options.save)
+        lacks = not_in(servo.model.name, servo.firmware_text)
+        values, stay = choose(rows, servo.raws(), side, lacks, keys=keys, identity=identity, save=options.save)
         if not values:
             raise InvalidValue(
                 f"Nothing of {side.title} is left to be written to {servo.title}. Name the rows in keys.",
-                left_out=[{"key": one.key, "why": one.why} for one in left_out],
+                left_out=[asdict(one) for one in stay],
                 cause="nothing_left",
                 servo=servo.title,
                 side=side.title,
             )
-        return await self._changes.edit(servo, values, replace(options, reason=_reason(side))), left_out
+        return await self._changes.edit(servo, values, replace(options, reason=_reason(side))), stay
 
 
 def _reason(side: Side) -> Reason:
@@ -71,7 +78,7 @@ def choose(
     rows: Mapping[str, Parameter],
     known: Mapping[str, Raw | None],
     side: Side,
-    what: str,
+    lacks: Note,
     *,
     keys: Sequence[str] | None = None,
     identity: bool = False,
@@ -79,34 +86,34 @@ def choose(
 ) -> tuple[dict[str, Value], list[LeftOut]]:
     """The values of `side` that a servo of these `rows` takes, and the rows left out, each with the reason.
 
-    `known` is what its RAM holds, raw; `what` names its model in a sentence. Raises OutOfRange or InvalidValue
+    `known` is what its RAM holds, raw; `lacks` says that it does not have a row. Raises OutOfRange or InvalidValue
     when a value is none of this model, or 0x36 would mean another unit: with the fact `problems`, all of them.
     """
-    left_out: list[LeftOut] = []
+    stay: list[LeftOut] = []
     values: dict[str, Value] = {}
     for key in dict.fromkeys(side.values if keys is None else keys):
         value = side.values.get(key)
-        why = _why_not(rows, key, side, what, identity) if keys is None else _check_named(rows, key, side)
+        why = _why_not(rows, key, side, lacks, identity) if keys is None else _check_named(rows, key, side)
         if key == KEY and keys is not None and value == "on" and known.get(KEY) != ON and not save:
-            why = 'A restore never turns torque on. Save with it, or turn it on: POST …/torque {"mode": "on"}.'
+            why = _NEVER_ON
         if why is None:
             values[key] = value
         else:
-            left_out.append(LeftOut(key, why))
+            stay.append(left_out(key, why))
     _check(rows, known, side, values)
-    return values, left_out
+    return values, stay
 
 
-def _why_not(rows: Mapping[str, Parameter], key: str, side: Side, what: str, identity: bool) -> str | None:
+def _why_not(rows: Mapping[str, Parameter], key: str, side: Side, lacks: Note, identity: bool) -> Note | None:
     """Why a row nobody named is not written."""
     if key not in rows:
-        return f"{what} does not have it."
+        return lacks
     if side.values[key] is None:
-        return f"It is not known what {side.title} holds."
+        return Note(f"It is not known what {side.title} holds.", "side_unknown", {"side": side.title})
     if rows[key].identity and not identity:
-        return "It belongs to one servo. Name it in keys, or ask for identity."
+        return Note("It belongs to one servo. Name it in keys, or ask for identity.", "identity_row")
     if key == KEY:
-        return "A restore does not switch torque. To write off or brake, name it in keys."
+        return Note("A restore does not switch torque. To write off or brake, name it in keys.", "torque_row")
     return None
 
 

@@ -83,6 +83,8 @@ class CommissionRun(FleetJob[CommissionTarget]):
             "done": done,
             "pinned": sorted(self.pinned),
             "text": f"{done} of {len(self.targets)} servos are commissioned.{told}",
+            "text_code": "commissioned",
+            "text_params": {"done": done, "servos": len(self.targets), "saved": self.request.save},
         }
 
 

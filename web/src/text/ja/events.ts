@@ -2,6 +2,7 @@
 import type { Facts } from "../../form/facts";
 import { readable, type Text } from "../language";
 import { live } from "./live";
+import { notes } from "./notes";
 import { table } from "./table";
 
 const DISK = "データフォルダーとディスクを確認してください。";
@@ -206,7 +207,8 @@ export const happened = {
   log_stopped: p => `ログ${p.name}が${p.frames}フレームで終了しました。${lost(p)}`,
   log_full: p =>
     `ログ${p.name}が上限の${p.limit_mb}に達して終了しました。${lost(p)}続けるには新しいログを開始してください。`,
-  log_failed: p => `ログ${p.name}を書き込めず、終了しました（${p.why}）。${lost(p)}他の処理は続きます。`,
+  log_failed: p =>
+    `ログ${p.name}を書き込めず、終了しました（${(notes[p.why as keyof typeof notes]?.(p) ?? "書き込みの失敗").replace(/。$/, "")}）。${lost(p)}他の処理は続きます。`,
   store_failed: p =>
     UNSTORED[p.what ?? ""] ?? `${p.servo ?? "サーボ"}について分かったことを保存できませんでした。${DISK}`,
 } satisfies Text["happened"];

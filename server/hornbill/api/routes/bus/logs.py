@@ -15,7 +15,8 @@ from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.bus.recordings.bus_log import LogStatus
 from hornbill.bus.recordings.writer import LogFormat
-from hornbill.domain.fields import Model, Utc
+from hornbill.domain.fields import Model, Params, Utc
+from hornbill.domain.note import NoteCode
 
 routes = Routes("logs")
 
@@ -45,6 +46,8 @@ class LogState(Model):
     bytes: int = Field(description="Size, bytes.")
     limit_bytes: int = Field(description="Size at which logging ends, bytes.")
     reason: str | None = Field(description="Reason why it ended. Null if stopped manually.")
+    reason_code: NoteCode | None = Field(description="Code of the reason. Null if stopped manually.")
+    reason_params: Params
 
 
 class LogFile(Model):
@@ -129,5 +132,7 @@ def _shown(status: LogStatus) -> LogState:
         dropped=status.dropped,
         bytes=status.size,
         limit_bytes=status.limit,
-        reason=status.reason,
+        reason=None if status.reason is None else status.reason.text,
+        reason_code=None if status.reason is None else status.reason.code,
+        reason_params={} if status.reason is None else status.reason.params,
     )

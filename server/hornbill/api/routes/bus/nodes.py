@@ -9,7 +9,8 @@ from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.bus import AllocatorState, PendingAllocation
-from hornbill.domain.fields import Model, UidField
+from hornbill.domain.fields import Model, Params, UidField
+from hornbill.domain.note import Note, NoteCode
 from hornbill.node.allocator import AllocationMode
 from hornbill.node.directory import OFFLINE_AFTER_S
 from hornbill.servo.device.servo import State, mode_name
@@ -53,6 +54,8 @@ class Node(Model):
     software_version: str | None = Field(description="Software version from GetNodeInfo. Null if unknown.")
     hardware_version: str | None = Field(description="Hardware version from GetNodeInfo.")
     note: str | None = Field(description="Reason why it is not a servo, or a peculiarity. Null if none.")
+    note_code: NoteCode | None = Field(description="Code of the note. Null if none.")
+    note_params: Params
 
 
 class Allocation(Model):
@@ -77,6 +80,8 @@ class AllocationChange(Allocation):
     """A row as it is now, or as it was before it was forgotten."""
 
     note: str = Field(description="Time at which the change takes effect, one sentence.")
+    note_code: NoteCode = Field(description="Code of the note.")
+    note_params: Params
 
 
 class Recycle(Model):
@@ -137,8 +142,9 @@ async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHea
     before = host.store.allocations.entries().get(Uid(uid))
     note = await host.allocating.pin(Uid(uid), body.node_id)
     if (fixed := _fixed_id(host, uid)) is not None:
-        note = f"It has the fixed node id {fixed} (0x46) and asks for none. The pin counts once 0x46 is 0."
-    _note(host, lease, "pin", uid, before, body.node_id, note)
+        text = f"It has the fixed node id {fixed} (0x46) and asks for none. The pin counts once 0x46 is 0."
+        note = Note(text, "pin_after_fixed", {"node_id": fixed})
+    _note(host, lease, "pin", uid, before, body.node_id, note.text)
     return _change(host, host.store.allocations.row(Uid(uid)), note)
 
 
@@ -147,7 +153,7 @@ async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = No
     """Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew."""
     entry = host.store.allocations.row(Uid(uid))
     note = await host.allocating.forget(Uid(uid), _why_busy(host, uid))
-    _note(host, lease, "forget", uid, entry.node_id, None, note)
+    _note(host, lease, "forget", uid, entry.node_id, None, note.text)
     return _change(host, entry, note)
 
 
@@ -199,8 +205,9 @@ def _allocation(host: Host, entry: AllocationEntry) -> Allocation:
     )
 
 
-def _change(host: Host, entry: AllocationEntry, note: str) -> AllocationChange:
-    return AllocationChange(**_allocation(host, entry).model_dump(), note=note)
+def _change(host: Host, entry: AllocationEntry, note: Note) -> AllocationChange:
+    row = _allocation(host, entry).model_dump()
+    return AllocationChange(**row, note=note.text, note_code=note.code, note_params=note.params)
 
 
 def _servo_online(host: Host, uid: str) -> bool:
@@ -223,24 +230,26 @@ def _node(host: Host, connection: Connection, node_id: int, now: Instant) -> Nod
     record = directory.records.get(node_id)
     heard = directory.last_heard(node_id) or 0.0
     if record is None:
-        note = "It sends, but never said NodeStatus, which every node must once a second."
-        return _silent(node_id, "unknown", "warning", heard, now, note)
+        text = "It sends, but never said NodeStatus, which every node must once a second."
+        return _silent(node_id, "unknown", "warning", heard, now, Note(text, "no_status"))
     kind: Kind = host.fleet.kind(node_id)
     note = host.fleet.note(node_id)
     if kind != "servo" and record.info is not None and record.info.name == connection.participant.info().name:
-        kind, note = "hornbill", "Another hornbill."
+        kind, note = "hornbill", Note("Another hornbill.", "another_hornbill")
     return _speaking(node_id, kind, record.status, record.info, heard, now, record.restarts, note)
 
 
 def _ourselves(connection: Connection, now: Instant) -> Node:
     info = connection.participant.info()
-    return _speaking(connection.participant.node_id, "hornbill", info.status, info, now, now, 0, "This server.")
+    note = Note("This server.", "this_server")
+    return _speaking(connection.participant.node_id, "hornbill", info.status, info, now, now, 0, note)
 
 
 def _anonymous(host: Host, heard: Instant, now: Instant) -> Node:
     waiting = len(host.allocating.allocator.pending(now))
     count = "1 node asks" if waiting == 1 else f"{waiting or 'No'} nodes ask"
-    return _silent(0, "initialization", "ok", heard, now, f"{count} for a node id now: see the allocations.")
+    note = Note(f"{count} for a node id now: see the allocations.", "asking_for_id", {"count": waiting})
+    return _silent(0, "initialization", "ok", heard, now, note)
 
 
 def _speaking(
@@ -251,7 +260,7 @@ def _speaking(
     heard: Instant,
     now: Instant,
     restarts: int,
-    note: str | None,
+    note: Note | None,
 ) -> Node:
     return Node(
         node_id=node_id,
@@ -266,16 +275,20 @@ def _speaking(
         restarts=restarts,
         software_version=None if info is None else _software(info.software_version),
         hardware_version=None if info is None else f"{info.hardware_version.major}.{info.hardware_version.minor}",
-        note=note,
+        note=None if note is None else note.text,
+        note_code=None if note is None else note.code,
+        note_params={} if note is None else note.params,
     )
 
 
-def _silent(node_id: int, mode: str, health: Literal["ok", "warning"], heard: Instant, now: Instant, note: str) -> Node:
+def _silent(
+    node_id: int, mode: str, health: Literal["ok", "warning"], heard: Instant, now: Instant, note: Note
+) -> Node:
     """A node that has not said NodeStatus."""
     return Node(
         node_id=node_id, kind="unknown", online=now - heard < OFFLINE_AFTER_S, name=None, uid=None, health=health,
         mode=mode, uptime_s=0, age_s=round(now - heard, 3), restarts=0, software_version=None, hardware_version=None,
-        note=note,
+        note=note.text, note_code=note.code, note_params=note.params,
     )  # fmt: skip
 
 

@@ -84,6 +84,7 @@ class Bundle(Model):
     seconds: float | None = Field(description="Duration, s. Null if the file cannot be read.")
     marks: list[BundleMark] = Field(description="Triggers of the recording.")
     problem: str | None = Field(default=None, description="Reason why the file cannot be read. Null if it can.")
+    problem_params: Params = Field(default_factory=dict[str, Param])
 
 
 class BundleContent(Model):
@@ -218,7 +219,7 @@ def _shown(kept: StoredFile) -> Bundle:
     except LogFailed as error:
         return Bundle(
             name=kept.name, at=kept.modified_at, reason=None, text="", bytes=kept.size, seconds=None, marks=[],
-            problem=error.detail,
+            problem=error.detail, problem_params=error.told,
         )  # fmt: skip
 
 

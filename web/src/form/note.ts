@@ -1,0 +1,18 @@
+/** What the server notes beside a value, in the page's language; its own sentence where the page has none. */
+import type { NoteCode, Params } from "../api/types";
+import { text } from "../text";
+import { factsOf } from "./facts";
+
+export function noteText(
+  note: string,
+  code: NoteCode | null | undefined,
+  params: Params | undefined,
+): string {
+  return (code && text.notes[code]?.(factsOf(params))) ?? note;
+}
+
+/** How a job ended that counts what it did. */
+export function resultText(result: unknown): string {
+  const said = (result ?? {}) as { text?: string; text_code?: NoteCode; text_params?: Params };
+  return noteText(said.text ?? "", said.text_code, said.text_params);
+}

@@ -1,0 +1,75 @@
+/** What the server notes beside a value, in Japanese, by code. tests/contract holds it complete. */
+import type { Text } from "../language";
+
+const STATE: Readonly<Record<string, string>> = {
+  identifying: "識別中",
+  saving: "保存中",
+  restarting: "再起動中",
+  updating: "ソフトウェアの更新中",
+  offline: "通信途絶",
+};
+/** Who may be a servo in spite of it. */
+const perhaps = (yes: string | undefined) =>
+  yes
+    ? "アクチュエーターのStatusを送信しているため、サーボかもしれません。停止時はトルクオフを書き込みます。"
+    : "";
+
+export const notes = {
+  problem: p => p.problem ?? "失敗しました。",
+
+  not_in_servo: p => `${p.model}（ファームウェア${p.firmware ?? "不明"}）にこの行はありません。`,
+  side_unknown: p => `${p.side}のこの行の値が不明です。`,
+  identity_row: () => "サーボ1台に固有の行です。行を指定するか、固有の行を含めてください。",
+  torque_row: () => "復元ではトルクを切り替えません。オフまたはブレーキを書き込むには行を指定してください。",
+  torque_never_on: () =>
+    "復元でトルクがオンになることはありません。同時に保存するか、トルクを別にオンにしてください。",
+
+  too_many_dots: p => `ピリオドが${p.most}個を超えています。文章を短くしてください。`,
+  no_syntax: p => `${p.format}の形式ではありません（${p.why}）。`,
+  nested_too_deeply: () => "入れ子が深すぎます。1行に1つの値を書いてください。",
+  no_object: () => "オブジェクトではありません。プロファイルは { で始まります。",
+  no_table: p => `${p.field}は表です。1行に1つの値を書いてください。`,
+  too_many_entries: p => `項目が${p.entries}個あります。${p.most}個までにしてください。`,
+  no_value: () => "値がありません。1つ以上書いてください。",
+  unknown_field: p => `プロファイルの項目は${p.known}です。これを除くか、[values] の下に書いてください。`,
+  no_text: p => `${p.field}は文字列です。引用符で囲んでください。`,
+  too_long: p => `${p.field}が${p.characters}文字あります。${p.most}文字までにしてください。`,
+  half_character: p => `${p.field}に不完全な文字があります。書き直してください。`,
+  other_tables: p => `別の版の表で書かれています。今の表（${p.revision}）で値を検査しました。`,
+  unit_no_text: () => '単位は文字列です（例: "ms"）。',
+  unit_without_value: p => `${p.key}は単位だけで値がありません。除いてください。`,
+
+  pin_kept: p => `すでにノードID ${p.node_id}で動作しています。このまま固定します。`,
+  pin_at_start: p =>
+    `次に起動してノードIDを要求したとき、${p.node_id}を割り当てます。${p.now_on ? `それまでは${p.now_on}のままです。` : ""}`,
+  pin_after_fixed: p =>
+    `ノードID ${p.node_id}が設定されており（0x46）、要求しません。0x46を0にすると、固定したIDになります。`,
+  id_free: p => `ノードID ${p.node_id}が空きました。このノードが再び要求すると、新しいノードとして扱います。`,
+  id_kept_until_start: p =>
+    `ノードはオンラインで、再起動まではノードID ${p.node_id}のままです。その後は新しいノードとして割り当てます。`,
+
+  no_status: () => "送信していますが、毎秒1回必要なNodeStatusを一度も送っていません。",
+  this_server: () => "このサーバーです。",
+  another_hornbill: () => "別のhornbillです。",
+  asking_for_id: p =>
+    p.count === "0"
+      ? "今、ノードIDを要求しているノードはありません。"
+      : `${p.count}台がノードIDを要求しています。割り当て表を確認してください。`,
+  no_model_number: p =>
+    `モデル番号（0x50）がないため、このシリーズのサーボではありません。${perhaps(p.may_be_servo)}`,
+  no_parameters: p =>
+    `GetNodeInfoには応答しますが、GetSetには応答しません。読み出せるパラメーターはありません。${perhaps(p.may_be_servo)}`,
+  no_info: p => `GetNodeInfoに応答しません（${p.tries}回要求）。${perhaps(p.may_be_servo)}`,
+
+  not_pollable_yet: p => `${p.servo}は識別が終わっていないため、まだ周期的に読み出せません。`,
+  polled_when_ready: p =>
+    `${p.servo}は${STATE[p.state ?? ""] ?? "準備中"}です。準備ができると読み出しを始めます。`,
+
+  log_limit: p => `上限の${p.limit_mb}に達しました。`,
+  disk_slow: p => `ディスクが${p.within_s}以内に最後まで書き込めませんでした。`,
+  disk_full: () => "ディスクに空きがありません。データフォルダーのあるディスクを空けてください。",
+  write_failed: p => `書き込めませんでした（${p.error}）。`,
+
+  commissioned: p =>
+    `${p.servos}台中${p.done}台の初期設定が完了しました。${p.saved ? "" : "ROMには書き込んでいないため、再起動すると失われます。"}`,
+} satisfies Text["notes"];
