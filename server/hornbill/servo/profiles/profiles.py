@@ -265,7 +265,9 @@ class Profiles:
             )
             error = OutOfRange(
                 f"No model allows {shown} for {rows[0][1].label.lower()}. Enter {each}.",
-                **{**error.facts, "cause": "no_model_allows", "key": rows[0][1].key},
+                **{name: fact for name, fact in error.facts.items() if name not in ("cause", "key")},
+                cause="no_model_allows",
+                key=rows[0][1].key,
             )
         return bad("out_of_range" if isinstance(error, OutOfRange) else "invalid", error)
 
