@@ -89,8 +89,9 @@ def demo() -> Iterator[Demo]:
 
 
 def as_in_rom(api: httpx.Client, uid: str) -> None:
-    """Restart a servo that holds what is not in ROM: without torque a save asks."""
-    if api.get(f"/servos/{uid}").json()["unsaved"]:
+    """Restart a servo that holds what is not in ROM, or of which nobody knows what ROM holds: a save would ask."""
+    unsaved = api.get(f"/servos/{uid}").json()["unsaved"]
+    if unsaved or api.get(f"/servos/{uid}/parameters/torque_mode").json()["rom"] is None:
         api.post(f"/servos/{uid}/restart", params={"wait": True}).raise_for_status()
 
 

@@ -41,6 +41,8 @@ def pair(demo: Demo) -> Iterator[tuple[str, str]]:
     yield both
     for uid in both:
         demo.api.delete(f"/sim/servos/{uid}")
+    for uid in both:
+        wait_for(lambda uid=uid: demo.api.delete(f"/inventory/{uid}").is_success, 20, "it is not gone")
 
 
 @pytest.fixture

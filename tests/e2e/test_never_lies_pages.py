@@ -99,6 +99,7 @@ CASES = {
 }
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("name", with_scene(CASES))
 def test_on_each_page_what_acts_waits_within_two_seconds_of_silence_and_goes_on_by_itself(
     name: str, tab: Page, own: Server

@@ -1,4 +1,4 @@
-"""Owns the adapters the tests of ReopeningPort open: each does what the test says."""
+"""The adapters the tests of ReopeningPort open: each does what the test says."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence

@@ -1,4 +1,4 @@
-"""Owns the tests of Adapters: what is plugged in, told in time whatever a driver does, and never in anybody's way."""
+"""The tests of Adapters: what is plugged in, told in time whatever a driver does, and never in anybody's way."""
 
 import asyncio
 import os

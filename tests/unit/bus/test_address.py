@@ -1,4 +1,4 @@
-"""Owns the tests of open_port: every way it fails names the remedy, and an opening that comes late is closed."""
+"""The tests of open_port: every way it fails names the remedy, and an opening that comes late is closed."""
 
 import asyncio
 import threading

@@ -1,4 +1,4 @@
-"""Owns the tests of JumpingLoop: time that jumps, threads that do not exist, standstill that is noticed."""
+"""The tests of JumpingLoop: time that jumps, threads that do not exist, standstill that is noticed."""
 
 import asyncio
 import gc

@@ -1,4 +1,4 @@
-"""Owns the tests of ErrorFrame: the classes and bytes of linux/can/error.h that matter here."""
+"""The tests of ErrorFrame: the classes and bytes of linux/can/error.h that matter here."""
 
 import pytest
 

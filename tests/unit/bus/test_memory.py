@@ -1,4 +1,4 @@
-"""Owns the tests of MemoryBus in virtual time: arbitration, bit times, delivery, load."""
+"""The tests of MemoryBus in virtual time: arbitration, bit times, delivery, load."""
 
 import asyncio
 from itertools import pairwise

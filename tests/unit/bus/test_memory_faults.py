@@ -1,4 +1,4 @@
-"""Owns the tests of what goes wrong on an embedded bus on request."""
+"""The tests of what goes wrong on an embedded bus on request."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Owns the tests of what is on an embedded bus instead of frames: noise, and a controller at another bit rate."""
+"""The tests of what is on an embedded bus instead of frames: noise, and a controller at another bit rate."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Owns the tests of MemoryBus on an ordinary event loop: stamps stay exact, wake-ups stay few."""
+"""The tests of MemoryBus on an ordinary event loop: stamps stay exact, wake-ups stay few."""
 
 import asyncio
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Owns the contract every CanPort keeps, tried on the embedded bus, python-can's virtual bus and slcan adapters."""
+"""The contract every CanPort keeps, tried on the embedded bus, python-can's virtual bus and slcan adapters."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine

@@ -1,4 +1,4 @@
-"""Owns the tests of PythonCanPort: what its threads do with foreign frames, full adapters and lost ones."""
+"""The tests of PythonCanPort: what its threads do with foreign frames, full adapters and lost ones."""
 
 import asyncio
 import errno

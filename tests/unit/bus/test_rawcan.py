@@ -1,4 +1,4 @@
-"""Owns the tests of RawLink on a pair of sockets that carry what a SocketCAN socket would."""
+"""The tests of RawLink on a pair of sockets that carry what a SocketCAN socket would."""
 
 import socket
 import struct

@@ -1,4 +1,4 @@
-"""Owns the tests of ReopeningPort: lost, tried again and again, back; and closed at any instant."""
+"""The tests of ReopeningPort: lost, tried again and again, back; and closed at any instant."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Owns the tests of what passes a ReopeningPort when its adapter is lost: requests, counters, old commands."""
+"""The tests of what passes a ReopeningPort when its adapter is lost: requests, counters, old commands."""
 
 import asyncio
 import errno

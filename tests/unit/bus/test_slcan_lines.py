@@ -1,4 +1,4 @@
-"""Owns the tests of the slcan language: every form of a line, and whatever else a serial line may bring."""
+"""The tests of the slcan language: every form of a line, and whatever else a serial line may bring."""
 
 import pytest
 from hypothesis import given

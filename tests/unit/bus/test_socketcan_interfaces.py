@@ -1,4 +1,4 @@
-"""Owns the tests of SocketCAN interfaces: what is wrong with one, the command that helps, and `ip` that is absent."""
+"""The tests of SocketCAN interfaces: what is wrong with one, the command that helps, and `ip` that is absent."""
 
 import json
 import subprocess

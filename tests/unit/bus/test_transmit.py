@@ -1,4 +1,4 @@
-"""Owns the tests of TransmitQueue: the order of arbitration, and what a full queue gives up."""
+"""The tests of TransmitQueue: the order of arbitration, and what a full queue gives up."""
 
 import pytest
 from hypothesis import given

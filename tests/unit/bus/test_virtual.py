@@ -1,4 +1,4 @@
-"""Owns the tests of which virtual CAN interface simulated servos take, and that they take no other."""
+"""The tests of which virtual CAN interface simulated servos take, and that they take no other."""
 
 import socket
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Owns the tests of asking first: nothing is done before somebody agreed, and nobody is asked who cannot answer."""
+"""The tests of asking first: nothing is done before somebody agreed, and nobody is asked who cannot answer."""
 
 import sys
 from types import SimpleNamespace

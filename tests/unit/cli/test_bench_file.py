@@ -1,4 +1,4 @@
-"""Owns the tests of the bench file's form: every complaint has its line, and all come at once."""
+"""The tests of the bench file's form: every complaint has its line, and all come at once."""
 
 import tomllib
 from pathlib import Path

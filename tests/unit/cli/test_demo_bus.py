@@ -1,4 +1,4 @@
-"""Owns the tests of the bus `hornbill demo` puts its servos on: embedded unless told, and never a real one."""
+"""The tests of the bus `hornbill demo` puts its servos on: embedded unless told, and never a real one."""
 
 from typing import Any
 

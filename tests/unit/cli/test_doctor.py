@@ -1,4 +1,4 @@
-"""Owns the tests of `hornbill doctor`: what it prints of the server's findings, and its exit code."""
+"""The tests of `hornbill doctor`: what it prints of the server's findings, and its exit code."""
 
 import json
 from typing import Any

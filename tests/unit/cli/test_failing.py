@@ -1,4 +1,4 @@
-"""Owns the tests of exit codes: a script can tell why a command failed, and never takes a failure for success."""
+"""The tests of exit codes: a script can tell why a command failed, and never takes a failure for success."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Owns the test of SIGUSR1: the process itself takes the stop, when no page and no program does."""
+"""The test of SIGUSR1: the process itself takes the stop, when no page and no program does."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Owns the tests of how quick and quiet the command line is: nothing heavy before a command runs, help on each."""
+"""The tests of how quick and quiet the command line is: nothing heavy before a command runs, help on each."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Owns the tests of `hornbill stop`: what it asks the server for, what it prints, and its exit code."""
+"""The tests of `hornbill stop`: what it asks the server for, what it prints, and its exit code."""
 
 import json
 from collections.abc import Iterator

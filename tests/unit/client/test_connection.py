@@ -1,4 +1,4 @@
-"""Owns the tests of the connection: what goes with a request, and what is tried again. Both halves must agree."""
+"""The tests of the connection: what goes with a request, and what is tried again. Both halves must agree."""
 
 import asyncio
 from collections.abc import Callable

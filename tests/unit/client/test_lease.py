@@ -1,4 +1,4 @@
-"""Owns the tests of the lease without asyncio: its thread renews it, and it is given back whatever comes."""
+"""The tests of the lease without asyncio: its thread renews it, and it is given back whatever comes."""
 
 import threading
 from typing import Any

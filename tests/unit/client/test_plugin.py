@@ -1,4 +1,4 @@
-"""Owns the tests of what the pytest plugin decides; that its fixtures work is in tests/e2e/test_examples.py."""
+"""The tests of what the pytest plugin decides; that its fixtures work is in tests/e2e/test_examples.py."""
 
 import pytest
 

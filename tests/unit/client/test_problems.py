@@ -1,4 +1,4 @@
-"""Owns the tests of what a server's problem becomes: the class its code names, with status and facts."""
+"""The tests of what a server's problem becomes: the class its code names, with status and facts."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Owns Allocatee: a node without an id, that asks for one by the rules of the public Allocation type."""
+"""A node without an id, that asks for one by the rules of the public Allocation type."""
 
 import asyncio
 from random import Random

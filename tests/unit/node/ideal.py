@@ -1,4 +1,4 @@
-"""Owns IdealAllocator: the fastest allocator there can be, which ours is measured against."""
+"""The fastest allocator there can be, which ours is measured against."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Owns Peer: another node on the embedded bus, that answers requests the way a test wants."""
+"""Another node on the embedded bus, that answers requests the way a test wants."""
 
 import asyncio
 from collections.abc import Callable

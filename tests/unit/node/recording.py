@@ -1,4 +1,4 @@
-"""Owns RecordingPort: a CanPort that keeps what it was asked to send and receives what a test says, guarded or not."""
+"""A CanPort that keeps what it was asked to send and receives what a test says, guarded or not."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Owns MemoryTable and Bench: what an allocator needs around it, without a database and without a bus."""
+"""What an allocator needs around it, without a database and without a bus."""
 
 from dataclasses import dataclass, field
 

@@ -24,7 +24,7 @@ def test_a_command_to_every_servo_is_refused(actuators: tuple[int, ...]) -> None
     with pytest.raises(OutOfRange) as caught:
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
-    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 255}
+    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 255, "cause": "id_of_all"}
 
 
 @pytest.mark.parametrize("actuators", [(0,), (1, 0), (*range(1, 15), 0), (0, 255)])
@@ -34,7 +34,7 @@ def test_a_command_to_id_0_is_refused_whatever_is_allowed(actuators: tuple[int, 
     with pytest.raises(OutOfRange, match="without a servo id") as caught:
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
-    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 0}
+    assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 0, "cause": "id_of_all_new"}
 
 
 def test_a_command_in_the_form_of_can_fd_is_refused() -> None:

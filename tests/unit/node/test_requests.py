@@ -37,7 +37,8 @@ def test_without_an_answer_every_try_waits_its_time_and_has_its_own_transfer_id(
             await host.request(42, read("0x38"), timeout=0.1, tries=3)
         assert now() - began == pytest.approx(0.3, abs=0.002)
         assert len({each.transfer_id for each in peer.requests}) == 3
-        assert caught.value.facts == {"node_id": 42, "service": "GetSet", "tries": 3, "timeout_s": 0.1}
+        facts = {"node_id": 42, "service": "GetSet", "tries": 3, "timeout_s": 0.1, "cause": "silent_node"}
+        assert caught.value.facts == facts
         counters = host.request_counters
         assert (counters.requests, counters.repeats, counters.unanswered, counters.answers) == (1, 2, 1, 0)
         await host.close()

@@ -1,4 +1,4 @@
-"""Owns the fixture that spoils a copy of the tables in one place and gives back the refusal."""
+"""The fixture that spoils a copy of the tables in one place and gives back the refusal."""
 
 import re
 import shutil

@@ -119,7 +119,8 @@ def test_a_value_out_of_range_is_told_its_limit(key: str, value: float, sentence
 def test_out_of_range_facts_are_engineering_values() -> None:
     with pytest.raises(OutOfRange) as caught:
         to_raw(ROWS["voltage_limit_upper"], 13)
-    assert caught.value.facts == {"minimum": 7.4, "maximum": 12.0, "unit": "V", "requested": 13}
+    facts = {"minimum": 7.4, "maximum": 12.0, "unit": "V", "requested": 13}
+    assert caught.value.facts == {**facts, "key": "voltage_limit_upper", "cause": "past_model_limit"}
 
 
 @pytest.mark.parametrize(
@@ -193,7 +194,9 @@ def test_the_wrong_kind_of_value_is_told_the_right_one(key: str, value: object, 
 def test_a_choice_names_what_is_allowed() -> None:
     with pytest.raises(InvalidValue) as caught:
         to_raw(ROWS["pwm_mode"], "torque")
-    assert caught.value.facts == {"allowed": ["angle", "speed"], "requested": "torque"}
+    assert caught.value.facts == {
+        "allowed": ["angle", "speed"], "requested": "torque", "key": "pwm_mode", "cause": "wrong_kind"
+    }  # fmt: skip
 
 
 def test_a_choice_outside_the_range_of_a_model_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""Owns the tests of what the doctor says of an adapter, from what a port says of itself."""
+"""The tests of what the doctor says of an adapter, from what a port says of itself."""
 
 import asyncio
 from collections.abc import Callable, Coroutine

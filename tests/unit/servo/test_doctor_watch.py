@@ -1,4 +1,4 @@
-"""Owns the tests of how the doctor tells two nodes with one node id, and lost answers, from what is well."""
+"""The tests of how the doctor tells two nodes with one node id, and lost answers, from what is well."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""Owns IdealAllocator: answers Allocation messages at once, by the letter of the public type, for bench tests."""
+"""Answers Allocation messages at once, by the letter of the public type, for bench tests."""
 
 from hornbill.wire.datatype import Kind
 from hornbill.wire.frame import Frame

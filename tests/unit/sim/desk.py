@@ -1,4 +1,4 @@
-"""Owns Desk: one simulated servo and a tester that speaks DroneCAN to it, frame by frame, on a clock of its own."""
+"""One simulated servo and a tester that speaks DroneCAN to it, frame by frame, on a clock of its own."""
 
 from collections.abc import Iterable
 from functools import cache

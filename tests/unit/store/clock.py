@@ -1,4 +1,4 @@
-"""Owns Wall: a wall clock that a test sets."""
+"""A wall clock that a test sets."""
 
 
 class Wall:

@@ -1,4 +1,4 @@
-"""Owns `place`: a new, empty database, on each kind that hornbill runs on."""
+"""`place`: a new, empty database, on each kind that hornbill runs on."""
 
 import os
 import secrets

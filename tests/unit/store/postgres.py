@@ -1,4 +1,4 @@
-"""Owns Cluster: a PostgreSQL server of a test run's own, gone with it."""
+"""A PostgreSQL server of a test run's own, gone with it."""
 
 import os
 import pwd

@@ -103,7 +103,8 @@ def test_what_is_not_there_is_unknown(store: Store) -> None:
     for method in (store.snapshots.get, store.snapshots.drop):
         with pytest.raises(Unknown, match="no snapshot 7") as caught:
             method(7)
-        assert (caught.value.code, caught.value.facts) == ("unknown_snapshot", {"snapshot": 7})
+        assert caught.value.code == "unknown_snapshot"
+        assert caught.value.facts == {"snapshot": 7, "cause": "no_such_snapshot"}
 
 
 def test_a_number_no_database_can_hold_is_unknown_too(store: Store) -> None:

@@ -1,4 +1,4 @@
-"""Owns Onlooker: what a browser is to viser, without a browser. It keeps what it was sent."""
+"""What a browser is to viser, without a browser. It keeps what it was sent."""
 
 import struct
 import time

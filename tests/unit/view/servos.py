@@ -1,4 +1,4 @@
-"""Owns Servos: a source of poses that tests change, and counts who asks."""
+"""A source of poses that tests change, and counts who asks."""
 
 from collections.abc import Sequence
 from dataclasses import replace

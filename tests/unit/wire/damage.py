@@ -1,4 +1,4 @@
-"""Owns Damage: what can happen to frames between two controllers and on adapters, one thing at a time."""
+"""What can happen to frames between two controllers and on adapters, one thing at a time."""
 
 from collections.abc import Callable
 from random import Random

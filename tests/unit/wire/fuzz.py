@@ -1,4 +1,4 @@
-"""Owns the fuzzer: looks for rows of frames that reassembly treats in a way no kept row shows, and keeps them.
+"""The fuzzer: looks for rows of frames that reassembly treats in a way no kept row shows, and keeps them.
 
 `PYTHONPATH=tests python -m unit.wire.fuzz [SEED [ROUNDS]]` adds what it finds to corpus/, each row cut down to the
 frames it needs. What a file expects is what reassembly did when the row was found: read it before it is committed.

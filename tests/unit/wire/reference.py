@@ -1,4 +1,4 @@
-"""Owns the plain receiver: which transfers are in a row of frames, found by looking back from each last frame.
+"""The plain receiver: which transfers are in a row of frames, found by looking back from each last frame.
 
 It keeps no sessions, knows all frames beforehand and takes the transfer CRC bit by bit, so that it shares no mistake
 with Reassembler.

@@ -1,4 +1,4 @@
-"""Owns the hypothesis strategies for every structure of the wire, shared by the wire and contract tests."""
+"""The hypothesis strategies for every structure of the wire, shared by the wire and contract tests."""
 
 from hypothesis import strategies as st
 
