@@ -1,4 +1,4 @@
-"""Owns what holds for all tests: those in a browser come last, and none fails because the machine is busy."""
+"""What holds for all tests: those in a browser come last, and none fails because the machine is busy."""
 
 import pytest
 from hypothesis import settings

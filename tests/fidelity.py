@@ -1,4 +1,4 @@
-"""Owns docs/reference/fidelity.md: what the simulated servo does, row by row, and the tests that prove it.
+"""docs/reference/fidelity.md: what the simulated servo does, row by row, and the tests that prove it.
 
 `python tests/fidelity.py` writes it from fidelity.toml beside it, from the markers `states` and `switch` of the
 tests, and from the switches of hornbill.sim.behaviour. Everything is read as source: no test is imported.

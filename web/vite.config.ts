@@ -1,4 +1,4 @@
-/** Owns how the page is built, served while it is written, and tested. */
+/** How the page is built, served while it is written, and tested. */
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 

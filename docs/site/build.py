@@ -1,4 +1,4 @@
-"""Owns `make docs`: the pages of docs/ as a static site, which the program serves at /docs/ and anybody may copy.
+"""`make docs`: the pages of docs/ as a static site, which the program serves at /docs/ and anybody may copy.
 
 The contents are those of docs/README.md. Nothing is inline and nothing comes from elsewhere, so that it lives under the
 content security policy of the page; colours and the choice of light or dark are the page's own files. A link that

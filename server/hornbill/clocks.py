@@ -1,4 +1,4 @@
-"""Owns how far one clock is ahead of another, read so that a pause between the two looks cannot falsify it."""
+"""How far one clock is ahead of another, read so that a pause between the two looks cannot falsify it."""
 
 import time
 from collections.abc import Callable

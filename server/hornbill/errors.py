@@ -1,4 +1,4 @@
-"""Owns the error tree. Every class carries the code that REST, WebSocket and the command line answer with.
+"""The error tree. Every class carries the code that REST, WebSocket and the command line answer with.
 
 HornbillError
 ├── TableError            a mistake in schemas/, with file and row

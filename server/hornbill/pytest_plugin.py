@@ -1,4 +1,4 @@
-"""Owns the pytest plugin: a server, a servo and motion control as fixtures, simulated unless a server is named.
+"""The pytest plugin: a server, a servo and motion control as fixtures, simulated unless a server is named.
 
     def test_it_reaches_30_degrees(hornbill_servo, hornbill_lease):
         hornbill_servo.torque("on")

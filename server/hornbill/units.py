@@ -1,4 +1,4 @@
-"""Owns the types of numbers and names that must not be mixed: identifiers, instants, raw values."""
+"""The types of numbers and names that must not be mixed: identifiers, instants, raw values."""
 
 from typing import NewType, TypeAlias
 

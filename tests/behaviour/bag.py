@@ -1,4 +1,4 @@
-"""Owns a bag of servos of one model or of several, and what tests do with profiles over REST."""
+"""A bag of servos of one model or of several, and what tests do with profiles over REST."""
 
 from typing import Any
 

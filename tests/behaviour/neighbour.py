@@ -1,4 +1,4 @@
-"""Owns Neighbour: a node of another make on the embedded bus, as talkative and as deaf as a test wants it."""
+"""A node of another make on the embedded bus, as talkative and as deaf as a test wants it."""
 
 import asyncio
 from collections.abc import Callable, Sequence

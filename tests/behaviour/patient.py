@@ -1,4 +1,4 @@
-"""Owns Patient: a bus with something wrong, and the doctor looking at it; strangers to put on that bus."""
+"""A bus with something wrong, and the doctor looking at it; strangers to put on that bus."""
 
 import asyncio
 from collections.abc import Callable

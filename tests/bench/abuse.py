@@ -1,4 +1,4 @@
-"""Owns what a hostile or broken client does to a server: half requests, malformed ones, and garbage on the socket."""
+"""What a hostile or broken client does to a server: half requests, malformed ones, and garbage on the socket."""
 
 import asyncio
 import contextlib

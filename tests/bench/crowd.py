@@ -1,4 +1,4 @@
-"""Owns Crowd: servos as frames made beforehand, so that a figure of the host holds nothing of a simulator's work."""
+"""Servos as frames made beforehand, so that a figure of the host holds nothing of a simulator's work."""
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Owns the shape of a benchmark's line, and CPU time side by side with a peer."""
+"""The shape of a benchmark's line, and CPU time side by side with a peer."""
 
 import statistics
 import time

@@ -1,4 +1,4 @@
-"""Owns the client of the load benchmark: `python -m bench.load_client PORT KEY CONNECTIONS SECONDS`.
+"""The client of the load benchmark: `python -m bench.load_client PORT KEY CONNECTIONS SECONDS`.
 
 Writes requests as bytes over connections that stay open: the time it takes itself is taken from the server's cores.
 """

@@ -1,4 +1,4 @@
-"""Owns the server of the load benchmark: `python -m bench.load_server SERVOS`, the demo on a bus without bit times."""
+"""The server of the load benchmark: `python -m bench.load_server SERVOS`, the demo on a bus without bit times."""
 
 import asyncio
 import sys

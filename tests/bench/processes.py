@@ -1,4 +1,4 @@
-"""Owns the processes of benchmarks in real time: servos behind a serial adapter, and a server as a user starts it."""
+"""The processes of benchmarks in real time: servos behind a serial adapter, and a server as a user starts it."""
 
 import os
 import pty

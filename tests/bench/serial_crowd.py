@@ -1,4 +1,4 @@
-"""Owns a serial CAN adapter on a terminal, a crowd of servos behind it: `python -m bench.serial_crowd FD COUNT`."""
+"""A serial CAN adapter on a terminal, a crowd of servos behind it: `python -m bench.serial_crowd FD COUNT`."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Owns twenty servos behind a serial adapter that write down every stop: `python -m bench.stop_crowd FD COUNT`.
+"""Twenty servos behind a serial adapter that write down every stop: `python -m bench.stop_crowd FD COUNT`.
 
 For every torque off it prints the node id and the instant (CLOCK_MONOTONIC, one clock for all processes) at which the
 last of its frames came out of the adapter.

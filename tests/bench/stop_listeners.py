@@ -1,4 +1,4 @@
-"""Owns who looks on while a stop is measured: `python -m bench.stop_listeners URL SOCKETS`.
+"""Who looks on while a stop is measured: `python -m bench.stop_listeners URL SOCKETS`.
 
 In a process of its own: what it does must not hold up the clock of whoever measures.
 """

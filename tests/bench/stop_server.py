@@ -1,4 +1,4 @@
-"""Owns a server that streams to its servos: `python -m bench.stop_server DEVICE FOLDER`, as a user starts it but for
+"""A server that streams to its servos: `python -m bench.stop_server DEVICE FOLDER`, as a user starts it but for
 the ArrayCommands, which leave 50 times a second for every servo from within."""
 
 import asyncio

@@ -1,4 +1,4 @@
-"""Owns Answering: a server that says of everything what the document allows, and refuses what it does not declare.
+"""A server that says of everything what the document allows, and refuses what it does not declare.
 
 It stands where a real one would be, to see which operations a program asks for, and how it takes answers that are
 full, and answers that are as empty as the document allows.

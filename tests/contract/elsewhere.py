@@ -1,4 +1,4 @@
-"""Owns a pretence: this Python as on another system, as far as hornbill can tell: `-m contract.elsewhere win32`.
+"""A pretence: this Python as on another system, as far as hornbill can tell: `-m contract.elsewhere win32`.
 
 What others need of the system is imported before; then everything POSIX alone has is taken away, and the demo is
 started by the command line's own function, asked over HTTP, and ended.

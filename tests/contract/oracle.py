@@ -1,4 +1,4 @@
-"""Owns the public Python stack as a second opinion: its objects from our structures, and its fields in our form."""
+"""The public Python stack as a second opinion: its objects from our structures, and its fields in our form."""
 
 # The stack is dynamic and has no type hints.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false

@@ -112,7 +112,7 @@ def test_a_hook_for_python_passes_good_code_and_stops_bad(hook: dict[str, Any], 
     program, *words = shlex.split(hook["entry"])
     command = [str(Path(sys.executable).parent / program.rsplit("/", 1)[1]), *words]
     good, bad = tmp_path / "good.py", tmp_path / "bad.py"
-    good.write_text('"""Owns nothing."""\n')
+    good.write_text('"""Nothing."""\n')
     bad.write_text("import os\nx = { 1:2 }\n")
     for file, code in ((good, 0), (bad, 1)):
         assert subprocess.run([*command, str(file)], cwd=ROOT, capture_output=True, check=False).returncode == code

@@ -1,4 +1,4 @@
-"""Owns how a command in a guide is run: its blocks of shell, what they need, and a bench to run them on.
+"""How a command in a guide is run: its blocks of shell, what they need, and a bench to run them on.
 
 A block is ```bash. Its first line may be a comment that says what keeps it from being run here, or how it is run:
 `# needs hardware`, `# needs root`, `# needs Docker`, `# needs a checkout`, `# needs the wheel`, `# runs until Ctrl-C`;

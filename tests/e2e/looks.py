@@ -1,4 +1,4 @@
-"""Owns what a tool says of a page without looking at it: axe of its access, a ruler of what a finger can hit."""
+"""What a tool says of a page without looking at it: axe of its access, a ruler of what a finger can hit."""
 
 import json
 

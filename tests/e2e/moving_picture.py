@@ -1,4 +1,4 @@
-"""Owns the moving picture of the README: a jog, from screenshots of the real page; part of `make shots`."""
+"""The moving picture of the README: a jog, from screenshots of the real page; part of `make shots`."""
 
 import io
 import sys

@@ -1,4 +1,4 @@
-"""Owns servers of their own for browser tests that take one down, begin without a bus, or fill it from nothing."""
+"""Servers of their own for browser tests that take one down, begin without a bus, or fill it from nothing."""
 
 import re
 import subprocess

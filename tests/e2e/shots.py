@@ -1,4 +1,4 @@
-"""Owns `make shots`: the pictures of README and docs, taken from the real page with simulated servos."""
+"""`make shots`: the pictures of README and docs, taken from the real page with simulated servos."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Owns the use of can-utils: candump as an independent witness of the bus, cansend and cangen as a careless node."""
+"""The use of can-utils: candump as an independent witness of the bus, cansend and cangen as a careless node."""
 
 import re
 import shutil

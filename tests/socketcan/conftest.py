@@ -1,4 +1,4 @@
-"""Owns the condition under which these tests run: a real SocketCAN interface vcan0 that is up."""
+"""The condition under which these tests run: a real SocketCAN interface vcan0 that is up."""
 
 from pathlib import Path
 

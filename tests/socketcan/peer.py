@@ -1,4 +1,4 @@
-"""Owns Peer: a node of the public Python stack on vcan0, in the process of the test, as a second opinion."""
+"""A node of the public Python stack on vcan0, in the process of the test, as a second opinion."""
 
 # The stack is dynamic and has no type hints.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false, reportAttributeAccessIssue=false

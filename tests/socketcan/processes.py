@@ -1,4 +1,4 @@
-"""Owns the other processes of these tests: hornbill as a user starts it, and waiting for what they do."""
+"""The other processes of these tests: hornbill as a user starts it, and waiting for what they do."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Owns the tests of an interface that goes down under an open bus, and comes up again: lost, told, back by itself."""
+"""The tests of an interface that goes down under an open bus, and comes up again: lost, told, back by itself."""
 
 import asyncio
 import errno

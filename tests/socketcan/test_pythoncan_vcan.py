@@ -1,4 +1,4 @@
-"""Owns the tests of PythonCanPort on a real SocketCAN interface. They ask for order and loss, never for speed."""
+"""The tests of PythonCanPort on a real SocketCAN interface. They ask for order and loss, never for speed."""
 
 import asyncio
 import errno

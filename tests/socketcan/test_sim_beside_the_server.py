@@ -1,4 +1,4 @@
-"""Owns the test of `serve --sim-api` on a kernel's CAN: simulated servos join the bus that is served."""
+"""The test of `serve --sim-api` on a kernel's CAN: simulated servos join the bus that is served."""
 
 from pathlib import Path
 

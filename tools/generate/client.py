@@ -58,7 +58,7 @@ def without_await(source: str) -> str:
 def answers(schemas: dict[str, Any]) -> str:
     """A TypedDict for every answer and every object within one."""
     text = [
-        '"""Owns the types of what the API answers. Made from its document by `make generate`."""',
+        '"""The types of what the API answers. Made from its document by `make generate`."""',
         "from __future__ import annotations",
         "from typing import Any, Literal, TypedDict",
     ]

@@ -1,4 +1,4 @@
-"""Owns what is written from the tables: the parameter manual, and their JSON Schema for editors."""
+"""What is written from the tables: the parameter manual, and their JSON Schema for editors."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any

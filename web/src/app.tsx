@@ -1,4 +1,4 @@
-/** Owns the frame: what stands round every page, and which page is inside. */
+/** The frame: what stands round every page, and which page is inside. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { MissingPage, MissingServo } from "./pages/missing";

@@ -1,4 +1,4 @@
-/** Owns the start of the page, once its language is there: mounts it, and starts what lives as long as it does. */
+/** The start of the page, once its language is there: mounts it, and starts what lives as long as it does. */
 import { effect } from "@preact/signals";
 import { render } from "preact";
 import { App } from "./app";

@@ -1,4 +1,4 @@
-"""Owns what routes are handed: the host, the servo of the path, and the lease of the header."""
+"""What routes are handed: the host, the servo of the path, and the lease of the header."""
 
 from typing import Annotated
 

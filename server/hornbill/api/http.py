@@ -1,4 +1,4 @@
-"""Owns create_api: routers, problems, the guard and the page, put into one FastAPI application."""
+"""Routers, problems, the guard and the page, put into one FastAPI application."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractAsyncContextManager

@@ -1,4 +1,4 @@
-"""Owns Once: a POST with an Idempotency-Key is done once; whoever sends it again gets the first answer."""
+"""A POST with an Idempotency-Key is done once; whoever sends it again gets the first answer."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""Owns the one table from errors to HTTP answers, as application/problem+json."""
+"""The one table from errors to HTTP answers, as application/problem+json."""
 
 import json
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""Owns the files of a telemetry window: CSV and Parquet, made piece by piece so that the loop is never held up."""
+"""The files of a telemetry window: CSV and Parquet, made piece by piece so that the loop is never held up."""
 
 import asyncio
 import heapq

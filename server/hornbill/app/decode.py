@@ -1,4 +1,4 @@
-"""Owns `hornbill decode`: the transfers of a recording or of a live pipe, as JSON lines or as lines for people."""
+"""`hornbill decode`: the transfers of a recording or of a live pipe, as JSON lines or as lines for people."""
 
 import io
 import os

@@ -1,4 +1,4 @@
-"""Owns whether this server may be reached from a network, under which names, and who may then come in."""
+"""Whether this server may be reached from a network, under which names, and who may then come in."""
 
 import os
 import re

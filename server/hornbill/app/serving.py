@@ -1,4 +1,4 @@
-"""Owns running the server: the listening socket, the address it prints, and a shutdown that lets torque go first."""
+"""Run the server: the listening socket, the address it prints, and a shutdown that lets torque go first."""
 
 import asyncio
 import gc

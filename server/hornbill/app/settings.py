@@ -1,4 +1,4 @@
-"""Owns Settings: what flags and HORNBILL_… environment variables decide, once, at start."""
+"""What flags and HORNBILL_… environment variables decide, once, at start."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Owns `hornbill sim`: simulated servos on any bus, all behind one adapter, until interrupted."""
+"""`hornbill sim`: simulated servos on any bus, all behind one adapter, until interrupted."""
 
 import asyncio
 from collections.abc import Callable

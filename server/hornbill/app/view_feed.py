@@ -1,4 +1,4 @@
-"""Owns Poses: from the servos of the host to what the 3D view draws, in snapshots another thread may take."""
+"""From the servos of the host to what the 3D view draws, in snapshots another thread may take."""
 
 import asyncio
 

@@ -1,4 +1,4 @@
-"""Owns ReopeningPort: a CanPort that is opened again by itself whenever its adapter was lost."""
+"""A CanPort that is opened again by itself whenever its adapter was lost."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""Owns OwnThread: calls into drivers that may hang, each in a thread of its own that nobody has to wait for."""
+"""Calls into drivers that may hang, each in a thread of its own that nobody has to wait for."""
 
 import threading
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Owns TransmitQueue: the frames one CAN controller still has to send, in the order of arbitration."""
+"""The frames one CAN controller still has to send, in the order of arbitration."""
 
 from bisect import insort
 from collections.abc import Sequence

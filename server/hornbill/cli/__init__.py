@@ -1,4 +1,4 @@
-"""Owns the command line: which commands there are. Nothing heavy is imported before a command runs."""
+"""The command line: which commands there are. Nothing heavy is imported before a command runs."""
 
 import typer
 

@@ -1,4 +1,4 @@
-"""Owns asking before something that moves a horn, restarts a servo or cannot be taken back."""
+"""Ask before something that moves a horn, restarts a servo or cannot be taken back."""
 
 import sys
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Owns how commands reach a server: the options all of them have, the client, and what the shell can complete."""
+"""How commands reach a server: the options all of them have, the client, and what the shell can complete."""
 
 import json
 from collections.abc import Generator

@@ -1,4 +1,4 @@
-"""Owns exit codes: what a failure is called at the end of a command, and the one place that catches it."""
+"""Exit codes: what a failure is called at the end of a command, and the one place that catches it."""
 
 import sys
 from collections.abc import Generator

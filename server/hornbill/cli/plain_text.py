@@ -1,4 +1,4 @@
-"""Owns text that crosses into files and pipes: another system's way of encoding breaks none of it.
+"""Text that crosses into files and pipes: another system's way of encoding breaks none of it.
 
 On Linux and macOS all of it is UTF-8 anyway. A redirected output of Windows is of its code page, which has neither
 an arrow nor a label in Japanese; its editors begin a file with a mark, and an older PowerShell's `>` writes UTF-16.

@@ -1,4 +1,4 @@
-"""Owns what commands print: JSON for programs, tables for people, and a bar while a job runs."""
+"""What commands print: JSON for programs, tables for people, and a bar while a job runs."""
 
 import json
 import sys

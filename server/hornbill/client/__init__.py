@@ -1,4 +1,4 @@
-"""Owns hornbill.client: a small typed client of a running server, for rigs.
+"""A small typed client of a running server, for rigs.
 
     from hornbill.client import Hornbill
 

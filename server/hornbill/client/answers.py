@@ -1,4 +1,4 @@
-"""Owns the types of what the API answers. Made from its document by `make generate`."""
+"""The types of what the API answers. Made from its document by `make generate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Owns Beat and AsyncBeat: a lease's signs of life while a program does something else.
+"""A lease's signs of life while a program does something else.
 
 The one thread of the client is here. A program that waits for a power supply, or for a person, cannot renew a lease
 between two of its own lines; whoever would rather have the lease end when the program hangs takes it with

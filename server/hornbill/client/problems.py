@@ -1,4 +1,4 @@
-"""Owns what a server's problem becomes in a program: the exception of hornbill.errors whose code it carries."""
+"""What a server's problem becomes in a program: the exception of hornbill.errors whose code it carries."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Owns the numbers of a step response: delay, rise, overshoot, settling, hunting. Pure; the definitions never change.
+"""The numbers of a step response: delay, rise, overshoot, settling, hunting. Pure; the definitions never change.
 
 Angles in degrees, times in seconds from the command. Every time is true to within one sample of the trace: a crossing
 is placed on the straight line between the two samples around it, and the true one may be anywhere between them.

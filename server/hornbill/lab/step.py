@@ -1,4 +1,4 @@
-"""Owns StepTests: a small safe step there and back under a lease, sampled as fast as the servo answers."""
+"""A small safe step there and back under a lease, sampled as fast as the servo answers."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

@@ -1,4 +1,4 @@
-"""Owns the wiring of an Allocator to a Participant: requests in, answers out in the same turn of the loop."""
+"""The wiring of an Allocator to a Participant: requests in, answers out in the same turn of the loop."""
 
 import logging
 from collections.abc import Callable

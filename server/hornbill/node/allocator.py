@@ -1,4 +1,4 @@
-"""Owns Allocator: which node id a node without one is given, as a function of what it sends and when."""
+"""Which node id a node without one is given, as a function of what it sends and when."""
 
 import logging
 from collections.abc import Callable

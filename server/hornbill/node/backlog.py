@@ -1,4 +1,4 @@
-"""Owns Backlog: whether the port still holds frames of ours that have not been on the bus."""
+"""Whether the port still holds frames of ours that have not been on the bus."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Owns Directory: what every other node last said of itself, and whether it is still there."""
+"""What every other node last said of itself, and whether it is still there."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

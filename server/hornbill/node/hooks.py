@@ -1,4 +1,4 @@
-"""Owns Hooks: a list of functions to call when something happens, none of which can hurt the others."""
+"""A list of functions to call when something happens, none of which can hurt the others."""
 
 import logging
 from collections.abc import Callable

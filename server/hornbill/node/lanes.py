@@ -1,4 +1,4 @@
-"""Owns Lanes: whose turn it is, when many things wait for many nodes and each node takes one at a time."""
+"""Whose turn it is, when many things wait for many nodes and each node takes one at a time."""
 
 from dataclasses import dataclass, field
 from heapq import heappop, heappush

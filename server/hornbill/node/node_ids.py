@@ -1,4 +1,4 @@
-"""Owns the search for a free node id."""
+"""The search for a free node id."""
 
 from collections.abc import Collection
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns Participant: hornbill as one node of a DroneCAN bus."""
+"""Hornbill as one node of a DroneCAN bus."""
 
 import asyncio
 import logging

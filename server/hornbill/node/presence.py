@@ -1,4 +1,4 @@
-"""Owns Presence: what our own node says of itself, as NodeStatus and in answer to GetNodeInfo."""
+"""What our own node says of itself, as NodeStatus and in answer to GetNodeInfo."""
 
 from hornbill.units import Instant
 from hornbill.wire.messages import Mode, NodeHealth, NodeStatus

@@ -1,4 +1,4 @@
-"""Owns the requests under way: one per node, in order of priority, repeated and given up on time."""
+"""The requests under way: one per node, in order of priority, repeated and given up on time."""
 
 import asyncio
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Owns Subscriptions: who wants to hear which message."""
+"""Who wants to hear which message."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Owns FrameTap: every frame of whichever participant is connected now, for whoever listens."""
+"""Every frame of whichever participant is connected now, for whoever listens."""
 
 from collections.abc import Callable, Sequence
 from typing import TypeAlias

@@ -1,4 +1,4 @@
-"""Owns AllocationRequests: which nodes ask for a node id, how far each has come, and why one gets none."""
+"""Which nodes ask for a node id, how far each has come, and why one gets none."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

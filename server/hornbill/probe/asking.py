@@ -1,4 +1,4 @@
-"""Owns the steps of a probe: what is done to the servo, in which order, and what has to be agreed to before.
+"""The steps of a probe: what is done to the servo, in which order, and what has to be agreed to before.
 
 Everything goes through the server, so all its rules hold: ranges, motion control, the stop, the guard before the wire.
 A probe writes one row of its own choice (to RAM), saves nothing but what ROM held already, and leaves torque off on

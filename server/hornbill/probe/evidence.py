@@ -1,4 +1,4 @@
-"""Owns ProbeEvidence: what one recording tells of one servo, transfer by transfer. Judges nothing."""
+"""What one recording tells of one servo, transfer by transfer. Judges nothing."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

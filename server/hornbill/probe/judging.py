@@ -1,4 +1,4 @@
-"""Owns the answers: each is taken from the recording alone, with the figures that make it so."""
+"""The answers: each is taken from the recording alone, with the figures that make it so."""
 
 import itertools
 import statistics

@@ -1,4 +1,4 @@
-"""Owns the report of a probe: the same as JSON for programs and as Markdown for people."""
+"""The report of a probe: the same as JSON for programs and as Markdown for people."""
 
 import time
 from dataclasses import asdict

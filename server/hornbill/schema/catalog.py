@@ -1,4 +1,4 @@
-"""Owns the catalogue: every table read once, checked against the others, found by key, address or model."""
+"""The catalogue: every table read once, checked against the others, found by key, address or model."""
 
 import difflib
 import hashlib

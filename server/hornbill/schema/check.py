@@ -1,4 +1,4 @@
-"""Owns what must hold between rows: nothing twice, and nothing that names what is not there."""
+"""What must hold between rows: nothing twice, and nothing that names what is not there."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence

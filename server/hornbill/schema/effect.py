@@ -1,4 +1,4 @@
-"""Owns effect rules: whether a parameter has an effect now, and why not (sections 4.13, 4.17 to 4.33)."""
+"""Effect rules: whether a parameter has an effect now, and why not (sections 4.13, 4.17 to 4.33)."""
 
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self, TypeAlias

@@ -1,4 +1,4 @@
-"""Owns one fault bit, and how a 32-bit register and its bits turn into each other (section 4.12)."""
+"""One fault bit, and how a 32-bit register and its bits turn into each other (section 4.12)."""
 
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Literal, Self, TypeAlias

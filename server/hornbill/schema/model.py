@@ -1,4 +1,4 @@
-"""Owns a servo model: its identity, its rows after every overlay, and what a firmware lacks (3.1, 5)."""
+"""A servo model: its identity, its rows after every overlay, and what a firmware lacks (3.1, 5)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

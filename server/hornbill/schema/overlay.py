@@ -1,4 +1,4 @@
-"""Owns laying tables over each other: common rows, then the series, then the model (section 3.1)."""
+"""Lay tables over each other: common rows, then the series, then the model (section 3.1)."""
 
 from collections.abc import Mapping
 from pathlib import Path

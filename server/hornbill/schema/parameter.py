@@ -1,4 +1,4 @@
-"""Owns one row of the parameter table: what a register is called, holds, allows and means (3.1 and 4)."""
+"""One row of the parameter table: what a register is called, holds, allows and means (3.1 and 4)."""
 
 from typing import Annotated, Literal, Self, TypeAlias
 

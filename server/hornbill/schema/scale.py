@@ -1,4 +1,4 @@
-"""Owns raw integer ↔ engineering value, and the sentences for values that are not allowed."""
+"""Raw integer ↔ engineering value, and the sentences for values that are not allowed."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Owns reading one table file: TOML to strict rows, and every mistake named with its file and row."""
+"""Read one table file: TOML to strict rows, and every mistake named with its file and row."""
 
 import tomllib
 from pathlib import Path

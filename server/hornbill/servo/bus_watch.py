@@ -1,4 +1,4 @@
-"""Owns BusWatch: what the servo layer does, and says, when the bus is lost and when it is back."""
+"""What the servo layer does, and says, when the bus is lost and when it is back."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Owns Host: the servo layer put together, and its connection to at most one bus."""
+"""The servo layer put together, and its connection to at most one bus."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""Owns the register numbers the simulated servo acts on (section 3.1); every other row is mere storage."""
+"""The register numbers the simulated servo acts on (section 3.1); every other row is mere storage."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Owns Allocatee: a node's side of dynamic node-id allocation, rules A to E of the public type (2.3)."""
+"""A node's side of dynamic node-id allocation, rules A to E of the public type (2.3)."""
 
 from random import Random
 from typing import Final

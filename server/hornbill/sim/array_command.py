@@ -1,4 +1,4 @@
-"""Owns which entries of an ArrayCommand a servo takes, and what register value each one is (tables 2-20 and 2-21)."""
+"""Which entries of an ArrayCommand a servo takes, and what register value each one is (tables 2-20 and 2-21)."""
 
 import math
 from collections.abc import Iterator

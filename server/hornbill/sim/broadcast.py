@@ -1,4 +1,4 @@
-"""Owns what a servo says unasked: NodeStatus once a second, its angle ten times a second (table 2-2)."""
+"""What a servo says unasked: NodeStatus once a second, its angle ten times a second (table 2-2)."""
 
 from collections.abc import Callable
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns CommandInput: which command is in force, and whether the motor may follow it (4.1 to 4.3, 4.13, 4.14, 4.19)."""
+"""Which command is in force, and whether the motor may follow it (4.1 to 4.3, 4.13, 4.14, 4.19)."""
 
 from typing import Final
 

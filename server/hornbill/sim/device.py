@@ -1,4 +1,4 @@
-"""Owns SimDevice: the servo behind its bus connection: its stages from power to power, its supply, its horn."""
+"""The servo behind its bus connection: its stages from power to power, its supply, its horn."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

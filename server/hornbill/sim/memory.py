@@ -1,4 +1,4 @@
-"""Owns Memory: what a servo keeps in RAM and in ROM, and which value it lets into which register (3.1, 4.11)."""
+"""What a servo keeps in RAM and in ROM, and which value it lets into which register (3.1, 4.11)."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

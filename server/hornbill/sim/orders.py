@@ -1,4 +1,4 @@
-"""Owns how registers become orders for the motor: units, direction, origin, and which limits hold when."""
+"""How registers become orders for the motor: units, direction, origin, and which limits hold when."""
 
 from typing import Final
 

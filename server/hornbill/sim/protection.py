@@ -1,4 +1,4 @@
-"""Owns Protection: supply and board temperature as the servo measures them, and when they stop the motor (4.7, 4.8)."""
+"""Supply and board temperature as the servo measures them, and when they stop the motor (4.7, 4.8)."""
 
 from math import exp
 from random import Random

@@ -1,4 +1,4 @@
-"""Owns Registers: what a read of a register answers and what a write sets off (chapters 3 and 4)."""
+"""What a read of a register answers and what a write sets off (chapters 3 and 4)."""
 
 from collections.abc import Callable
 from enum import Enum

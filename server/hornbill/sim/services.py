@@ -1,4 +1,4 @@
-"""Owns the four services as a servo answers them (tables 2-5 to 2-16)."""
+"""The four services as a servo answers them (tables 2-5 to 2-16)."""
 
 from collections.abc import Callable, Collection
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns Answers: what requests with an Idempotency-Key were answered, so that none of them is done twice."""
+"""What requests with an Idempotency-Key were answered, so that none of them is done twice."""
 
 import secrets
 from collections.abc import Callable

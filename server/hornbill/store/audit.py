@@ -1,4 +1,4 @@
-"""Owns AuditLog: who did what to which servo, with what came of it. Rows are added, never changed."""
+"""Who did what to which servo, with what came of it. Rows are added, never changed."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns Database: one engine, who may write when, and transactions that are whole or not at all."""
+"""One engine, who may write when, and transactions that are whole or not at all."""
 
 import sqlite3
 import time

@@ -1,4 +1,4 @@
-"""Owns FaultLog: which fault bits each servo has ever shown, when first and last, how often, and who has seen it."""
+"""Which fault bits each servo has ever shown, when first and last, how often, and who has seen it."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace

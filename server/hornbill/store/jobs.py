@@ -1,4 +1,4 @@
-"""Owns StoredJobs: jobs and how far they came, so that a restart of the server forgets none."""
+"""Jobs and how far they came, so that a restart of the server forgets none."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns bringing a database to the tables of today: made at once in a new one, by migrations in an older one."""
+"""Bring a database to the tables of today: made at once in a new one, by migrations in an older one."""
 
 from pathlib import Path
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns Profiles: named sets of values, kept as the document their file would have."""
+"""Named sets of values, kept as the document their file would have."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns Runs: measured motions, with what they were measured under, until somebody drops them."""
+"""Measured motions, with what they were measured under, until somebody drops them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns Servos: every servo ever met, so that one that is switched off still has a name and its values."""
+"""Every servo ever met, so that one that is switched off still has a name and its values."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, field

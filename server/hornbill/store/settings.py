@@ -1,4 +1,4 @@
-"""Owns Settings: small values of ours that outlive the process, by name."""
+"""Small values of ours that outlive the process, by name."""
 
 import secrets
 

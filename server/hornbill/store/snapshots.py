@@ -1,4 +1,4 @@
-"""Owns Snapshots: what each servo held at which instant, for as long as there is room."""
+"""What each servo held at which instant, for as long as there is room."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Owns the tables as they are now. Changing one takes a migration beside it.
+"""The tables as they are now. Changing one takes a migration beside it.
 
 Instants are float seconds since 1970 in UTC, everywhere in the database.
 """

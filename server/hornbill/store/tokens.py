@@ -1,4 +1,4 @@
-"""Owns Tokens: who may come in, by name, role and the digest of a token that is kept nowhere."""
+"""Who may come in, by name, role and the digest of a token that is kept nowhere."""
 
 import re
 import secrets

@@ -1,4 +1,4 @@
-"""Owns the sizes of the cases: what the models are drawn from and what the scene places by."""
+"""The sizes of the cases: what the models are drawn from and what the scene places by."""
 
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias

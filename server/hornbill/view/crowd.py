@@ -1,4 +1,4 @@
-"""Owns the servos that are not selected: a batch for the cases of a series, one for horns, stale horns, ghosts each."""
+"""The servos that are not selected: a batch for the cases of a series, one for horns, stale horns, ghosts each."""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple

@@ -1,4 +1,4 @@
-"""Owns the selected servo: detailed case and horn, the horn of a stale reading, command ghost, limit arc."""
+"""The selected servo: detailed case and horn, the horn of a stale reading, command ghost, limit arc."""
 
 import numpy as np
 import viser

@@ -1,4 +1,4 @@
-"""Owns the colours and lights of the two themes; hues are the tokens of the page, as sRGB bytes."""
+"""The colours and lights of the two themes; hues are the tokens of the page, as sRGB bytes."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Owns what the 3D view wants to know of a servo, and the shape of whoever tells it."""
+"""What the 3D view wants to know of a servo, and the shape of whoever tells it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns what surrounds the servos: floor, lights, reflections, haze; in two themes, two qualities, near and wall."""
+"""What surrounds the servos: floor, lights, reflections, haze; in two themes, two qualities, near and wall."""
 
 import viser
 

@@ -1,4 +1,4 @@
-"""Owns Watcher: one browser's scene, kept as its own wish has it, and what a click in it meets."""
+"""One browser's scene, kept as its own wish has it, and what a click in it meets."""
 
 from collections.abc import Sequence
 from math import radians

@@ -1,4 +1,4 @@
-"""Owns Wish, what one frame of the 3D view shall show, and Wishes, those of every frame by the key in its address."""
+"""Wish, what one frame of the 3D view shall show, and Wishes, those of every frame by the key in its address."""
 
 import re
 from collections import OrderedDict

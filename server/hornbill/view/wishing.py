@@ -1,4 +1,4 @@
-"""Owns the socket beside a frame: its page tells what the frame shall show, and hears which servo was clicked in it."""
+"""The socket beside a frame: its page tells what the frame shall show, and hears which servo was clicked in it."""
 
 import asyncio
 import json

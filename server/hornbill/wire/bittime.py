@@ -1,4 +1,4 @@
-"""Owns frame_bits: how many bit times one extended data frame takes on the wire, stuffing counted.
+"""How many bit times one extended data frame takes on the wire, stuffing counted.
 
 The CRC and the stuffing are walked a byte at a time through tables. Bit by bit would cost more than
 everything else the embedded bus does with a frame.

@@ -1,4 +1,4 @@
-"""Owns DataType, Kind and Structure: what names a DroneCAN data type, and what its structures can do."""
+"""What names a DroneCAN data type, and what its structures can do."""
 
 from binascii import crc_hqx
 from dataclasses import dataclass, field

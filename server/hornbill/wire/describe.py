@@ -1,4 +1,4 @@
-"""Owns how a transfer is told: as the JSON object of the conformance vectors, and as a sentence for people."""
+"""How a transfer is told: as the JSON object of the conformance vectors, and as a sentence for people."""
 
 import math
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns structures as plain fields: the JSON form of the conformance vectors and of the decode command."""
+"""Structures as plain fields: the JSON form of the conformance vectors and of the decode command."""
 
 import math
 from collections.abc import Mapping

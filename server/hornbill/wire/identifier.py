@@ -1,4 +1,4 @@
-"""Owns the 29 bits of a CAN identifier: message, anonymous message and service, to fields and back."""
+"""The 29 bits of a CAN identifier: message, anonymous message and service, to fields and back."""
 
 from typing import Final, NamedTuple
 

@@ -1,4 +1,4 @@
-"""Owns how single values become bytes: text, half-precision numbers, and the refusal of what does not fit."""
+"""How single values become bytes: text, half-precision numbers, and the refusal of what does not fit."""
 
 from typing import Final
 

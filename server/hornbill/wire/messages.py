@@ -1,4 +1,4 @@
-"""Owns the four messages a servo speaks: NodeStatus, Allocation, ArrayCommand and actuator Status."""
+"""The four messages a servo speaks: NodeStatus, Allocation, ArrayCommand and actuator Status."""
 
 import struct
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Owns Reassembler: frames in, whole transfers out, whatever a bus may do to the frames in between."""
+"""Frames in, whole transfers out, whatever a bus may do to the frames in between."""
 
 import logging
 from binascii import crc_hqx

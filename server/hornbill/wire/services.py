@@ -1,4 +1,4 @@
-"""Owns the four services a servo answers: GetNodeInfo, RestartNode, ExecuteOpcode and GetSet."""
+"""The four services a servo answers: GetNodeInfo, RestartNode, ExecuteOpcode and GetSet."""
 
 import struct
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns Transfer, and how one is split into frames: tail byte, transfer CRC, identifier."""
+"""Transfer, and how one is split into frames: tail byte, transfer CRC, identifier."""
 
 from binascii import crc_hqx
 from collections.abc import Callable

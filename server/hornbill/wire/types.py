@@ -1,4 +1,4 @@
-"""Owns the table of the data types and structures hornbill knows, and the way from a transfer to its own."""
+"""The table of the data types and structures hornbill knows, and the way from a transfer to its own."""
 
 from typing import Final, TypeAlias
 

@@ -1,4 +1,4 @@
-"""Owns Value: the tagged union uavcan.protocol.param.Value and its numeric sibling, to bytes and back."""
+"""The tagged union uavcan.protocol.param.Value and its numeric sibling, to bytes and back."""
 
 import struct
 from enum import IntEnum

@@ -1,4 +1,4 @@
-"""Owns Bench: what the tests beside it ask of the server and the two servos they share."""
+"""What the tests beside it ask of the server and the two servos they share."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""Owns the bench these tests share: our server and two simulated servos, each in a process of its own."""
+"""The bench these tests share: our server and two simulated servos, each in a process of its own."""
 
 from collections.abc import Iterator
 from pathlib import Path

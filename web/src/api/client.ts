@@ -1,4 +1,4 @@
-/** Owns REST: one typed fetch, and problem+json as an error that can be branched on. */
+/** REST: one typed fetch, and problem+json as an error that can be branched on. */
 import { ROOT } from "./root";
 import { type Answered, note } from "./sent";
 import type { ProblemBody } from "./types";

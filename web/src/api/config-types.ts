@@ -1,4 +1,4 @@
-/** Owns the page's names for the JSON shapes of configuration: aliases of the generated document, nothing else. */
+/** The page's names for the JSON shapes of configuration: aliases of the generated document, nothing else. */
 import type { components } from "./schema";
 
 type Shapes = components["schemas"];

@@ -1,4 +1,4 @@
-/** Owns what the API page reads of the OpenAPI document: its operations, flat, and which of them match a search. */
+/** What the API page reads of the OpenAPI document: its operations, flat, and which of them match a search. */
 
 export interface Argument {
   name: string;

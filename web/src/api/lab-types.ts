@@ -1,4 +1,4 @@
-/** Owns the page's names for the JSON shapes of step tests and of the recorder: aliases of the generated document. */
+/** The page's names for the JSON shapes of step tests and of the recorder: aliases of the generated document. */
 import type { components } from "./schema";
 
 type Shapes = components["schemas"];

@@ -1,4 +1,4 @@
-/** Owns the WebSocket: reconnecting, subscribing again, noticing silence, and handing out messages. */
+/** The WebSocket: reconnecting, subscribing again, noticing silence, and handing out messages. */
 import type { ClientMessage, ServerMessage } from "./types";
 
 export type LinkState = "connecting" | "up" | "down";

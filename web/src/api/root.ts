@@ -1,4 +1,4 @@
-/** Owns where this page lives: below which path a proxy shows it, and the token of the link that opened it. */
+/** Where this page lives: below which path a proxy shows it, and the token of the link that opened it. */
 
 /** The path everything of hornbill's is below, without a slash at its end: empty unless a proxy adds one. */
 export const ROOT =

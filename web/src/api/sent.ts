@@ -1,4 +1,4 @@
-/** Owns the last requests of this page, for its API page to show. */
+/** The last requests of this page, for its API page to show. */
 import { signal } from "@preact/signals";
 
 export interface Sent {

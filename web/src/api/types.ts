@@ -1,4 +1,4 @@
-/** Owns the page's names for the server's JSON shapes: aliases of the generated document, nothing else. */
+/** The page's names for the server's JSON shapes: aliases of the generated document, nothing else. */
 import type { components } from "./schema";
 
 type Shapes = components["schemas"];

@@ -1,4 +1,4 @@
-/** Owns what rows and tabs are about, in the page's language; the server's words where it has none. */
+/** What rows and tabs are about, in the page's language; the server's words where it has none. */
 import type { Row } from "../api/types";
 import type { Tab } from "../state/catalog";
 import { help } from "../text/topics";

@@ -1,4 +1,4 @@
-/** Owns the list of changes: what ROM and RAM hold, and what they will. */
+/** The list of changes: what ROM and RAM hold, and what they will. */
 
 import { catalog } from "../state/catalog";
 import type { Sheet } from "../state/parameters";

@@ -1,4 +1,4 @@
-/** Owns the boxes for a choice (a group of radio buttons) and for on or off (a switch). */
+/** The boxes for a choice (a group of radio buttons) and for on or off (a switch). */
 import { text } from "../text";
 
 interface ChoiceProps {

@@ -1,4 +1,4 @@
-/** Owns what could happen where the server asks back before a write, in the page's words. */
+/** What could happen where the server asks back before a write, in the page's words. */
 
 import type { Problem } from "../api/client";
 import { editing } from "../text/topics";

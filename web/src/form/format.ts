@@ -1,4 +1,4 @@
-/** Owns how values become text: decimals of the register's step, U+2212, units after a narrow space. */
+/** How values become text: decimals of the register's step, U+2212, units after a narrow space. */
 import type { Value } from "../api/types";
 import { text } from "../text";
 

@@ -1,4 +1,4 @@
-/** Owns what unfolds under a row: what it does in our words, its section, register, raw value, range and step. */
+/** What unfolds under a row: what it does in our words, its section, register, raw value, range and step. */
 import type { Row } from "../api/types";
 import { catalog } from "../state/catalog";
 import { now } from "../state/clock";

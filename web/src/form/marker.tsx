@@ -1,4 +1,4 @@
-/** Owns the mark at the left of a row: its state as a shape. */
+/** The mark at the left of a row: its state as a shape. */
 import { Glyph } from "../ui/glyph";
 import { Icon, Spinner } from "../ui/icon";
 import type { RowState } from "./row-state";

@@ -1,4 +1,4 @@
-/** Owns what stands under a row in trouble: what is wrong, the remedy, and the nearest way out. */
+/** What stands under a row in trouble: what is wrong, the remedy, and the nearest way out. */
 import type { Row } from "../api/types";
 import type { Draft } from "../state/draft";
 import type { Outcome } from "../state/parameters";

@@ -1,4 +1,4 @@
-/** Owns the box for a number: typed text is staged as it is typed, Enter and leaving make it tidy. */
+/** The box for a number: typed text is staged as it is typed, Enter and leaving make it tidy. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Draft } from "../state/draft";

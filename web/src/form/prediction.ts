@@ -1,4 +1,4 @@
-/** Owns what a save will do to the horn, told from what will be in ROM, not from what is in RAM now. */
+/** What a save will do to the horn, told from what will be in ROM, not from what is in RAM now. */
 import type { Value } from "../api/types";
 import { text } from "../text";
 

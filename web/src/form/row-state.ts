@@ -1,4 +1,4 @@
-/** Owns the state of a parameter row: one of a few, its words, and what may be done about it. */
+/** The state of a parameter row: one of a few, its words, and what may be done about it. */
 import type { Row } from "../api/types";
 import type { Draft } from "../state/draft";
 import type { KnownReading, Outcome } from "../state/parameters";

@@ -1,4 +1,4 @@
-/** Owns a value of a row as text where no reading of a servo is at hand: snapshots, profiles, comparisons, the audit. */
+/** A value of a row as text where no reading of a servo is at hand: snapshots, profiles, comparisons, the audit. */
 import type { Value } from "../api/types";
 import { catalog } from "../state/catalog";
 import { text } from "../text";

@@ -1,4 +1,4 @@
-/** Owns one parameter row: marker, name and state, box, range, RAM, ROM, default, and the message under it. */
+/** One parameter row: marker, name and state, box, range, RAM, ROM, default, and the message under it. */
 import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
 import { now } from "../state/clock";

@@ -1,4 +1,4 @@
-/** Owns the save bar: how many changes on which servo, and buttons that say what they do beside their verb. */
+/** The save bar: how many changes on which servo, and buttons that say what they do beside their verb. */
 import { up } from "../state/link";
 import { text } from "../text";
 import { Button } from "../ui/button";

@@ -1,4 +1,4 @@
-/** Owns the ruled range of a row: from where to where, and the place of a value on it. */
+/** The ruled range of a row: from where to where, and the place of a value on it. */
 import type { Span } from "./number";
 
 /** Ranges wider than this many times what is used are drawn as far as they are used. */

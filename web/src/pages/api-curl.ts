@@ -1,4 +1,4 @@
-/** Owns a request of this page as a command for a shell. */
+/** A request of this page as a command for a shell. */
 import type { Sent } from "../api/sent";
 
 /** A word for a POSIX shell. */

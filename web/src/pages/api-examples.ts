@@ -1,4 +1,4 @@
-/** Owns the examples of the API page: the same four things in curl and in Python, with this server's address. */
+/** The examples of the API page: the same four things in curl and in Python, with this server's address. */
 
 export interface Example {
   key: "list" | "read" | "write" | "stop";

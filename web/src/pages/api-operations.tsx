@@ -1,4 +1,4 @@
-/** Owns the operations of the API page: read from the server's own OpenAPI document, to search and to unfold. */
+/** The operations of the API page: read from the server's own OpenAPI document, to search and to unfold. */
 import { useComputed, useSignal } from "@preact/signals";
 import { matching, type Operation, operationsOf } from "../api/document";
 import { openApi, openApiTrouble, readOpenApi } from "../state/open-api";

@@ -1,4 +1,4 @@
-/** Owns a request of this page as a Python program that uses hornbill.client, whole, to be run as it stands. */
+/** A request of this page as a Python program that uses hornbill.client, whole, to be run as it stands. */
 import { API } from "../api/client";
 import type { Sent } from "../api/sent";
 import { withoutLease } from "./api-curl";

@@ -1,4 +1,4 @@
-/** Owns the API page: what a rig needs at first sight, the last requests as commands, examples, every operation. */
+/** The API page: what a rig needs at first sight, the last requests as commands, examples, every operation. */
 import { signal, useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";

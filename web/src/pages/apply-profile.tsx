@@ -1,4 +1,4 @@
-/** Owns choosing a profile for servos that are already chosen; the dialog that applies it does the rest. */
+/** Choose a profile for servos that are already chosen; the dialog that applies it does the rest. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";

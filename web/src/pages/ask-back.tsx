@@ -1,4 +1,4 @@
-/** Owns the question before a write that the server wants confirmed: what could happen, and one tick for it. */
+/** The question before a write that the server wants confirmed: what could happen, and one tick for it. */
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Problem } from "../api/client";

@@ -1,4 +1,4 @@
-/** Owns the table of what a write changes: a row's name, what is held now, and what it is to become. */
+/** The table of what a write changes: a row's name, what is held now, and what it is to become. */
 import { addressOf, labelOf, valueText } from "../form/row-text";
 
 interface Change {

@@ -1,4 +1,4 @@
-/** Owns Connect: the dialog over any page, and the same choice in the middle of the Bus page while there is no bus. */
+/** The dialog over any page, and the same choice in the middle of the Bus page while there is no bus. */
 import { useEffect } from "preact/hooks";
 import type { Bus } from "../api/types";
 import { channelOf } from "../state/bus-now";

@@ -1,4 +1,4 @@
-/** Owns the strip of the bus page: the load over the last minute, and the counters. */
+/** The strip of the bus page: the load over the last minute, and the counters. */
 import { useEffect, useRef } from "preact/hooks";
 import type { Bus } from "../api/types";
 import { grouped, minute, NONE, number } from "../form/format";

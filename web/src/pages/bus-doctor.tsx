@@ -1,4 +1,4 @@
-/** Owns the doctor's findings: what is wrong with its evidence and remedy first, what is well below. */
+/** The doctor's findings: what is wrong with its evidence and remedy first, what is well below. */
 import type { Finding } from "../api/bus-types";
 import { age, grouped } from "../form/format";
 import { now } from "../state/clock";

@@ -1,4 +1,4 @@
-/** Owns the details of the row chosen in the monitor: every field, the payload, and ways to narrow the list. */
+/** The details of the row chosen in the monitor: every field, the payload, and ways to narrow the list. */
 import { number } from "../form/format";
 import { withWord } from "../state/frame-filter";
 import { box, chosen, feed } from "../state/monitor";

@@ -1,4 +1,4 @@
-/** Owns the elements of the monitor's list: only the rows in sight exist, and they are written without Preact. */
+/** The elements of the monitor's list: only the rows in sight exist, and they are written without Preact. */
 import { everyFrame } from "../plots/frames";
 import type { FeedRow, FrameFeed } from "../telemetry/frame-feed";
 import type { Line } from "./bus-row-text";

@@ -1,4 +1,4 @@
-/** Owns the two dialogs of the node id table: pin an id, forget one. */
+/** The two dialogs of the node id table: pin an id, forget one. */
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocationChange } from "../api/bus-types";

@@ -1,4 +1,4 @@
-/** Owns the ruled row of all node ids: which are taken, by whom there is, and which are pinned. */
+/** The ruled row of all node ids: which are taken, by whom there is, and which are pinned. */
 import type { Allocation } from "../api/bus-types";
 import { all } from "../state/fleet";
 import { bus as words } from "../text/topics";

@@ -1,4 +1,4 @@
-/** Owns the node id table: who has which, who waits, and whether hornbill gives any. */
+/** The node id table: who has which, who waits, and whether hornbill gives any. */
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocatorMode, AllocatorState } from "../api/bus-types";

@@ -1,4 +1,4 @@
-/** Owns the dialog of the log: format, name and limit; how far it is; and the files there are. */
+/** The dialog of the log: format, name and limit; how far it is; and the files there are. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";

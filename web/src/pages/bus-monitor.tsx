@@ -1,4 +1,4 @@
-/** Owns the monitor: filter box, counts, pause, the list, and the details of one row. */
+/** The monitor: filter box, counts, pause, the list, and the details of one row. */
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { age, grouped, number } from "../form/format";
 import { now } from "../state/clock";

@@ -1,4 +1,4 @@
-/** Owns the list of all nodes of the bus, servos and others, with what is odd about them. */
+/** The list of all nodes of the bus, servos and others, with what is odd about them. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";

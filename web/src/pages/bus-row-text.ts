@@ -1,4 +1,4 @@
-/** Owns how a transfer or a frame reads as a line of the monitor. */
+/** How a transfer or a frame reads as a line of the monitor. */
 import type { DecodedTransfer, RawFrame } from "../api/bus-types";
 import { grouped } from "../form/format";
 import type { FeedRow } from "../telemetry/frame-feed";

@@ -1,4 +1,4 @@
-/** Owns the Bus page: head, load and counters, the doctor, and beside it monitor, nodes and node ids. */
+/** The Bus page: head, load and counters, the doctor, and beside it monitor, nodes and node ids. */
 import { useEffect, useRef } from "preact/hooks";
 import { watchAllocations } from "../state/allocations";
 import { watchLog } from "../state/bus-log";

@@ -1,4 +1,4 @@
-/** Owns the fourth step: what each servo becomes, what moves, and the one press that starts the job. */
+/** The fourth step: what each servo becomes, what moves, and the one press that starts the job. */
 import { useEffect } from "preact/hooks";
 import type { CommissionPlan, SafetyWord } from "../api/config-types";
 import { NONE } from "../form/format";

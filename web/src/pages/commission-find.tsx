@@ -1,4 +1,4 @@
-/** Owns the first step: who looks new, who still waits for a node id, and whom to commission. */
+/** The first step: who looks new, who still waits for a node id, and whom to commission. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";

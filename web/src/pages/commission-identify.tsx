@@ -1,4 +1,4 @@
-/** Owns the second step: one servo at a time wiggles, and is given an id and a name. */
+/** The second step: one servo at a time wiggles, and is given an id and a name. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useRef } from "preact/hooks";

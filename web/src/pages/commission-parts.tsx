@@ -1,4 +1,4 @@
-/** Owns what every step of the wizard has: its question at the top, and its actions at the foot. */
+/** What every step of the wizard has: its question at the top, and its actions at the foot. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 

@@ -1,4 +1,4 @@
-/** Owns the third step: which profile, if any, and what it sets. */
+/** The third step: which profile, if any, and what it sets. */
 import { useEffect } from "preact/hooks";
 import type { Profile } from "../api/config-types";
 import { date } from "../form/format";

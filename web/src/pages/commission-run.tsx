@@ -1,4 +1,4 @@
-/** Owns the last two steps: the job servo by servo while it runs, and what became of each when it has ended. */
+/** The last two steps: the job servo by servo while it runs, and what became of each when it has ended. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the Commission page: the steps at the top, the question of each, and which step is shown. */
+/** The Commission page: the steps at the top, the question of each, and which step is shown. */
 import { useEffect } from "preact/hooks";
 import {
   candidates,

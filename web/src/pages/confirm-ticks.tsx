@@ -1,4 +1,4 @@
-/** Owns the ticks under a write that asks back: one for each word the server wants to hear before it does it. */
+/** The ticks under a write that asks back: one for each word the server wants to hear before it does it. */
 import type { Signal } from "@preact/signals";
 import type { SafetyWord } from "../api/config-types";
 import { withTick } from "../form/safety-words";

@@ -1,4 +1,4 @@
-/** Owns the dialog about what somebody else changed in a servo's ROM: the difference, restore, accept. */
+/** The dialog about what somebody else changed in a servo's ROM: the difference, restore, accept. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { ask, type Problem, problemOf } from "../api/client";

@@ -1,4 +1,4 @@
-/** Owns what the Servos page says while there is no servo: the evidence, what to check, the way to an adapter. */
+/** What the Servos page says while there is no servo: the evidence, what to check, the way to an adapter. */
 
 import { ask } from "../api/client";
 import type { Bus, Servo } from "../api/types";

@@ -1,4 +1,4 @@
-/** Owns the Faults page: what is wrong with every servo now, what was, what it means, and that somebody has seen it. */
+/** The Faults page: what is wrong with every servo now, what was, what it means, and that somebody has seen it. */
 import { useEffect } from "preact/hooks";
 import { clock, date, unbroken } from "../form/format";
 import { type Kind, ROM_LOST } from "../state/condition";

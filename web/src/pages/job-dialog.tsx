@@ -1,4 +1,4 @@
-/** Owns the progress of a save: a time scale, the steps in past tense with their evidence, and how it ended. */
+/** The progress of a save: a time scale, the steps in past tense with their evidence, and how it ended. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the list of a job's steps with their evidence, as commissioning, profiles and reports show it. */
+/** The list of a job's steps with their evidence, as commissioning, profiles and reports show it. */
 import type { Job, JobStep } from "../api/types";
 import { withUnit } from "../form/format";
 import { text } from "../text";

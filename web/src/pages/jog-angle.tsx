@@ -1,4 +1,4 @@
-/** Owns the angle part of the jog pad: how fast, six steps, a typed value, Go to 0°. */
+/** The angle part of the jog pad: how fast, six steps, a typed value, Go to 0°. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";

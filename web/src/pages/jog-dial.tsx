@@ -1,4 +1,4 @@
-/** Owns the large dial: horn, command ghost, limit arc, and the handle on it that can be dragged. */
+/** The large dial: horn, command ghost, limit arc, and the handle on it that can be dragged. */
 import { useRef } from "preact/hooks";
 import { angle as angleText } from "../form/format";
 import { touch } from "../state/screen";

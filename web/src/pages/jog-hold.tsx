@@ -1,4 +1,4 @@
-/** Owns speed and torque on the jog pad: how much, what must be known before, and two buttons that run while held. */
+/** Speed and torque on the jog pad: how much, what must be known before, and two buttons that run while held. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { ask } from "../api/client";

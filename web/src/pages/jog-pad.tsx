@@ -1,4 +1,4 @@
-/** Owns the jog pad: what is commanded (angle, speed, torque, sweep), the dial, the readouts, and torque. */
+/** The jog pad: what is commanded (angle, speed, torque, sweep), the dial, the readouts, and torque. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the sweep on the jog pad: its ends, speed, pause and count, what it will do in words, and how far it is. */
+/** The sweep on the jog pad: its ends, speed, pause and count, what it will do in words, and how far it is. */
 import { type Signal, useSignal } from "@preact/signals";
 import { angle, number, withUnit } from "../form/format";
 import { check, type Span } from "../form/number";

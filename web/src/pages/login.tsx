@@ -1,4 +1,4 @@
-/** Owns signing in and out: where a token is given, and the name it stands for at the foot of the page. */
+/** Signing in and out: where a token is given, and the name it stands for at the foot of the page. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the plot of several servos: one channel of each in a colour of its own, commands dashed in the same. */
+/** The plot of several servos: one channel of each in a colour of its own, commands dashed in the same. */
 import { useComputed, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { TelemetryGrant } from "../api/types";

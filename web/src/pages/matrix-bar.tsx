@@ -1,4 +1,4 @@
-/** Owns the bar of the matrix: what is staged on how many servos, and the ways on. */
+/** The bar of the matrix: what is staged on how many servos, and the ways on. */
 import { all } from "../state/fleet";
 import { up } from "../state/link";
 import { stagedOn, wrongOn } from "../state/matrix";

@@ -1,4 +1,4 @@
-/** Owns a cell of the matrix: a servo's value of a row, how it stands among the others, and its editing. */
+/** A cell of the matrix: a servo's value of a row, how it stands among the others, and its editing. */
 import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";

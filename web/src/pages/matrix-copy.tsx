@@ -1,4 +1,4 @@
-/** Owns copying a servo's column to others: what differs is staged on them, identity and torque mode never. */
+/** Copying a servo's column to others: what differs is staged on them, identity and torque mode never. */
 import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
 import { nameOf, servo } from "../state/fleet";

@@ -1,4 +1,4 @@
-/** Owns the grid of the matrix: heads that stay in sight, groups, and the way of the keyboard through the cells. */
+/** The grid of the matrix: heads that stay in sight, groups, and the way of the keyboard through the cells. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";

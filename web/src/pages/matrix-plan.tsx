@@ -1,4 +1,4 @@
-/** Owns what stands between staged cells and servos: the changes as the server plans them, what moves, and the results. */
+/** What stands between staged cells and servos: the changes as the server plans them, what moves, and the results. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns one servo in the dialog of a batch: what is planned for it, and what became of it. */
+/** One servo in the dialog of a batch: what is planned for it, and what became of it. */
 import type { BatchOutcome } from "../api/config-types";
 import { whyRefused } from "../form/danger";
 import { addressOf, labelOf, valueText } from "../form/row-text";

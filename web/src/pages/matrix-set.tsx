@@ -1,4 +1,4 @@
-/** Owns setting a row on all servos: one value, judged by what each of them allows, staged and not sent. */
+/** Set a row on all servos: one value, judged by what each of them allows, staged and not sent. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Row } from "../api/types";

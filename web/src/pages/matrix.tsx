@@ -1,4 +1,4 @@
-/** Owns the matrix page: parameters of many servos side by side, staged cell by cell, applied as one. */
+/** The matrix page: parameters of many servos side by side, staged cell by cell, applied as one. */
 
 import { useComputed, useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

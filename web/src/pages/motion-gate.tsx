@@ -1,4 +1,4 @@
-/** Owns what stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
+/** What stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
 
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";

@@ -1,4 +1,4 @@
-/** Owns moving several servos together on the Motion page: who comes along, and their dials while they do. */
+/** Move several servos together on the Motion page: who comes along, and their dials while they do. */
 
 import { useEffect } from "preact/hooks";
 import { age, angle, number } from "../form/format";

@@ -1,4 +1,4 @@
-/** Owns the Motion page of one servo: off until it is asked for, each visit anew; then jog and plot. */
+/** The Motion page of one servo: off until it is asked for, each visit anew; then jog and plot. */
 import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
 import { nameOf, peekServo, servo } from "../state/fleet";

@@ -1,4 +1,4 @@
-/** Owns the editing of a nickname, in place. */
+/** The editing of a nickname, in place. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the table of rows: those of a tab, or those that were searched for or changed. */
+/** The table of rows: those of a tab, or those that were searched for or changed. */
 
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";

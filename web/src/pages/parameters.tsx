@@ -1,4 +1,4 @@
-/** Owns the Parameters page of one servo: head, tabs, rows, live panel, save bar and its dialogs. */
+/** The Parameters page of one servo: head, tabs, rows, live panel, save bar and its dialogs. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { SavePreview } from "../api/config-types";

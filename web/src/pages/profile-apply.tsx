@@ -1,4 +1,4 @@
-/** Owns applying a profile to servos: whom, what would change, and the job that does it. */
+/** Applying a profile to servos: whom, what would change, and the job that does it. */
 
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

@@ -1,4 +1,4 @@
-/** Owns the two ways a profile comes to be: taken from a servo, or imported from a file, line by line. */
+/** The two ways a profile comes to be: taken from a servo, or imported from a file, line by line. */
 
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the table of what a profile sets. */
+/** The table of what a profile sets. */
 import type { Profile } from "../api/config-types";
 import { addressOf, labelOf, valueText } from "../form/row-text";
 

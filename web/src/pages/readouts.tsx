@@ -1,4 +1,4 @@
-/** Owns the readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
+/** The readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
 
 import type { Servo } from "../api/types";
 import { age, angle, NONE, number, withUnit } from "../form/format";

@@ -1,4 +1,4 @@
-/** Owns the audit: who did what to which servo and what came of it, newest first, with filters. */
+/** The audit: who did what to which servo and what came of it, newest first, with filters. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";

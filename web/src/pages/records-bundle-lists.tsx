@@ -1,4 +1,4 @@
-/** Owns the lists of an open bundle: what was told, and what was written. */
+/** The lists of an open bundle: what was told, and what was written. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import type { BundleContent } from "../api/lab-types";

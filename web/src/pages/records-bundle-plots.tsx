@@ -1,4 +1,4 @@
-/** Owns the plots of an open bundle: channels of a chosen servo over the time from the first mark. */
+/** The plots of an open bundle: channels of a chosen servo over the time from the first mark. */
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import "uplot/dist/uPlot.min.css";

@@ -1,4 +1,4 @@
-/** Owns words every part of an open bundle uses: times from the first mark, names of channels. */
+/** Words every part of an open bundle uses: times from the first mark, names of channels. */
 import type { Row } from "../api/types";
 import { signed, withUnit } from "../form/format";
 import { catalog } from "../state/catalog";

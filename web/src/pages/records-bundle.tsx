@@ -1,4 +1,4 @@
-/** Owns a bundle that is open: what it is of, its marks on a time line; plots, events and writes below. No bus. */
+/** A bundle that is open: what it is of, its marks on a time line; plots, events and writes below. No bus. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the shape a bundle's reason has. */
+/** The shape a bundle's reason has. */
 import type { Kind } from "../state/condition";
 
 export const GLYPHS: Readonly<Record<string, Kind>> = {

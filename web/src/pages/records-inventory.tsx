@@ -1,4 +1,4 @@
-/** Owns the list of every servo ever met, on the bus or not: the way to its snapshots. */
+/** The list of every servo ever met, on the bus or not: the way to its snapshots. */
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { KnownServo } from "../api/config-types";

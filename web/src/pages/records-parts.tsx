@@ -1,4 +1,4 @@
-/** Owns what the parts of Records share: instants, what could not be read, what is not there yet. */
+/** What the parts of Records share: instants, what could not be read, what is not there yet. */
 import type { ComponentChildren } from "preact";
 import { clock, date } from "../form/format";
 import { records as words } from "../text/topics";

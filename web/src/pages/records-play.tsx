@@ -1,4 +1,4 @@
-/** Owns the confirmation before a bundle is played: what is left for it, and that nothing can be sent. */
+/** The confirmation before a bundle is played: what is left for it, and that nothing can be sent. */
 
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

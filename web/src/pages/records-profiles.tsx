@@ -1,4 +1,4 @@
-/** Owns the profiles: what each sets, made from a servo or a file, given out as a file, applied to servos. */
+/** The profiles: what each sets, made from a servo or a file, given out as a file, applied to servos. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the Recorder part of Records: how far it reaches back, a bundle by hand, and the bundles that were written. */
+/** The Recorder part of Records: how far it reaches back, a bundle by hand, and the bundles that were written. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the reports: what jobs did, newest first, as files or to print. */
+/** The reports: what jobs did, newest first, as files or to print. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the snapshots of a servo: what it held, compared with anything, and restored. */
+/** The snapshots of a servo: what it held, compared with anything, and restored. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the Records page: its parts, and which of them is shown. */
+/** The Records page: its parts, and which of them is shown. */
 
 import { openIn } from "../state/bundle";
 import { partOf } from "../state/records";

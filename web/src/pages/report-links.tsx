@@ -1,4 +1,4 @@
-/** Owns the links to a job's report: as files, and as a page to print. */
+/** The links to a job's report: as files, and as a page to print. */
 import { API } from "../api/client";
 import { commission as words } from "../text/topics";
 import { Icon } from "../ui/icon";

@@ -1,4 +1,4 @@
-/** Owns the two dialogs before a write: the diff, and the question before a save, what moves first. */
+/** The two dialogs before a write: the diff, and the question before a save, what moves first. */
 import type { Forecast, SavePreview } from "../api/config-types";
 import { ChangeList } from "../form/change-list";
 import { NONE } from "../form/format";

@@ -1,4 +1,4 @@
-/** Owns the bar of the ticked servos: what can be done to several at once. */
+/** The bar of the ticked servos: what can be done to several at once. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";

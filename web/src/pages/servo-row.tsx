@@ -1,4 +1,4 @@
-/** Owns one servo's row: horn, angle, who it is, how it is, its last half minute, and whether ROM holds it all. */
+/** One servo's row: horn, angle, who it is, how it is, its last half minute, and whether ROM holds it all. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { age, angle, NONE, number, withUnit } from "../form/format";

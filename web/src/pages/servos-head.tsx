@@ -1,4 +1,4 @@
-/** Owns the heads of the list's columns: a press sorts by one, and says so. */
+/** The heads of the list's columns: a press sorts by one, and says so. */
 import type { Choice } from "../state/route";
 import { isSelected, select } from "../state/selection";
 import { COLUMNS, type Column, pressed, type Sorting } from "../state/servo-order";

@@ -1,4 +1,4 @@
-/** Owns the Servos page: every servo a row, who is waiting for a node id, and what to do when there is none. */
+/** The Servos page: every servo a row, who is waiting for a node id, and what to do when there is none. */
 import { untracked, useComputed, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { watchAllocations } from "../state/allocations";

@@ -1,4 +1,4 @@
-/** Owns the live panel beside the rows: 3D view, readouts, angle plot; polled only while looked at. */
+/** The live panel beside the rows: 3D view, readouts, angle plot; polled only while looked at. */
 import { useEffect } from "preact/hooks";
 import { openDrift } from "../state/drift";
 import { servo } from "../state/fleet";

@@ -1,4 +1,4 @@
-/** Owns the tabs of the Parameters page: a group each, with what is changed in it. */
+/** The tabs of the Parameters page: a group each, with what is changed in it. */
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 import { aboutTab } from "../form/about";

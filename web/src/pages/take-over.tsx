@@ -1,4 +1,4 @@
-/** Owns what stands on the Motion page while somebody else has motion control: ask, wait, or take it with a reason. */
+/** What stands on the Motion page while somebody else has motion control: ask, wait, or take it with a reason. */
 import { useSignal } from "@preact/signals";
 import { now } from "../state/clock";
 import { lease } from "../state/desk";

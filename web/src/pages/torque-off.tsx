@@ -1,4 +1,4 @@
-/** Owns the Torque off button of a servo's page: needs no lease and asks nothing. */
+/** The Torque off button of a servo's page: needs no lease and asks nothing. */
 
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

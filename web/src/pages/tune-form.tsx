@@ -1,4 +1,4 @@
-/** Owns the form of a step test: what it will move and how far, said before; while it runs, its steps and Cancel. */
+/** The form of a step test: what it will move and how far, said before; while it runs, its steps and Cancel. */
 
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns the gains beside a step test: ordinary rows, to RAM only; the way back to a run; what to try for what is seen. */
+/** The gains beside a step test: ordinary rows, to RAM only; the way back to a run; what to try for what is seen. */
 import { useRef } from "preact/hooks";
 import { ParameterRow } from "../form/row";
 import { sheetProblem } from "../state/apply";

@@ -1,4 +1,4 @@
-/** Owns the numbers of step tests: a column a run, each time with its error, what differs, what they were measured under. */
+/** The numbers of step tests: a column a run, each time with its error, what differs, what they were measured under. */
 import type { StepRun } from "../api/lab-types";
 import type { Value } from "../api/types";
 import { full, number, signed, withUnit } from "../form/format";

@@ -1,4 +1,4 @@
-/** Owns the plot of step tests and its legend: line, shape and letter of each run. */
+/** The plot of step tests and its legend: line, shape and letter of each run. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import "uplot/dist/uPlot.min.css";

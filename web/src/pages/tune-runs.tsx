@@ -1,4 +1,4 @@
-/** Owns the runs of a servo: those laid over one another, and the list to choose from. */
+/** The runs of a servo: those laid over one another, and the list to choose from. */
 import { useSignal } from "@preact/signals";
 import { API } from "../api/client";
 import type { StepRun } from "../api/lab-types";

@@ -1,4 +1,4 @@
-/** Owns the Tune page of one servo: motion off until it is asked for, the step test, its runs, the gains beside it. */
+/** The Tune page of one servo: motion off until it is asked for, the step test, its runs, the gains beside it. */
 import { useEffect } from "preact/hooks";
 import { loaded, nameOf, servo, uids } from "../state/fleet";
 import { connection } from "../state/link";

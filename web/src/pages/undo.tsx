@@ -1,4 +1,4 @@
-/** Owns what is said after a write to RAM, and taking it back: what stood there before, written again and proved. */
+/** What is said after a write to RAM, and taking it back: what stood there before, written again and proved. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Change } from "../api/types";

@@ -1,4 +1,4 @@
-/** Owns the 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. While a
+/** The 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. While a
  * recording is open beside it, and nothing may move, it shows that one and says so. */
 
 import { useSignal } from "@preact/signals";

@@ -1,4 +1,4 @@
-/** Owns the 3D view of a recording: its servos as they were at the moment looked at, and that this is none of them. */
+/** The 3D view of a recording: its servos as they were at the moment looked at, and that this is none of them. */
 import { useSignal } from "@preact/signals";
 import { angle } from "../form/format";
 import { up } from "../state/link";

@@ -1,4 +1,4 @@
-/** Owns one 3D frame: supervised, loaded anew with each link, told what to show; it knows whether it could be shown. */
+/** One 3D frame: supervised, loaded anew with each link, told what to show; it knows whether it could be shown. */
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { listen } from "../state/keys";

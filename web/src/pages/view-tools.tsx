@@ -1,4 +1,4 @@
-/** Owns the two buttons on a 3D frame: how well it is drawn, and the camera back to where it started. */
+/** The two buttons on a 3D frame: how well it is drawn, and the camera back to where it started. */
 import { nextQuality, quality, qualityWish } from "../state/view";
 import { view as words } from "../text/topics";
 

@@ -1,4 +1,4 @@
-/** Owns the address of a 3D frame and how well it may be drawn on this machine. */
+/** The address of a 3D frame and how well it may be drawn on this machine. */
 import { ROOT } from "../api/root";
 
 export type Quality = "high" | "low";

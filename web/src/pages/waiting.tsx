@@ -1,4 +1,4 @@
-/** Owns the entries of nodes that wait for a node id: heard, second part, third part. */
+/** The entries of nodes that wait for a node id: heard, second part, third part. */
 import { age } from "../form/format";
 import { now } from "../state/clock";
 import { pending } from "../state/fleet";

@@ -1,4 +1,4 @@
-/** Owns where a servo of the wall of horns is in its picture: the camera of the 3D view, and rows that fill the frame. */
+/** Where a servo of the wall of horns is in its picture: the camera of the 3D view, and rows that fill the frame. */
 
 /** As in hornbill/view/layout.py; a test there compares them. Scene units; the camera looks at the middle, z is up. */
 export const CAMERA = [0, -8, 13.9] as const;

@@ -1,4 +1,4 @@
-/** Owns the wall of horns: every servo in 3D at once, its name and angle over its place; a grid of dials without 3D. */
+/** The wall of horns: every servo in 3D at once, its name and angle over its place; a grid of dials without 3D. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";

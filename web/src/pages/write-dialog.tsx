@@ -1,4 +1,4 @@
-/** Owns the dialog before rows are restored: what would change, whether it is saved, and what came of it. */
+/** The dialog before rows are restored: what would change, whether it is saved, and what came of it. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { problemOf } from "../api/client";

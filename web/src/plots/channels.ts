@@ -1,4 +1,4 @@
-/** Owns which channels of a servo a plot can show, and how each is drawn. */
+/** Which channels of a servo a plot can show, and how each is drawn. */
 import type { Row } from "../api/types";
 import { decimalsOf } from "../form/format";
 import type { LaneCurve } from "./lane";

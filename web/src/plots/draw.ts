@@ -1,4 +1,4 @@
-/** Owns strokes every plot has in common: a curve with its gaps, the ground, ruled lines, dotted upright lines. */
+/** Strokes every plot has in common: a curve with its gaps, the ground, ruled lines, dotted upright lines. */
 import type uPlot from "uplot";
 import type { Palette } from "./palette";
 import { inSight, type Samples, thin } from "./trace";

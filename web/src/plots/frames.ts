@@ -1,4 +1,4 @@
-/** Owns when canvases are drawn: one animation frame for all, each at its own rate, none that is not seen. */
+/** When canvases are drawn: one animation frame for all, each at its own rate, none that is not seen. */
 
 interface Drawn {
   draw: (now: number) => void;

@@ -1,4 +1,4 @@
-/** Owns what a lane of a plot is: curves of one unit on one axis; its calm range and its ticks. */
+/** What a lane of a plot is: curves of one unit on one axis; its calm range and its ticks. */
 
 export interface LaneCurve {
   uid: string;

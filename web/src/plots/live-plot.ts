@@ -1,4 +1,4 @@
-/** Owns the picture of one lane: axes by uPlot, curves out of the rings, names at their ends, marks, cursors. */
+/** The picture of one lane: axes by uPlot, curves out of the rings, names at their ends, marks, cursors. */
 import uPlot from "uplot";
 import type { TelemetryStore } from "../telemetry/store";
 import { clip, colourOf, ground, lineOf, projection, ruled, upright } from "./draw";

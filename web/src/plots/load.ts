@@ -1,4 +1,4 @@
-/** Owns the plot of the bus load over the last minute, with the limit it is kept within. */
+/** The plot of the bus load over the last minute, with the limit it is kept within. */
 import type { BusHistory } from "../telemetry/bus-history";
 import { everyFrame } from "./frames";
 import { palette } from "./palette";

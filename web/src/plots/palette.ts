@@ -1,4 +1,4 @@
-/** Owns the colours of canvases: the tokens as the theme has them now. */
+/** The colours of canvases: the tokens as the theme has them now. */
 
 export interface Palette {
   ink: string;

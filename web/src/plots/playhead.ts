@@ -1,4 +1,4 @@
-/** Owns the line across a plot at the moment that is looked at: laid over it, so that nothing is drawn anew. */
+/** The line across a plot at the moment that is looked at: laid over it, so that nothing is drawn anew. */
 
 export class Playhead {
   #line = document.createElement("div");

@@ -1,4 +1,4 @@
-/** Owns the picture of a plot as a file: its lanes under one another, below a line that says what they are. */
+/** The picture of a plot as a file: its lanes under one another, below a line that says what they are. */
 import { palette } from "./palette";
 
 const HEAD_PX = 30;

@@ -1,4 +1,4 @@
-/** Owns what is read at a time: the sample that was taken there, or nothing in a gap; and the next one. */
+/** What is read at a time: the sample that was taken there, or nothing in a gap; and the next one. */
 import { isGap } from "./draw";
 import { firstAt, nearest, type Samples } from "./trace";
 

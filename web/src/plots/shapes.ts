@@ -1,4 +1,4 @@
-/** Owns the shapes of samples: curves are told apart by them as well as by colour and letter. */
+/** The shapes of samples: curves are told apart by them as well as by colour and letter. */
 
 /** SVG paths round 0, 0, about 7 px across. */
 const SHAPES = [

@@ -1,4 +1,4 @@
-/** Owns what part of time a plot shows and what is marked in it: its lanes share it. Times are the server's clock. */
+/** What part of time a plot shows and what is marked in it: its lanes share it. Times are the server's clock. */
 import { signal } from "@preact/signals";
 
 export const WINDOWS = [5, 10, 30, 60, 300] as const;

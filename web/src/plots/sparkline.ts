@@ -1,4 +1,4 @@
-/** Owns one sparkline: the last 30 s of an angle between its limits, ending where the data end. */
+/** One sparkline: the last 30 s of an angle between its limits, ending where the data end. */
 import type { Ring } from "../telemetry/ring";
 import type { TelemetryStore } from "../telemetry/store";
 import { palette } from "./palette";

@@ -1,4 +1,4 @@
-/** Owns the picture of step tests: runs over one another, each from where its step began, with target and band. */
+/** The picture of step tests: runs over one another, each from where its step began, with target and band. */
 import type { StepRun } from "../api/lab-types";
 import { type Direction, letter, stepsOf } from "../state/step-runs";
 import { samples } from "./trace";

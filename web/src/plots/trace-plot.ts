@@ -1,4 +1,4 @@
-/** Owns a plot of traces that are finished: real samples over time, targets, bands, marks; zoomed by dragging. */
+/** A plot of traces that are finished: real samples over time, targets, bands, marks; zoomed by dragging. */
 import uPlot from "uplot";
 import { clip, colourOf, ground, lineOf, projection, upright } from "./draw";
 import { everyFrame } from "./frames";

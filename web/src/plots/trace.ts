@@ -1,4 +1,4 @@
-/** Owns the traces a plot draws: samples in typed arrays, which of them are in sight, and fewer where pixels are few. */
+/** The traces a plot draws: samples in typed arrays, which of them are in sight, and fewer where pixels are few. */
 
 export interface Samples {
   t: Float64Array;

@@ -1,4 +1,4 @@
-/** Owns the node id table and who waits for an id, asked each second while somebody looks. */
+/** The node id table and who waits for an id, asked each second while somebody looks. */
 
 import { signal } from "@preact/signals";
 import type { Allocation } from "../api/bus-types";

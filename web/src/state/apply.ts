@@ -1,4 +1,4 @@
-/** Owns writing: staged edits to RAM in one PATCH, RAM to ROM by a job, and what each row is told of it. */
+/** Writing: staged edits to RAM in one PATCH, RAM to ROM by a job, and what each row is told of it. */
 
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";

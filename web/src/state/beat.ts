@@ -1,4 +1,4 @@
-/** Owns the heart-beat of a lease: often enough for a page that is slow, and none from a page that hangs. */
+/** The heart-beat of a lease: often enough for a page that is slow, and none from a page that hangs. */
 import { live, onHeard } from "./link";
 
 /**

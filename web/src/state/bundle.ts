@@ -1,4 +1,4 @@
-/** Owns what the page makes of a recorder's bundle: its time line, the channels worth a plot, names of files. */
+/** What the page makes of a recorder's bundle: its time line, the channels worth a plot, names of files. */
 import type { BundleColumns, BundleContent, BundleMark } from "../api/lab-types";
 import { markText } from "../form/event";
 

@@ -1,4 +1,4 @@
-/** Owns the log of frames to a file: its state, the files there are, and starting and ending it. */
+/** The log of frames to a file: its state, the files there are, and starting and ending it. */
 
 import { signal } from "@preact/signals";
 import type { LogFile, LogFormat, LogState } from "../api/bus-types";

@@ -1,4 +1,4 @@
-/** Owns the bus between two messages about it: its history, and the time until it is opened again. */
+/** The bus between two messages about it: its history, and the time until it is opened again. */
 import { computed } from "@preact/signals";
 import { BusHistory } from "../telemetry/bus-history";
 import { monotonic, now } from "./clock";

@@ -1,4 +1,4 @@
-/** Owns the parameter catalogue: rows, groups as tabs, fault bits. Loaded once per schema revision. */
+/** The parameter catalogue: rows, groups as tabs, fault bits. Loaded once per schema revision. */
 import { signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { FaultRow, Row, Schema } from "../api/types";

@@ -1,4 +1,4 @@
-/** Owns the page's idea of now: our monotonic clock, told often enough for ages to be true. */
+/** The page's idea of now: our monotonic clock, told often enough for ages to be true. */
 import { signal } from "@preact/signals";
 
 /** Seconds on our monotonic clock. */

@@ -1,4 +1,4 @@
-/** Owns the draft of the wizard: who was chosen, what each is to become, how far one came; it survives a reload. */
+/** The draft of the wizard: who was chosen, what each is to become, how far one came; it survives a reload. */
 
 import { signal } from "@preact/signals";
 import type { Candidate, Commissioning, OnAnomaly, SafetyWord } from "../api/config-types";

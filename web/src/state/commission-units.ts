@@ -1,4 +1,4 @@
-/** Owns what the jobs of commissioning say of each servo: its steps, its verdict, and what to do. No elements. */
+/** What the jobs of commissioning say of each servo: its steps, its verdict, and what to do. No elements. */
 import type { Job, JobStep, Reading, Servo } from "../api/types";
 
 export type Verdict = "waiting" | "running" | "done" | "failed" | "not_tried";

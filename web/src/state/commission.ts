@@ -1,4 +1,4 @@
-/** Owns the wizard's dealings with the server: candidates, wiggles, the job, and which of them the page shows. */
+/** The wizard's dealings with the server: candidates, wiggles, the job, and which of them the page shows. */
 
 import { computed, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";

@@ -1,4 +1,4 @@
-/** Owns what is said of a servo's health: one kind (shape and colour), a headline and a line on what to do. */
+/** What is said of a servo's health: one kind (shape and colour), a headline and a line on what to do. */
 import type { FaultRow, Stop } from "../api/types";
 import { age, clock, number, withUnit } from "../form/format";
 import { text } from "../text";

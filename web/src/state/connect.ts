@@ -1,4 +1,4 @@
-/** Owns whether the Connect dialog is open, on whatever page. */
+/** Whether the Connect dialog is open, on whatever page. */
 import { signal } from "@preact/signals";
 
 export const connectOpen = signal(false);

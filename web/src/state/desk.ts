@@ -1,4 +1,4 @@
-/** Owns what is true for the whole bench: bus, lease, stop latch, events. */
+/** What is true for the whole bench: bus, lease, stop latch, events. */
 import { computed, signal } from "@preact/signals";
 import type { Bus, EventCode, EventLevel, LeaseView, Params, Stop } from "../api/types";
 import { monotonic } from "./clock";

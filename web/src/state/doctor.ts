@@ -1,4 +1,4 @@
-/** Owns the doctor's findings: asked often while the Bus page is open, and now and then on any other. */
+/** The doctor's findings: asked often while the Bus page is open, and now and then on any other. */
 
 import { computed, signal } from "@preact/signals";
 import type { Finding } from "../api/bus-types";

@@ -1,4 +1,4 @@
-/** Owns the staged edits of one servo: what was typed, whether it may be sent, and undo. */
+/** The staged edits of one servo: what was typed, whether it may be sent, and undo. */
 import { signal } from "@preact/signals";
 import type { Value } from "../api/types";
 import type { Checked } from "../form/number";

@@ -1,4 +1,4 @@
-/** Owns which servo's outside changes are looked at. */
+/** Which servo's outside changes are looked at. */
 import { signal } from "@preact/signals";
 
 export const openDrift = signal<string | null>(null);

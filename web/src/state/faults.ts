@@ -1,4 +1,4 @@
-/** Owns what the Faults page knows: the list of every servo as last read, its order, and acknowledging. */
+/** What the Faults page knows: the list of every servo as last read, its order, and acknowledging. */
 
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

@@ -1,4 +1,4 @@
-/** Owns the servos the server knows, one signal each, told at most ten times a second. */
+/** The servos the server knows, one signal each, told at most ten times a second. */
 import { computed, type Signal, signal } from "@preact/signals";
 import type { PendingAllocation, Servo } from "../api/types";
 import { telemetry } from "../telemetry/store";

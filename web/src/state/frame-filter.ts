@@ -1,4 +1,4 @@
-/** Owns the monitor's filter box: its words, what the server is asked for them, and what is wrong with them. */
+/** The monitor's filter box: its words, what the server is asked for them, and what is wrong with them. */
 import type { FrameFilter } from "../api/bus-types";
 import { bus as words } from "../text/topics";
 

@@ -1,4 +1,4 @@
-/** Owns several servos that move as one: who may, how far apart they stand, and the stream that tells them together. */
+/** Several servos that move as one: who may, how far apart they stand, and the stream that tells them together. */
 
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

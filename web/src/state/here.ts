@@ -1,4 +1,4 @@
-/** Owns the condition of a servo as the page knows it now: servo, parameters, catalogue and stop together. */
+/** The condition of a servo as the page knows it now: servo, parameters, catalogue and stop together. */
 import type { Limits } from "../ui/dial";
 import { catalog } from "./catalog";
 import { now } from "./clock";

@@ -1,4 +1,4 @@
-/** Owns running while a button is held: speed or torque from press to release, and every way a release shows itself. */
+/** Run while a button is held: speed or torque from press to release, and every way a release shows itself. */
 import { effect, signal } from "@preact/signals";
 import { text } from "../text";
 import { link, live, onRefusal } from "./link";

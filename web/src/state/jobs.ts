@@ -1,4 +1,4 @@
-/** Owns jobs as they are told over the socket, and asked for where the socket said nothing. */
+/** Jobs as they are told over the socket, and asked for where the socket said nothing. */
 import { signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";

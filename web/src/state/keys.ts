@@ -1,4 +1,4 @@
-/** Owns the keyboard: Stop first and everywhere, then the page's own keys. */
+/** The keyboard: Stop first and everywhere, then the page's own keys. */
 
 import { signal } from "@preact/signals";
 import { uids } from "./fleet";

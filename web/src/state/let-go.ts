@@ -1,4 +1,4 @@
-/** Owns what is known of torque where motion of this page has ended: off, as the servo answered, or nobody knows. */
+/** What is known of torque where motion of this page has ended: off, as the servo answered, or nobody knows. */
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Reading } from "../api/types";

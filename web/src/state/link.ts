@@ -1,4 +1,4 @@
-/** Owns the connection to the server: what is asked anew when it comes back, and where its messages go. */
+/** The connection to the server: what is asked anew when it comes back, and where its messages go. */
 import { computed, signal } from "@preact/signals";
 import { API, ask } from "../api/client";
 import { type LinkState, Live } from "../api/live";

@@ -1,4 +1,4 @@
-/** Owns the matrix: rows of many servos beside one another, which of them stand out, and what is staged on whom. */
+/** The matrix: rows of many servos beside one another, which of them stand out, and what is staged on whom. */
 
 import { ask, type Problem, problemOf } from "../api/client";
 import type { BatchOutcome, BatchPatched, SafetyWord, SavePreview } from "../api/config-types";

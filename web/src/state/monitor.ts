@@ -1,4 +1,4 @@
-/** Owns the frame monitor: what is subscribed to, the filter, and the counts as they are told. */
+/** The frame monitor: what is subscribed to, the filter, and the counts as they are told. */
 
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { FrameFilter } from "../api/bus-types";

@@ -1,4 +1,4 @@
-/** Owns motion from this page: one lease, its heart-beat, torque, commands; and that all of it ends. */
+/** Motion from this page: one lease, its heart-beat, torque, commands; and that all of it ends. */
 
 import { effect, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";

@@ -1,4 +1,4 @@
-/** Owns the rule for values that come faster than they may leave: the newest wins, one a period. */
+/** The rule for values that come faster than they may leave: the newest wins, one a period. */
 
 export class Newest<T> {
   #period_ms: number;

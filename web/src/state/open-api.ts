@@ -1,4 +1,4 @@
-/** Owns the server's OpenAPI document as this page reads it: once, when it is first needed. */
+/** The server's OpenAPI document as this page reads it: once, when it is first needed. */
 
 import { signal } from "@preact/signals";
 import { API, ask, problemOf } from "../api/client";

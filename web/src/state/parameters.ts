@@ -1,4 +1,4 @@
-/** Owns what is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
+/** What is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
 import { batch, effect, type Signal, signal } from "@preact/signals";
 import { ask, Problem, problemOf } from "../api/client";
 import type { BatchRead } from "../api/config-types";

@@ -1,4 +1,4 @@
-/** Owns what is marked in plots: faults, stops, restarts, writes and refusals, at the times they happened. */
+/** What is marked in plots: faults, stops, restarts, writes and refusals, at the times they happened. */
 import { computed, signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { AuditRow } from "../api/config-types";

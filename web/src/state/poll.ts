@@ -1,4 +1,4 @@
-/** Owns asking again and again: only while the tab is seen and the link is up, and never twice at once. */
+/** Ask again and again: only while the tab is seen and the link is up, and never twice at once. */
 import { monotonic } from "./clock";
 import { up } from "./link";
 

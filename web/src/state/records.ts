@@ -1,4 +1,4 @@
-/** Owns what the Records page asks for: something read once, again when told, with its problem in words. */
+/** What the Records page asks for: something read once, again when told, with its problem in words. */
 
 import { type Signal, signal } from "@preact/signals";
 import { problemOf } from "../api/client";

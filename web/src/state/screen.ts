@@ -1,4 +1,4 @@
-/** Owns what the window is: narrow like a tablet, and whether a finger may be what points. */
+/** What the window is: narrow like a tablet, and whether a finger may be what points. */
 import { type Signal, signal } from "@preact/signals";
 
 function follow(query: string): Signal<boolean> {

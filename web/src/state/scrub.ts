@@ -1,4 +1,4 @@
-/** Owns a recording that is looked at: its servos, the moment shown of it, what they did then; and its way in time. */
+/** A recording that is looked at: its servos, the moment shown of it, what they did then; and its way in time. */
 import { computed, type Signal, signal } from "@preact/signals";
 import type { BundleContent } from "../api/lab-types";
 import { isGap, NEVER_GAP_S } from "../plots/draw";

@@ -1,4 +1,4 @@
-/** Owns which servos are ticked on the Servos page: kept while the tab lives, never one that is gone. */
+/** Which servos are ticked on the Servos page: kept while the tab lives, never one that is gone. */
 import { computed, effect, signal } from "@preact/signals";
 import { uids } from "./fleet";
 import { readTab, writeTab } from "./tab-store";

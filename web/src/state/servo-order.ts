@@ -1,4 +1,4 @@
-/** Owns the order of the servos in the list: by a column, up or down, with what is not known at the end. */
+/** The order of the servos in the list: by a column, up or down, with what is not known at the end. */
 import type { Kind } from "./condition";
 
 export const COLUMNS = ["angle", "name", "ids", "health", "supply", "age", "rom"] as const;

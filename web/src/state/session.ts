@@ -1,4 +1,4 @@
-/** Owns who is signed in on this page, and whether somebody has to be. */
+/** Who is signed in on this page, and whether somebody has to be. */
 import { signal } from "@preact/signals";
 import { ask, type Problem, problemOf, whenUnauthorized } from "../api/client";
 import { linkToken } from "../api/root";

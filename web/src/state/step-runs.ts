@@ -1,4 +1,4 @@
-/** Owns what is said of step tests: letters of runs, the metrics table with its errors, differences, what they show. */
+/** What is said of step tests: letters of runs, the metrics table with its errors, differences, what they show. */
 import type { StepMetrics, StepRun, StepTrace } from "../api/lab-types";
 import type { Value } from "../api/types";
 

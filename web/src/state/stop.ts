@@ -1,4 +1,4 @@
-/** Owns Stop as the page sends it: both ways at once, never waiting for anything. */
+/** Stop as the page sends it: both ways at once, never waiting for anything. */
 
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

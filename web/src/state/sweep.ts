@@ -1,4 +1,4 @@
-/** Owns the sweep: there and back, so many times, at a limited speed; it lives on this page and ends with it. */
+/** The sweep: there and back, so many times, at a limited speed; it lives on this page and ends with it. */
 
 import { effect, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

@@ -1,4 +1,4 @@
-/** Owns getting motion control that somebody else has: asked for, with a countdown, or taken with a reason. */
+/** Get motion control that somebody else has: asked for, with a countdown, or taken with a reason. */
 
 import { ask, problemOf } from "../api/client";
 import type { Lease, TakeOverState } from "../api/types";

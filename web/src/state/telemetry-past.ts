@@ -1,4 +1,4 @@
-/** Owns the past of a plot: samples the server kept from before this page heard any, put before those it has. */
+/** The past of a plot: samples the server kept from before this page heard any, put before those it has. */
 import { API } from "../api/client";
 import { fromCsv } from "../telemetry/csv";
 import { telemetry } from "../telemetry/store";

@@ -1,4 +1,4 @@
-/** Owns light, dark or auto: the wish, where it is kept, and what is shown. */
+/** Light, dark or auto: the wish, where it is kept, and what is shown. */
 import { computed, effect, signal } from "@preact/signals";
 
 export type Wish = "light" | "dark" | "auto";

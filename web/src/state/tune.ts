@@ -1,4 +1,4 @@
-/** Owns the step tests of the servo on the Tune page: the job, its runs, those laid over one another, the gains. */
+/** The step tests of the servo on the Tune page: the job, its runs, those laid over one another, the gains. */
 
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

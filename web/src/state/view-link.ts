@@ -1,4 +1,4 @@
-/** Owns the socket beside a 3D frame: tells what it shall show, hears which servo was clicked in it. */
+/** The socket beside a 3D frame: tells what it shall show, hears which servo was clicked in it. */
 import { ROOT } from "../api/root";
 import type { Quality } from "../pages/view-url";
 

@@ -1,4 +1,4 @@
-/** Owns how well 3D is drawn: the wish, what the machine turned out to manage, and what follows from both. */
+/** How well 3D is drawn: the wish, what the machine turned out to manage, and what follows from both. */
 import { computed, signal } from "@preact/signals";
 import { drawable, type Quality } from "../pages/view-url";
 

@@ -1,4 +1,4 @@
-/** Owns what the server is asked to poll while somebody looks at a servo. */
+/** What the server is asked to poll while somebody looks at a servo. */
 import { effect, signal } from "@preact/signals";
 import { ask } from "../api/client";
 import type { TelemetryGrant } from "../api/types";

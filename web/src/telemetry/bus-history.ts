@@ -1,4 +1,4 @@
-/** Owns what the counters of the bus did: its load over the last minutes, and which of them rise, since when. */
+/** What the counters of the bus did: its load over the last minutes, and which of them rise, since when. */
 import type { Bus } from "../api/types";
 import { Ring } from "./ring";
 

@@ -1,4 +1,4 @@
-/** Owns samples as CSV, out and in: one row a sample time, one column a channel, a gap is an empty cell. */
+/** Samples as CSV, out and in: one row a sample time, one column a channel, a gap is an empty cell. */
 import type { TelemetryStore } from "./store";
 
 export interface Column {

@@ -1,4 +1,4 @@
-/** Owns what the monitor shows: the newest rows of topic `frames`, bounded, and what is missing between them. */
+/** What the monitor shows: the newest rows of topic `frames`, bounded, and what is missing between them. */
 import type { DecodedTransfer, FramesMessage, RawFrame } from "../api/bus-types";
 
 export type FeedRow =

@@ -1,4 +1,4 @@
-/** Owns samples of one signal: a ring whose newest part is always one contiguous window of typed arrays. */
+/** Samples of one signal: a ring whose newest part is always one contiguous window of typed arrays. */
 
 export interface Window {
   t: Float64Array;

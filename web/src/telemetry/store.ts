@@ -1,4 +1,4 @@
-/** Owns the rings by servo and channel, and the relation of the server's clock to ours. No signals here. */
+/** The rings by servo and channel, and the relation of the server's clock to ours. No signals here. */
 import { Ring } from "./ring";
 
 /** Room at first, and what a ring grows to: the longest window of a plot, at most of 200 samples a second. */

@@ -1,4 +1,4 @@
-/** Owns the catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
+/** The catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
 import type { Problem } from "../api/client";
 import type { Caution, EventCode, MarkReason, NoteCode, RefusalCode } from "../api/types";
 import type { Facts, Saying } from "../form/facts";

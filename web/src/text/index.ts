@@ -1,4 +1,4 @@
-/** Owns what every page says, in the language chosen at start. */
+/** What every page says, in the language chosen at start. */
 import { loadedText } from "./language";
 
 export const text = loadedText();

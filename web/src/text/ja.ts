@@ -1,4 +1,4 @@
-/** Owns the catalogue of everything the page says, in Japanese. */
+/** The catalogue of everything the page says, in Japanese. */
 
 import { cautions } from "./ja/cautions";
 import { happened, marks, refusals } from "./ja/events";

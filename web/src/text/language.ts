@@ -1,4 +1,4 @@
-/** Owns which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
+/** Which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
 
 import { reload } from "../state/reload";
 import type { text } from "./en";

@@ -1,4 +1,4 @@
-/** Owns what parts of the page that are fetched when first shown say, in the language chosen at start. */
+/** What parts of the page that are fetched when first shown say, in the language chosen at start. */
 import { loadedTopics } from "./language";
 
 export const {

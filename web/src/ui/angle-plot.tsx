@@ -1,4 +1,4 @@
-/** Owns the plot of one servo: angle and command at first, any channel it has beside them, or a recording of them. */
+/** The plot of one servo: angle and command at first, any channel it has beside them, or a recording of them. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";

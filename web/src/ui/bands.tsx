@@ -1,4 +1,4 @@
-/** Owns the bands under the bar: no link, a stop that reached nobody, and the latched stop with its evidence. */
+/** The bands under the bar: no link, a stop that reached nobody, and the latched stop with its evidence. */
 import { useSignal } from "@preact/signals";
 import type { Stop } from "../api/types";
 import { clock, number, withUnit } from "../form/format";

@@ -1,4 +1,4 @@
-/** Owns the top bar: bus, load on a ruled scale, counts by health, motion control, and Stop at its end. */
+/** The top bar: bus, load on a ruled scale, counts by health, motion control, and Stop at its end. */
 import { useComputed } from "@preact/signals";
 import { number, withUnit } from "../form/format";
 import { channelOf, retryIn } from "../state/bus-now";

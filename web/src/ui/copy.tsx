@@ -1,4 +1,4 @@
-/** Owns the Copy button: puts a text on the clipboard, and says so. */
+/** The Copy button: puts a text on the clipboard, and says so. */
 import { useSignal } from "@preact/signals";
 import { Icon } from "./icon";
 

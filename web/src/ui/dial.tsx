@@ -1,4 +1,4 @@
-/** Owns the small dial: face, limit arc, horn and command. The product's mark in every row. */
+/** The small dial: face, limit arc, horn and command. The product's mark in every row. */
 import { angle as angleText } from "../form/format";
 import { arc, hornPath, polar, ticks, turns } from "./polar";
 

@@ -1,4 +1,4 @@
-/** Owns the dialog: below the top bar, so that Stop is never covered; Esc closes it without acting. */
+/** The dialog: below the top bar, so that Stop is never covered; Esc closes it without acting. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useId, useRef } from "preact/hooks";
 import { onKey } from "../state/keys";

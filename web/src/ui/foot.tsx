@@ -1,4 +1,4 @@
-/** Owns the event line at the foot, and the log it opens. */
+/** The event line at the foot, and the log it opens. */
 import { useSignal } from "@preact/signals";
 import { eventText } from "../form/event";
 import { clock } from "../form/format";

@@ -1,4 +1,4 @@
-/** Owns the state glyphs: one shape a state, so that each can be read without its colour. */
+/** The state glyphs: one shape a state, so that each can be read without its colour. */
 import type { Kind } from "../state/condition";
 
 interface Props {

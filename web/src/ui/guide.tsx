@@ -1,4 +1,4 @@
-/** Owns the links into the documentation that the server serves below /docs/, each to the page that fits. */
+/** The links into the documentation that the server serves below /docs/, each to the page that fits. */
 import { ROOT } from "../api/root";
 import { text } from "../text";
 

@@ -1,4 +1,4 @@
-/** Owns the page's own icons: 18 px grid, 1.5 px stroke, square caps, in the colour of their text. */
+/** The page's own icons: 18 px grid, 1.5 px stroke, square caps, in the colour of their text. */
 
 const PATHS = {
   servos: "M3 7.5h9v8H3zM1.5 12.5H3M12 12.5h1.5M7.5 7.5V5M6 4.5a1.5 1.5 0 1 1 2.4 1.2M8.5 3.5L15 5.5",

@@ -1,4 +1,4 @@
-/** Owns the list of keys: those of the page that is shown, and those that work everywhere. */
+/** The list of keys: those of the page that is shown, and those that work everywhere. */
 import { type Page, page } from "../state/route";
 import { text } from "../text";
 import { keys as words } from "../text/topics";

@@ -1,4 +1,4 @@
-/** Owns what the failure of a panel may take with it: that panel, and nothing else. */
+/** What the failure of a panel may take with it: that panel, and nothing else. */
 import { Component, type ComponentChildren } from "preact";
 import { text } from "../text";
 import { Button } from "./button";

@@ -1,4 +1,4 @@
-/** Owns the chip of the cursors: where they are, what each curve was there, and the differences. */
+/** The chip of the cursors: where they are, what each curve was there, and the differences. */
 import { number, signed, withUnit } from "../form/format";
 import { keyOf, type Lane } from "../plots/lane";
 import { valueAt } from "../plots/reading";

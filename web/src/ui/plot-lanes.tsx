@@ -1,4 +1,4 @@
-/** Owns the lanes of a plot on the page: their canvases, and what pointers and keys do on them. */
+/** The lanes of a plot on the page: their canvases, and what pointers and keys do on them. */
 import { useEffect, useRef } from "preact/hooks";
 import "uplot/dist/uPlot.min.css";
 import { number, withUnit } from "../form/format";

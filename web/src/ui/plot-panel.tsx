@@ -1,4 +1,4 @@
-/** Owns the frame of a plot: its header with window, pause and the way back, its files, its lanes and its cursors. */
+/** The frame of a plot: its header with window, pause and the way back, its files, its lanes and its cursors. */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo, useRef } from "preact/hooks";

@@ -1,4 +1,4 @@
-/** Owns recordings in the plot: telemetry.csv from the disk is drawn here; a bundle goes to Records, where it opens. */
+/** Recordings in the plot: telemetry.csv from the disk is drawn here; a bundle goes to Records, where it opens. */
 
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo } from "preact/hooks";

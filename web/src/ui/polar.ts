@@ -1,4 +1,4 @@
-/** Owns dial geometry: 0° up, plus clockwise, as seen from the name plate. */
+/** Dial geometry: 0° up, plus clockwise, as seen from the name plate. */
 
 export interface Point {
   x: number;

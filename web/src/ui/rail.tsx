@@ -1,4 +1,4 @@
-/** Owns the left rail: the pages that exist, in the order of work, with what needs a look at their right. */
+/** The left rail: the pages that exist, in the order of work, with what needs a look at their right. */
 import { useSignalEffect } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { stopped } from "../state/desk";

@@ -1,4 +1,4 @@
-/** Owns the part of a page that scrolls by itself: named, and in reach of the keyboard. */
+/** The part of a page that scrolls by itself: named, and in reach of the keyboard. */
 import type { ComponentChildren } from "preact";
 
 interface Props {

@@ -1,4 +1,4 @@
-/** Owns the time line of a recording that is open: where one is in it, by pointer and keys, and its playing. */
+/** The time line of a recording that is open: where one is in it, by pointer and keys, and its playing. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { clock, date, number, signed } from "../form/format";

@@ -1,4 +1,4 @@
-/** Owns the row of segments: one of a few, chosen at once. */
+/** The row of segments: one of a few, chosen at once. */
 
 interface Props<T extends string> {
   label: string;

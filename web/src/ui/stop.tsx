@@ -1,4 +1,4 @@
-/** Owns the Stop button: acts on press, asks nothing, is always there. */
+/** The Stop button: acts on press, asks nothing, is always there. */
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { stopped } from "../state/desk";

@@ -1,4 +1,4 @@
-"""Owns FrameWatch: what one socket sees of the bus: its filter, its counts, and no more than it can take."""
+"""What one socket sees of the bus: its filter, its counts, and no more than it can take."""
 
 from collections import deque
 from collections.abc import Callable

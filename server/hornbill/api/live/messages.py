@@ -1,4 +1,4 @@
-"""Owns the WebSocket's messages in both directions, as discriminated unions."""
+"""The WebSocket's messages in both directions, as discriminated unions."""
 
 from typing import Annotated, Any, Literal
 

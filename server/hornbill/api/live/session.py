@@ -1,4 +1,4 @@
-"""Owns Session: what one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
+"""What one socket does: subscriptions, the leases it keeps alive, and the commands it sends."""
 
 import asyncio
 import contextlib

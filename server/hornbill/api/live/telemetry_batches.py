@@ -1,4 +1,4 @@
-"""Owns Feed: telemetry collected and packed once for all sockets, at a pace all of them can be served at."""
+"""Telemetry collected and packed once for all sockets, at a pace all of them can be served at."""
 
 import asyncio
 from collections import deque

@@ -1,4 +1,4 @@
-"""Owns the OpenAPI document: FastAPI's own, with the WebSocket's messages added."""
+"""The OpenAPI document: FastAPI's own, with the WebSocket's messages added."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal

@@ -1,4 +1,4 @@
-"""Owns an example or two of each body in JSON that a program may send; those of a row's value are made in `rows`.
+"""An example or two of each body in JSON that a program may send; those of a row's value are made in `rows`.
 
 tests/contract/test_examples.py holds that each is what its route takes, and names only rows and values that exist.
 """

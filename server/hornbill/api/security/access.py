@@ -1,4 +1,4 @@
-"""Owns Access: who a request comes from, by token, cookie or ticket, and when that ends."""
+"""Who a request comes from, by token, cookie or ticket, and when that ends."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""Owns what a request may bring: JSON, unless the route takes a file, and no more than it can need."""
+"""What a request may bring: JSON, unless the route takes a file, and no more than it can need."""
 
 from typing import Final
 

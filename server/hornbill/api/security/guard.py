@@ -1,4 +1,4 @@
-"""Owns the guard: every request and every socket passes it before any route is looked at."""
+"""The guard: every request and every socket passes it before any route is looked at."""
 
 import asyncio
 from ipaddress import ip_address

@@ -1,4 +1,4 @@
-"""Owns the check of where a request comes from: a foreign page in the same browser must not move a servo."""
+"""The check of where a request comes from: a foreign page in the same browser must not move a servo."""
 
 from collections.abc import Callable
 from ipaddress import ip_address

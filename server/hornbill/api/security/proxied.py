@@ -1,4 +1,4 @@
-"""Owns what a reverse proxy says of the request it passes on: believed only when the server was told of one."""
+"""What a reverse proxy says of the request it passes on: believed only when the server was told of one."""
 
 from starlette.types import Scope
 

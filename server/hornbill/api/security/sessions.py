@@ -1,4 +1,4 @@
-"""Owns what a login leaves behind: sessions of browsers, tickets for sockets, and how often a guess may fail.
+"""What a login leaves behind: sessions of browsers, tickets for sockets, and how often a guess may fail.
 
 All of it is in memory and by digest: it ends with the process. Time is an argument.
 """

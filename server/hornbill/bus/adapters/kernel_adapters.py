@@ -1,4 +1,4 @@
-"""Owns the list of adapters Linux drives: its CAN interfaces, and CAN adapters on USB that no driver has taken."""
+"""The list of adapters Linux drives: its CAN interfaces, and CAN adapters on USB that no driver has taken."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Owns what is particular to Linux SocketCAN: which interfaces there are, whether one can be used."""
+"""What is particular to Linux SocketCAN: which interfaces there are, whether one can be used."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Owns the choice of a virtual CAN interface of the kernel, for simulated servos that other programs are to see."""
+"""The choice of a virtual CAN interface of the kernel, for simulated servos that other programs are to see."""
 
 import socket
 from typing import Final

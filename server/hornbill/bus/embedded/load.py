@@ -1,4 +1,4 @@
-"""Owns LoadMeter: how much of the last second a bus was busy."""
+"""How much of the last second a bus was busy."""
 
 from collections import deque
 

@@ -1,4 +1,4 @@
-"""Owns Medium: what happens on the wire of an embedded bus, played up to a given instant."""
+"""What happens on the wire of an embedded bus, played up to a given instant."""
 
 from collections import deque
 from collections.abc import Sequence

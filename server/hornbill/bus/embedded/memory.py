@@ -1,4 +1,4 @@
-"""Owns MemoryBus: a CAN bus inside one process, its medium driven by the event loop's clock."""
+"""A CAN bus inside one process, its medium driven by the event loop's clock."""
 
 import asyncio
 from collections import deque

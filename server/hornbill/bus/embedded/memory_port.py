@@ -1,4 +1,4 @@
-"""Owns MemoryPort: one node's CAN controller on the embedded bus."""
+"""One node's CAN controller on the embedded bus."""
 
 from collections.abc import Sequence
 from typing import Protocol

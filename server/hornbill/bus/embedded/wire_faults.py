@@ -1,4 +1,4 @@
-"""Owns WireFaults: what goes wrong on an embedded bus on request, with the same draws for the same seed."""
+"""What goes wrong on an embedded bus on request, with the same draws for the same seed."""
 
 from random import Random
 from typing import Generic, NamedTuple, TypeVar

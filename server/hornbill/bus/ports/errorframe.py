@@ -1,4 +1,4 @@
-"""Owns ErrorFrame: what an adapter says went wrong, coded as in linux/can/error.h.
+"""What an adapter says went wrong, coded as in linux/can/error.h.
 
 SocketCAN and candleLight (gs_usb) code it so themselves; what slcan adapters tell is put into this code.
 """

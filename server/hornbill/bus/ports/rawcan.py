@@ -1,4 +1,4 @@
-"""Owns RawLink: a SocketCAN socket without python-can in between, at a third of the time a frame.
+"""A SocketCAN socket without python-can in between, at a third of the time a frame.
 
 It also tells what python-can does not: frames the kernel dropped because we were too slow, and CAN FD frames.
 """

@@ -1,4 +1,4 @@
-"""Owns `hornbill apply` and `hornbill export`: a bench as a file, to keep beside the tests it is for."""
+"""`hornbill apply` and `hornbill export`: a bench as a file, to keep beside the tests it is for."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""Owns the bench file: which servos a bench has and what they shall hold, with the line of everything it says."""
+"""The bench file: which servos a bench has and what they shall hold, with the line of everything it says."""
 
 import difflib
 import json

@@ -1,4 +1,4 @@
-"""Owns what a bench file comes to: what differs on each servo, and bringing it there once all of it is known to go."""
+"""What a bench file comes to: what differs on each servo, and bringing it there once all of it is known to go."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

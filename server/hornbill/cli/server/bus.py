@@ -1,4 +1,4 @@
-"""Owns `hornbill bus` and `hornbill ids`: the server's adapter, who is heard, node ids; and leases and health."""
+"""`hornbill bus` and `hornbill ids`: the server's adapter, who is heard, node ids; and leases and health."""
 
 from typing import TYPE_CHECKING, Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""Owns `hornbill jobs`: what takes time, waiting for it, and its results as a file."""
+"""`hornbill jobs`: what takes time, waiting for it, and its results as a file."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""Owns the commands about what the server keeps: inventory, audit, and bundles of the black box."""
+"""The commands about what the server keeps: inventory, audit, and bundles of the black box."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""Owns the commands that start something here, without asking a server: demo, serve, sim, decode, openapi."""
+"""The commands that start something here, without asking a server: demo, serve, sim, decode, openapi."""
 
 import asyncio
 import gc

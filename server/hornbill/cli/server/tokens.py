@@ -1,4 +1,4 @@
-"""Owns `hornbill token`: who may come in, kept in the data folder; a running server notices within seconds."""
+"""`hornbill token`: who may come in, kept in the data folder; a running server notices within seconds."""
 
 from collections.abc import Generator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Owns `hornbill watch`: what happens, as it happens, over the server's socket."""
+"""`hornbill watch`: what happens, as it happens, over the server's socket."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""Owns `hornbill commission`: which servos look new, and giving them ids, labels and values."""
+"""`hornbill commission`: which servos look new, and giving them ids, labels and values."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 

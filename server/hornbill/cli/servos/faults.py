@@ -1,4 +1,4 @@
-"""Owns `hornbill faults`: what bits tell, now and in the past, with advice, and that somebody has seen them."""
+"""`hornbill faults`: what bits tell, now and in the past, with advice, and that somebody has seen them."""
 
 from typing import Annotated
 

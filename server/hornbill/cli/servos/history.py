@@ -1,4 +1,4 @@
-"""Owns the commands about what servos held: snapshots, compare, copy, undo, drift, lost values."""
+"""The commands about what servos held: snapshots, compare, copy, undo, drift, lost values."""
 
 import sys
 from typing import TYPE_CHECKING, Annotated

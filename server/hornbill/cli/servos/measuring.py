@@ -1,4 +1,4 @@
-"""Owns the commands that measure: step and its runs, samples, position-unit."""
+"""The commands that measure: step and its runs, samples, position-unit."""
 
 import sys
 from typing import TYPE_CHECKING, Annotated, Literal

@@ -1,4 +1,4 @@
-"""Owns the commands that move servos, or keep them from it: command and stop."""
+"""The commands that move servos, or keep them from it: command and stop."""
 
 import contextlib
 import sys

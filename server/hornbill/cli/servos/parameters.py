@@ -1,4 +1,4 @@
-"""Owns the commands about what servos hold: list, get, set, save."""
+"""The commands about what servos hold: list, get, set, save."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Owns the command that asks a servo what only hardware can tell: probe."""
+"""The command that asks a servo what only hardware can tell: probe."""
 
 import json
 import sys

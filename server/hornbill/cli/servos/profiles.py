@@ -1,4 +1,4 @@
-"""Owns `hornbill profile`: named sets of values, kept, shown, applied and forgotten."""
+"""`hornbill profile`: named sets of values, kept, shown, applied and forgotten."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Owns the commands that take a servo as a whole: label, identify, torque, restart, factory-reset."""
+"""The commands that take a servo as a whole: label, identify, torque, restart, factory-reset."""
 
 import sys
 from typing import Annotated, Literal

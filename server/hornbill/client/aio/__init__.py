@@ -1,1 +1,1 @@
-"""Owns the client for asyncio; hornbill.client.sync is made from it by `make generate`."""
+"""The client for asyncio; hornbill.client.sync is made from it by `make generate`."""

@@ -1,4 +1,4 @@
-"""Owns AsyncBus: the server's adapter, who is on the bus, node ids, and the log."""
+"""The server's adapter, who is on the bus, node ids, and the log."""
 
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import quote

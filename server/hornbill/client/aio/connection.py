@@ -1,4 +1,4 @@
-"""Owns AsyncConnection: requests to one server, with token, lease and problems as exceptions."""
+"""Requests to one server, with token, lease and problems as exceptions."""
 
 import asyncio
 import os

@@ -1,4 +1,4 @@
-"""Owns AsyncHistory: what a servo held before, where that differs, and bringing it back."""
+"""What a servo held before, where that differs, and bringing it back."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeVar

@@ -1,4 +1,4 @@
-"""Owns AsyncHornbill: the client of one server, and the way to its servos."""
+"""The client of one server, and the way to its servos."""
 
 import asyncio
 import time

@@ -1,4 +1,4 @@
-"""Owns AsyncJobs: what takes time, under way and done, and its report."""
+"""What takes time, under way and done, and its report."""
 
 from typing import TYPE_CHECKING, Literal
 

@@ -1,4 +1,4 @@
-"""Owns AsyncLease: motion control for the length of a block."""
+"""Motion control for the length of a block."""
 
 from types import TracebackType
 from typing import Self

@@ -1,4 +1,4 @@
-"""Owns AsyncRecords: what the server keeps: servos ever met, the audit, measured runs, the black box's bundles."""
+"""What the server keeps: servos ever met, the audit, measured runs, the black box's bundles."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any

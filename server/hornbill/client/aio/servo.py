@@ -1,4 +1,4 @@
-"""Owns AsyncServo: what a program does with one servo."""
+"""What a program does with one servo."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias

@@ -1,4 +1,4 @@
-"""Owns AsyncStream: values for several servos at a steady rate, for the length of a block."""
+"""Values for several servos at a steady rate, for the length of a block."""
 
 from collections.abc import Mapping
 from types import TracebackType

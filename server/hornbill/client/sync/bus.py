@@ -1,4 +1,4 @@
-"""Owns Bus: the server's adapter, who is on the bus, node ids, and the log."""
+"""The server's adapter, who is on the bus, node ids, and the log."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

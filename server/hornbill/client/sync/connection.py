@@ -1,4 +1,4 @@
-"""Owns Connection: requests to one server, with token, lease and problems as exceptions."""
+"""Requests to one server, with token, lease and problems as exceptions."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

@@ -1,4 +1,4 @@
-"""Owns History: what a servo held before, where that differs, and bringing it back."""
+"""What a servo held before, where that differs, and bringing it back."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

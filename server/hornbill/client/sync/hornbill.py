@@ -1,4 +1,4 @@
-"""Owns Hornbill: the client of one server, and the way to its servos."""
+"""The client of one server, and the way to its servos."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

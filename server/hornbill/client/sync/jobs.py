@@ -1,4 +1,4 @@
-"""Owns Jobs: what takes time, under way and done, and its report."""
+"""What takes time, under way and done, and its report."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

@@ -1,4 +1,4 @@
-"""Owns Lease: motion control for the length of a block."""
+"""Motion control for the length of a block."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

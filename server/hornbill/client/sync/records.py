@@ -1,4 +1,4 @@
-"""Owns Records: what the server keeps: servos ever met, the audit, measured runs, the black box's bundles."""
+"""What the server keeps: servos ever met, the audit, measured runs, the black box's bundles."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

@@ -1,4 +1,4 @@
-"""Owns Servo: what a program does with one servo."""
+"""What a program does with one servo."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

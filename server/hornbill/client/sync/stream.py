@@ -1,4 +1,4 @@
-"""Owns Stream: values for several servos at a steady rate, for the length of a block."""
+"""Values for several servos at a steady rate, for the length of a block."""
 
 # Made from hornbill.client.aio by `make generate`: change it there.
 

@@ -1,4 +1,4 @@
-"""Owns Claims: which servo ids and node ids are somebody's: on the bus, in ROM, in the store, or promised just now."""
+"""Which servo ids and node ids are somebody's: on the bus, in ROM, in the store, or promised just now."""
 
 from collections.abc import Callable, Collection, Generator, Mapping
 from contextlib import contextmanager

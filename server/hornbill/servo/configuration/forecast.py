@@ -1,4 +1,4 @@
-"""Owns the forecast of a restart: what it does to the horn, and what speaks against it (sections 4.1, 4.11 to 4.14)."""
+"""The forecast of a restart: what it does to the horn, and what speaks against it (sections 4.1, 4.11 to 4.14)."""
 
 from collections.abc import Mapping
 

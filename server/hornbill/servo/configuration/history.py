@@ -1,4 +1,4 @@
-"""Owns History: taking a snapshot of what a servo holds, before every change and by hand."""
+"""Take a snapshot of what a servo holds, before every change and by hand."""
 
 from collections.abc import Mapping
 from typing import cast

@@ -1,4 +1,4 @@
-"""Owns the rules over several rows: what must hold of a servo, and between servos, once a change is written."""
+"""The rules over several rows: what must hold of a servo, and between servos, once a change is written."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns Writing: the writes of one change, the proof that they hold, and their undoing when anything fails."""
+"""The writes of one change, the proof that they hold, and their undoing when anything fails."""
 
 import asyncio
 from collections.abc import Collection, Iterable, Mapping, Sequence

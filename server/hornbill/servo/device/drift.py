@@ -1,4 +1,4 @@
-"""Owns Drift: ROM that was found to hold something else than we last knew, and did not save ourselves."""
+"""ROM that was found to hold something else than we last knew, and did not save ourselves."""
 
 from collections.abc import Mapping
 

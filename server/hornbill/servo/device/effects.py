@@ -1,4 +1,4 @@
-"""Owns Effects: says at once which rows come into effect or go out of it, whatever the cause."""
+"""Says at once which rows come into effect or go out of it, whatever the cause."""
 
 from collections.abc import Callable, Iterable
 

@@ -1,4 +1,4 @@
-"""Owns Fleet: every servo by unique id, as they arrive, change node ids, restart and go silent."""
+"""Every servo by unique id, as they arrive, change node ids, restart and go silent."""
 
 import asyncio
 import contextlib

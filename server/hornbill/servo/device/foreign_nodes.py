@@ -1,4 +1,4 @@
-"""Owns Strangers: nodes not known as servos: which of them may be one, and when each is asked again."""
+"""Nodes not known as servos: which of them may be one, and when each is asked again."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

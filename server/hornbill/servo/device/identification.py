@@ -1,4 +1,4 @@
-"""Owns identification: the questions that turn a node id into a servo with a model, and RAM into knowledge of ROM."""
+"""Identification: the questions that turn a node id into a servo with a model, and RAM into knowledge of ROM."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""Owns the refusals before motion: which command a servo may be given now, and the raw value that may be sent."""
+"""The refusals before motion: which command a servo may be given now, and the raw value that may be sent."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns Reading: one parameter as people and programs see it: register, row, and whether it has an effect now."""
+"""One parameter as people and programs see it: register, row, and whether it has an effect now."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass

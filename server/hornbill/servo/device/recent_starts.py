@@ -1,4 +1,4 @@
-"""Owns Freshness: which nodes started so lately that nobody can have written to them, so that RAM is what ROM holds."""
+"""Which nodes started so lately that nobody can have written to them, so that RAM is what ROM holds."""
 
 from collections.abc import Callable
 

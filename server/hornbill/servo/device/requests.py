@@ -1,4 +1,4 @@
-"""Owns Asker: the one place that reads, writes and commands a servo, with each operation's own patience."""
+"""The one place that reads, writes and commands a servo, with each operation's own patience."""
 
 from collections import Counter, defaultdict
 from collections.abc import Awaitable, Callable, Coroutine, Mapping

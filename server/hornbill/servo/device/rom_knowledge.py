@@ -1,4 +1,4 @@
-"""Owns Memory: what is kept of a servo beyond this process, and what of it still holds when it is seen again."""
+"""What is kept of a servo beyond this process, and what of it still holds when it is seen again."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""Owns Servo: what the host knows of one servo, and how old that knowledge is. Asks nothing of the bus."""
+"""What the host knows of one servo, and how old that knowledge is. Asks nothing of the bus."""
 
 import asyncio
 import secrets

@@ -1,4 +1,4 @@
-"""Owns TurnCount: noticing that a servo restarted while it stood beyond ±180°, so that its turns are lost (4.1)."""
+"""Notice that a servo restarted while it stood beyond ±180°, so that its turns are lost (4.1)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Owns the doctor's findings on node-id allocation: a second allocator, and nodes that wait for an id in vain."""
+"""The doctor's findings on node-id allocation: a second allocator, and nodes that wait for an id in vain."""
 
 from typing import Final
 

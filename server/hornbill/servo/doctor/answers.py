@@ -1,4 +1,4 @@
-"""Owns the doctor's findings on who answers: nodes that never do, answers lost or late, servos that went."""
+"""The doctor's findings on who answers: nodes that never do, answers lost or late, servos that went."""
 
 from statistics import median
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns CounterHistory: what the adapter and our requests counted within the last minute, a sample a second."""
+"""What the adapter and our requests counted within the last minute, a sample a second."""
 
 from collections import deque
 from itertools import pairwise

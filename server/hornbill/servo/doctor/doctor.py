@@ -1,4 +1,4 @@
-"""Owns Doctor: looks at one connection in a fixed order, and tells causes without their consequences."""
+"""Looks at one connection in a fixed order, and tells causes without their consequences."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final

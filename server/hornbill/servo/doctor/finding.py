@@ -1,4 +1,4 @@
-"""Owns Finding: one thing the doctor looked at, for people: what it is, how it is known, what helps."""
+"""One thing the doctor looked at, for people: what it is, how it is known, what helps."""
 
 from collections.abc import Iterable
 

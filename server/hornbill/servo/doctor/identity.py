@@ -1,4 +1,4 @@
-"""Owns the doctor's findings on who is who: node ids and servo ids that more than one uses."""
+"""The doctor's findings on who is who: node ids and servo ids that more than one uses."""
 
 from itertools import combinations
 from typing import Final

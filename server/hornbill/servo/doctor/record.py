@@ -1,4 +1,4 @@
-"""Owns Record: what the doctor remembers of one connection, kept up to date by hooks and the host's tick."""
+"""What the doctor remembers of one connection, kept up to date by hooks and the host's tick."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

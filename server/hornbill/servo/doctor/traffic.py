@@ -1,4 +1,4 @@
-"""Owns the doctor's findings on what is on the wire: nothing, only errors, nobody to acknowledge, too much."""
+"""The doctor's findings on what is on the wire: nothing, only errors, nobody to acknowledge, too much."""
 
 from typing import Final
 

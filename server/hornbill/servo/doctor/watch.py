@@ -1,4 +1,4 @@
-"""Owns NodeWatch: what one node id said and answered lately, from what passes by anyway."""
+"""What one node id said and answered lately, from what passes by anyway."""
 
 from collections import deque
 from collections.abc import Iterable

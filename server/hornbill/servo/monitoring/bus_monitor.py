@@ -1,4 +1,4 @@
-"""Owns Monitor: what is on the bus, raw and decoded, made once for everybody who watches."""
+"""What is on the bus, raw and decoded, made once for everybody who watches."""
 
 import asyncio
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Owns Faults: what the fault bits of every servo tell, now and in the past, and who has seen it (section 4.12)."""
+"""What the fault bits of every servo tell, now and in the past, and who has seen it (section 4.12)."""
 
 import logging
 from collections.abc import Callable, Collection

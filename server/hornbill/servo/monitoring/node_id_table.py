@@ -1,4 +1,4 @@
-"""Owns Allocating: node ids as people see them: the allocator's mode and events, pins, and who was seen when."""
+"""Node ids as people see them: the allocator's mode and events, pins, and who was seen when."""
 
 import logging
 from collections.abc import Callable, Collection

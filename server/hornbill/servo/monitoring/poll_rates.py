@@ -1,4 +1,4 @@
-"""Owns Wishes: who wants which rows of one servo polled, how often, and until when."""
+"""Who wants which rows of one servo polled, how often, and until when."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Owns Ring: the samples of one channel in order of time, in arrays of 16 bytes a sample that grow in chunks."""
+"""The samples of one channel in order of time, in arrays of 16 bytes a sample that grow in chunks."""
 
 import math
 from collections import deque

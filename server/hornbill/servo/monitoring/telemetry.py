@@ -1,4 +1,4 @@
-"""Owns Telemetry: the last minutes of every channel of every servo, with what is to be known of a sample marked."""
+"""The last minutes of every channel of every servo, with what is to be known of a sample marked."""
 
 from collections import deque
 from collections.abc import Callable, Iterable

@@ -1,4 +1,4 @@
-"""Owns Narrator: the sentence about one transfer, with the names, units and choices of the parameter tables."""
+"""The sentence about one transfer, with the names, units and choices of the parameter tables."""
 
 import math
 import re

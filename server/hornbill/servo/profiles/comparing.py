@@ -1,4 +1,4 @@
-"""Owns Sides and compare: what servos, snapshots, profiles and defaults hold, and where two of them differ."""
+"""What servos, snapshots, profiles and defaults hold, and where two of them differ."""
 
 import math
 import re

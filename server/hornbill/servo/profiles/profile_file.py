@@ -1,4 +1,4 @@
-"""Owns the files of profiles: readable TOML and JSON, and a verdict on every line of one somebody has edited."""
+"""The files of profiles: readable TOML and JSON, and a verdict on every line of one somebody has edited."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Owns Profiles: named sets of values, checked before they are kept, and what of one a given servo can take."""
+"""Named sets of values, checked before they are kept, and what of one a given servo can take."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

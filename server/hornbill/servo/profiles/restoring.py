@@ -1,4 +1,4 @@
-"""Owns Restoring: bringing a servo to what a snapshot, another servo, a profile or the defaults hold."""
+"""Bring a servo to what a snapshot, another servo, a profile or the defaults hold."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace

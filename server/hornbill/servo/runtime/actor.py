@@ -1,4 +1,4 @@
-"""Owns who acts in what is being done now: the name of the token a request came with, for audit and leases."""
+"""Who acts in what is being done now: the name of the token a request came with, for audit and leases."""
 
 from contextvars import ContextVar
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns Audit: the servo layer's way into the audit, which never stands in the way of what is being done."""
+"""The servo layer's way into the audit, which never stands in the way of what is being done."""
 
 import asyncio
 import logging

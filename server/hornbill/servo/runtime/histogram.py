@@ -1,4 +1,4 @@
-"""Owns Spread and Counts: what the servo layer counts for as long as the process lives, for whoever watches it."""
+"""What the servo layer counts for as long as the process lives, for whoever watches it."""
 
 from bisect import bisect_left
 from collections import Counter

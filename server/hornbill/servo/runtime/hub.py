@@ -1,4 +1,4 @@
-"""Owns Hub: how the servo layer tells whoever listens that something changed."""
+"""How the servo layer tells whoever listens that something changed."""
 
 import logging
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Owns Job and Jobs: things that take time, with visible steps, evidence and one ending, kept beyond the process."""
+"""Things that take time, with visible steps, evidence and one ending, kept beyond the process."""
 
 import asyncio
 import logging

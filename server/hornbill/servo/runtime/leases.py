@@ -1,4 +1,4 @@
-"""Owns Leases: one writer at a time, for as long as it keeps saying that it is there."""
+"""One writer at a time, for as long as it keeps saying that it is there."""
 
 import math
 import secrets

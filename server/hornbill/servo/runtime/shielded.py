@@ -1,4 +1,4 @@
-"""Owns unbroken: work that comes to its end although whoever waits for it is cancelled."""
+"""Work that comes to its end although whoever waits for it is cancelled."""
 
 import asyncio
 from collections.abc import Coroutine

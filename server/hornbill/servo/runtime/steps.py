@@ -1,4 +1,4 @@
-"""Owns Step: one step of a job; and the document in which the store keeps what a job did and how it ended."""
+"""One step of a job; and the document in which the store keeps what a job did and how it ended."""
 
 import json
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Owns Bench: simulated servos at work on an event loop, each with a port of its own."""
+"""Simulated servos at work on an event loop, each with a port of its own."""
 
 import asyncio
 import logging

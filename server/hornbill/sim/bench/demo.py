@@ -1,4 +1,4 @@
-"""Owns the servos of the demo: a bench with a bit of everything, the same ones for the same seed."""
+"""The servos of the demo: a bench with a bit of everything, the same ones for the same seed."""
 
 from dataclasses import replace
 from random import Random

@@ -1,4 +1,4 @@
-"""Owns Recipe: what is particular about one simulated servo, before there is one."""
+"""What is particular about one simulated servo, before there is one."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

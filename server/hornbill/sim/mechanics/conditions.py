@@ -1,4 +1,4 @@
-"""Owns Conditions: what a bench does to a servo, from a warm chamber to a cable that loses answers."""
+"""What a bench does to a servo, from a warm chamber to a cable that loses answers."""
 
 from dataclasses import dataclass, field
 from typing import Final

@@ -1,4 +1,4 @@
-"""Owns HornMotion: the horn in time, under a controller, friction and a load; a fixed-step integration."""
+"""The horn in time, under a controller, friction and a load; a fixed-step integration."""
 
 from enum import IntEnum
 from math import exp

@@ -1,4 +1,4 @@
-"""Owns Plant: the numbers of the simulated motor, gear and horn. No document gives them; they are made plausible."""
+"""The numbers of the simulated motor, gear and horn. No document gives them; they are made plausible."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -1,4 +1,4 @@
-/** Owns the English sentences of the API page; loaded with it. */
+/** The English sentences of the API page; loaded with it. */
 
 export const words = {
   title: "API",

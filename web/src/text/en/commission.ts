@@ -1,4 +1,4 @@
-/** Owns the English sentences of the Commission page; loaded with it. */
+/** The English sentences of the Commission page; loaded with it. */
 
 const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;
 

@@ -1,4 +1,4 @@
-/** Owns the English sentences of what is fetched with the Parameters page: help, confirmation, undo. */
+/** The English sentences of what is fetched with the Parameters page: help, confirmation, undo. */
 
 const values = (n: number) => `${n} ${n === 1 ? "value" : "values"}`;
 

@@ -1,4 +1,4 @@
-/** Owns the English sentences of the Faults page; loaded with it. */
+/** The English sentences of the Faults page; loaded with it. */
 
 const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : many}`;
 

@@ -1,4 +1,4 @@
-/** Owns the English sentences of the frame: rail, top bar, Stop, bands, events, keys. */
+/** The English sentences of the frame: rail, top bar, Stop, bands, events, keys. */
 
 const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : many}`;
 

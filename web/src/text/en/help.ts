@@ -1,4 +1,4 @@
-/** Owns the shape of what explains the server's rows; in English the server's own tables do. */
+/** The shape of what explains the server's rows; in English the server's own tables do. */
 
 type Sentences = Readonly<Record<string, string>>;
 

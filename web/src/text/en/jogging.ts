@@ -1,4 +1,4 @@
-/** Owns the English sentences of the jog pad beyond an angle: hold to run, groups, sweeps. */
+/** The English sentences of the jog pad beyond an angle: hold to run, groups, sweeps. */
 
 const round = (n: number) => (n === 1 ? "once" : `${n} times`);
 

@@ -1,4 +1,4 @@
-/** Owns the English list of keys; loaded with it. */
+/** The English list of keys; loaded with it. */
 
 /** A key, or two pressed one after the other, and what it does. */
 type Line = readonly [key: string, what: string];

@@ -1,4 +1,4 @@
-/** Owns the English sentences of the live panel and the Motion page. */
+/** The English sentences of the live panel and the Motion page. */
 
 const seconds = (n: unknown) => Math.max(1, Math.ceil(Number(n)));
 

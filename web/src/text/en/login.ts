@@ -1,4 +1,4 @@
-/** Owns the English sentences of signing in and out; loaded with them. */
+/** The English sentences of signing in and out; loaded with them. */
 
 export const words = {
   title: "Sign in to hornbill",

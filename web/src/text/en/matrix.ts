@@ -1,4 +1,4 @@
-/** Owns the English sentences of the matrix, many servos side by side, and of choosing a profile for several. */
+/** The English sentences of the matrix, many servos side by side, and of choosing a profile for several. */
 
 const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;
 const rows = (n: number) => `${n} ${n === 1 ? "row" : "rows"}`;

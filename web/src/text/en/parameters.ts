@@ -1,4 +1,4 @@
-/** Owns the English sentences of the Parameters page: rows, save bar, dialogs. */
+/** The English sentences of the Parameters page: rows, save bar, dialogs. */
 
 const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : many}`;
 

@@ -1,4 +1,4 @@
-/** Owns the English sentences of plots: header, channels, cursors, marks, files. */
+/** The English sentences of plots: header, channels, cursors, marks, files. */
 
 export const words = {
   angle: "Angle",

@@ -1,4 +1,4 @@
-/** Owns the English sentences of the recorder and its bundles; loaded with Records. */
+/** The English sentences of the recorder and its bundles; loaded with Records. */
 
 const S = "\u202f";
 

@@ -1,4 +1,4 @@
-/** Owns the English sentences of the Records page and of what somebody else changed; loaded with them. */
+/** The English sentences of the Records page and of what somebody else changed; loaded with them. */
 import type { Facts } from "../../form/facts";
 
 const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;

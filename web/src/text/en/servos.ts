@@ -1,4 +1,4 @@
-/** Owns the English sentences of the Servos page and of what a servo does. */
+/** The English sentences of the Servos page and of what a servo does. */
 
 export const servos = {
   title: "Servos",

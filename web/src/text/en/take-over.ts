@@ -1,4 +1,4 @@
-/** Owns the English sentences of getting motion control from somebody else; loaded with them. */
+/** The English sentences of getting motion control from somebody else; loaded with them. */
 
 const seconds = (left: number) => `${Math.max(0, Math.ceil(left))}\u202fs`;
 

@@ -1,4 +1,4 @@
-/** Owns the English sentences of parts of the page that are fetched when first shown: a name for each topic. */
+/** The English sentences of parts of the page that are fetched when first shown: a name for each topic. */
 import { words as api } from "./api";
 import { words as bus } from "./bus";
 import { words as commission } from "./commission";

@@ -1,4 +1,4 @@
-/** Owns the English sentences of the Tune page; loaded with it. */
+/** The English sentences of the Tune page; loaded with it. */
 
 const S = "\u202f";
 const seconds = (s: string) => `${s}${S}s`;

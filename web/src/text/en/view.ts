@@ -1,4 +1,4 @@
-/** Owns the English sentences of the 3D view, and the wall of horns; loaded with them. */
+/** The English sentences of the 3D view, and the wall of horns; loaded with them. */
 
 export const view = {
   frame: "3D view",

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the Bus page and of Connect; loaded with them. */
+/** The Japanese sentences of the Bus page and of Connect; loaded with them. */
 import type { Topics } from "../language";
 
 export const words = {

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of what is fetched with the Parameters page: help, confirmation, undo. */
+/** The Japanese sentences of what is fetched with the Parameters page: help, confirmation, undo. */
 import type { Topics } from "../language";
 
 const LOAD = "出力がオフのサーボは何も保持せず、負荷が落ちることがあります。";

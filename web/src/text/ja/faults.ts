@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the Faults page; loaded with it. */
+/** The Japanese sentences of the Faults page; loaded with it. */
 import type { Topics } from "../language";
 
 export const words = {

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the frame: rail, top bar, Stop, bands, events. */
+/** The Japanese sentences of the frame: rail, top bar, Stop, bands, events. */
 import type { Text } from "../language";
 
 export const frame = {

@@ -1,4 +1,4 @@
-/** Owns the Japanese help for what the server's tables explain in English: parameters, groups, the maker's advice. */
+/** The Japanese help for what the server's tables explain in English: parameters, groups, the maker's advice. */
 import type { Topics } from "../language";
 
 const SPEED_LOOP =

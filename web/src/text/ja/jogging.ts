@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the jog pad beyond an angle: hold to run, groups, sweeps. */
+/** The Japanese sentences of the jog pad beyond an angle: hold to run, groups, sweeps. */
 import type { Topics } from "../language";
 
 export const words = {

@@ -1,4 +1,4 @@
-/** Owns the Japanese list of keys; loaded with it. */
+/** The Japanese list of keys; loaded with it. */
 import type { Topics } from "../language";
 
 export const words = {

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the live panel and the Motion page. */
+/** The Japanese sentences of the live panel and the Motion page. */
 import type { Text } from "../language";
 
 const seconds = (n: unknown) => Math.max(1, Math.ceil(Number(n)));

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of signing in and out; loaded with them. */
+/** The Japanese sentences of signing in and out; loaded with them. */
 import type { Topics } from "../language";
 
 export const words = {

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the matrix, many servos side by side, and of choosing a profile for several. */
+/** The Japanese sentences of the matrix, many servos side by side, and of choosing a profile for several. */
 import type { Topics } from "../language";
 
 const servos = (n: number) => `${n}台`;

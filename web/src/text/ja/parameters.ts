@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the Parameters page: rows, save bar, dialogs. */
+/** The Japanese sentences of the Parameters page: rows, save bar, dialogs. */
 import type { Text } from "../language";
 
 export const parameters = {

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of plots: header, channels, cursors, marks, files. */
+/** The Japanese sentences of plots: header, channels, cursors, marks, files. */
 import type { Topics } from "../language";
 
 export const words = {

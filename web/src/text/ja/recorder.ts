@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the recorder and its bundles; loaded with Records. */
+/** The Japanese sentences of the recorder and its bundles; loaded with Records. */
 import type { Topics } from "../language";
 
 const S = "\u202f";

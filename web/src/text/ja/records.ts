@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the Records page and of what somebody else changed; loaded with them. */
+/** The Japanese sentences of the Records page and of what somebody else changed; loaded with them. */
 import type { Topics } from "../language";
 
 const rows = (n: number) => `${n}項目`;

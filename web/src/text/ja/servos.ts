@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the Servos page and of what a servo does. */
+/** The Japanese sentences of the Servos page and of what a servo does. */
 import type { Text } from "../language";
 
 export const servos = {

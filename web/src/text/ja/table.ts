@@ -1,4 +1,4 @@
-/** Owns the Japanese names of what the server's tables name in English: parameters, groups, choices, faults. */
+/** The Japanese names of what the server's tables name in English: parameters, groups, choices, faults. */
 import type { Text } from "../language";
 import { why } from "./why";
 

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of getting motion control from somebody else; loaded with them. */
+/** The Japanese sentences of getting motion control from somebody else; loaded with them. */
 import type { Topics } from "../language";
 
 const seconds = (left: number) => `${Math.max(0, Math.ceil(left))}\u202fs`;

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of parts of the page that are fetched when first shown. */
+/** The Japanese sentences of parts of the page that are fetched when first shown. */
 import type { Topics } from "../language";
 import { words as api } from "./api";
 import { words as bus } from "./bus";

@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the Tune page; loaded with it. */
+/** The Japanese sentences of the Tune page; loaded with it. */
 import type { Topics } from "../language";
 
 const S = "\u202f";

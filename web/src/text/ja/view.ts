@@ -1,4 +1,4 @@
-/** Owns the Japanese sentences of the 3D view, and the wall of horns; loaded with them. */
+/** The Japanese sentences of the 3D view, and the wall of horns; loaded with them. */
 import type { Topics } from "../language";
 
 export const view = {

@@ -1,4 +1,4 @@
-/** Owns why a row has no effect now, in Japanese, by the code of the reason. tests/contract holds it complete. */
+/** Why a row has no effect now, in Japanese, by the code of the reason. tests/contract holds it complete. */
 
 const OUT = "出力はオフです。範囲に戻ると自動で復帰しますが、直前の指令は失われます。";
 const ANGLE_ONLY = "角度保持中にだけ働きます。";

@@ -1,4 +1,4 @@
-"""Owns the routes of the log of the bus, and of the logs written before."""
+"""Routes of the log of the bus, and of the logs written before."""
 
 import asyncio
 from collections.abc import AsyncIterator

@@ -1,4 +1,4 @@
-"""Owns the routes of nodes and node ids: who is on the bus, the allocation table, and the allocator's mode."""
+"""Routes of nodes and node ids: who is on the bus, the allocation table, and the allocator's mode."""
 
 from typing import Final, Literal
 

@@ -1,4 +1,4 @@
-"""Owns the routes of commissioning: which servos look new, and the job that gives them names, ids and values."""
+"""Routes of commissioning: which servos look new, and the job that gives them names, ids and values."""
 
 from pydantic import Field
 from starlette.responses import Response

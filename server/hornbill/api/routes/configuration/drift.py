@@ -1,4 +1,4 @@
-"""Owns the routes of drift: what ROM holds otherwise than we last knew, putting it back, and accepting it."""
+"""Routes of drift: what ROM holds otherwise than we last knew, putting it back, and accepting it."""
 
 from pydantic import Field
 

@@ -1,4 +1,4 @@
-"""Owns the routes of the matrix: parameters × servos, read and changed as one."""
+"""Routes of the matrix: parameters × servos, read and changed as one."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""Owns the parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
+"""Parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
 
 from collections.abc import Collection
 from typing import Annotated, Any, Literal

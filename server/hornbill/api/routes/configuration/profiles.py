@@ -1,4 +1,4 @@
-"""Owns the routes of profiles: kept, changed, exported, imported, and applied to servos by one job."""
+"""Routes of profiles: kept, changed, exported, imported, and applied to servos by one job."""
 
 import re
 from dataclasses import asdict

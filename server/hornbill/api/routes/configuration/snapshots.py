@@ -1,4 +1,4 @@
-"""Owns the routes of history: snapshots, comparisons, and bringing a servo to what a side holds."""
+"""Routes of history: snapshots, comparisons, and bringing a servo to what a side holds."""
 
 from typing import Annotated, Literal, cast
 

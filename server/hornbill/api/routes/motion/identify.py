@@ -1,4 +1,4 @@
-"""Owns the route that lets a horn wiggle, to show which servo it is."""
+"""The route that lets a horn wiggle, to show which servo it is."""
 
 from starlette.responses import Response
 

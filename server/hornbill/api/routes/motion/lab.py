@@ -1,4 +1,4 @@
-"""Owns the routes of measured motion: step tests, and the runs that are kept of them."""
+"""Routes of measured motion: step tests, and the runs that are kept of them."""
 
 from collections.abc import Iterator
 from typing import Annotated

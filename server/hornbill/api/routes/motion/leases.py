@@ -1,4 +1,4 @@
-"""Owns the routes of motion control: take it, renew it, give it back, ask for it, refuse that."""
+"""Routes of motion control: take it, renew it, give it back, ask for it, refuse that."""
 
 from pydantic import Field
 

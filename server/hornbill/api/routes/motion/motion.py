@@ -1,4 +1,4 @@
-"""Owns the routes that move servos: command, burst and torque, and what there is to say before a command."""
+"""The routes that move servos: command, burst and torque, and what there is to say before a command."""
 
 import asyncio
 from typing import Annotated, Literal

@@ -1,4 +1,4 @@
-"""Owns the routes of streams: setpoints for many servos at a steady rate."""
+"""Routes of streams: setpoints for many servos at a steady rate."""
 
 from typing import Annotated, Literal
 

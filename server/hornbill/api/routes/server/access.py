@@ -1,4 +1,4 @@
-"""Owns the routes of access: log in and out, who am I, a ticket for a socket, and tokens for an admin."""
+"""Routes of access: log in and out, who am I, a ticket for a socket, and tokens for an admin."""
 
 import logging
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Owns the routes of the audit: who did what, newest first, as JSON and as a file for a spreadsheet."""
+"""Routes of the audit: who did what, newest first, as JSON and as a file for a spreadsheet."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""Owns the routes of jobs (list, one, cancel, resume), and how a route that starts one answers."""
+"""Routes of jobs (list, one, cancel, resume), and how a route that starts one answers."""
 
 from typing import Annotated, Any, Literal
 

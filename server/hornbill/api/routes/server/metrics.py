@@ -1,4 +1,4 @@
-"""Owns GET /metrics: what a rig is watched by, in the text format of Prometheus. The table of metrics is `TABLE`."""
+"""GET /metrics: what a rig is watched by, in the text format of Prometheus. The table of metrics is `TABLE`."""
 
 import asyncio
 import platform

@@ -1,4 +1,4 @@
-"""Owns the routes of the recorder: the last ten minutes, and the bundles written of them."""
+"""Routes of the recorder: the last ten minutes, and the bundles written of them."""
 
 import asyncio
 from functools import lru_cache

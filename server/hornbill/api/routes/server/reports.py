@@ -1,4 +1,4 @@
-"""Owns the route of reports: what a job did, servo by servo, as a file or as a page to print."""
+"""Route of reports: what a job did, servo by servo, as a file or as a page to print."""
 
 from typing import Annotated, Literal
 

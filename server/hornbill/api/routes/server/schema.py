@@ -1,4 +1,4 @@
-"""Owns GET /schema: the whole catalogue, for forms and programs."""
+"""GET /schema: the whole catalogue, for forms and programs."""
 
 from fastapi import Request
 from fastapi.responses import JSONResponse

@@ -1,4 +1,4 @@
-"""Owns the routes of the simulator: what a bench could do to a real servo, done to a simulated one."""
+"""Routes of the simulator: what a bench could do to a real servo, done to a simulated one."""
 
 from dataclasses import asdict, replace
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints

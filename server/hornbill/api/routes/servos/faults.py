@@ -1,4 +1,4 @@
-"""Owns the routes of faults: what a servo's bits tell, now and in the past, and that somebody has seen it."""
+"""Routes of faults: what a servo's bits tell, now and in the past, and that somebody has seen it."""
 
 from typing import Annotated
 

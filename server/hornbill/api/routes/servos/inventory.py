@@ -1,4 +1,4 @@
-"""Owns the routes of the inventory: every servo ever met, on the bus or not, its last configuration, and forgetting."""
+"""Routes of the inventory: every servo ever met, on the bus or not, its last configuration, and forgetting."""
 
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime

@@ -1,4 +1,4 @@
-"""Owns the routes of the position unit: what a position on the bus means on one servo, and saying so by hand."""
+"""Routes of the position unit: what a position on the bus means on one servo, and saying so by hand."""
 
 from pydantic import Field
 

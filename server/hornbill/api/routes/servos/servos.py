@@ -1,4 +1,4 @@
-"""Owns the routes of servos themselves: list, one, nickname and save."""
+"""Routes of servos themselves: list, one, nickname and save."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Owns the routes of telemetry: what is polled of a servo and for whom, and its samples as a file."""
+"""Routes of telemetry: what is polled of a servo and for whom, and its samples as a file."""
 
 import re
 from typing import Annotated, Final, Literal
