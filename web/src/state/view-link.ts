@@ -82,7 +82,8 @@ export class ViewLink {
     const old = this.#socket;
     this.#socket = null;
     // Closed while it connects, a socket is an error in the browser's console: it opens first.
-    if (old?.readyState === WebSocket.CONNECTING) old.onopen = () => old.close();
-    else old?.close();
+    if (old === null) return;
+    if (old.readyState === WebSocket.CONNECTING) old.onopen = () => old.close();
+    else old.close();
   }
 }

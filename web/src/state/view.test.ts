@@ -25,6 +25,7 @@ describe("the draw rate", () => {
 
 class FakeSocket {
   static all: FakeSocket[] = [];
+  static readonly CONNECTING = 0;
   static readonly OPEN = 1;
   readyState = 0;
   sent: string[] = [];
@@ -72,6 +73,18 @@ describe("the socket beside a frame", () => {
     socket?.onmessage?.({ data: JSON.stringify({ picked: "b" }) });
     expect(picked).toEqual(["b"]);
     link.close();
+  });
+
+  it("is closed once it is open when it is left while it connects: the console would tell an error", () => {
+    vi.stubGlobal("WebSocket", FakeSocket);
+    const link = new ViewLink("k".repeat(32), () => undefined);
+    link.open();
+    link.close();
+    const socket = FakeSocket.all[0];
+    expect(socket?.readyState).toBe(0);
+    socket?.open();
+    expect(socket?.readyState).toBe(3);
+    expect(socket?.sent).toEqual([]);
   });
 
   it("comes back by itself and says the wish anew, until it is closed", () => {
