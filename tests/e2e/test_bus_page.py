@@ -176,7 +176,7 @@ def test_two_thousand_frames_a_second_make_no_more_elements_and_keep_the_page_dr
 
 def test_every_node_is_listed_servo_or_not(page: Page, demo: Demo) -> None:
     open_bus(page, demo, "nodes")
-    nodes = [one for one in demo.api.get("/nodes").json() if one["node_id"] != 0]
+    nodes = [one for one in demo.api.get("/nodes").json() if one["node_id"] != 0 and one["online"]]
     servos = {one["node_id"]: one for one in demo.api.get("/servos").json()}
     for one in nodes:
         row = page.get_by_test_id(f"node-{one['node_id']}")
