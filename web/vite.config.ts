@@ -34,6 +34,15 @@ export default defineConfig({
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     chunkSizeWarningLimit: 300,
+    rollupOptions: {
+      output: {
+        // A page's script has the name of its folder; every page is called page.tsx.
+        chunkFileNames: ({ name, facadeModuleId }) => {
+          const folder = /\/(\w+)\/page\.tsx$/.exec(facadeModuleId ?? "")?.[1];
+          return `assets/${folder ?? name}-[hash].js`;
+        },
+      },
+    },
   },
   server: {
     host: "127.0.0.1",

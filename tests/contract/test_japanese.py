@@ -15,7 +15,7 @@ from hornbill.servo.configuration.restarting import RESTART_STEPS
 from hornbill.servo.configuration.saving import SAVE_STEPS
 from hornbill.servo.device.reading import CIRCUMSTANCES
 
-WORDS = Path(__file__).parents[2] / "web/src/text"
+WORDS = Path(__file__).parents[2] / "web/src"
 
 STEPS = {
     "save": job.SaveStep,
@@ -33,12 +33,12 @@ def test_each_reason_has_its_sentence_and_no_sentence_is_left_over() -> None:
     codes = {one.reason.code for one in CIRCUMSTANCES} | {"not_saved"}
     for rule in Catalog.load().effects:
         codes |= {rule.code, f"{rule.code}_absent"} if rule.why_absent else {rule.code}
-    assert worded("ja/why.ts", 2) == codes
+    assert worded("text/ja/why.ts", 2) == codes
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
 def test_each_step_of_each_kind_of_job_has_a_name(language: str) -> None:
-    text = (WORDS / language / "steps.ts").read_text(encoding="utf-8")
+    text = (WORDS / f"change/steps.{language}.ts").read_text(encoding="utf-8")
     shared = set(re.findall(r"^  (\w+):", text.split("const saving = {")[1].split("\n};")[0], re.MULTILINE))
     for kind, codes in STEPS.items():
         found = re.search(rf"^ +{kind}: {{(.*?)}},$", text, re.MULTILINE | re.DOTALL)
@@ -48,7 +48,7 @@ def test_each_step_of_each_kind_of_job_has_a_name(language: str) -> None:
 
 
 def test_each_evidence_of_a_step_has_a_wording() -> None:
-    assert worded("ja/steps.ts", 4, "evidence") == set(get_args(job.EvidenceCode))
+    assert worded("change/steps.ja.ts", 4, "evidence") == set(get_args(job.EvidenceCode))
 
 
 def test_steps_of_jobs_have_the_codes_of_their_kind() -> None:
@@ -58,37 +58,37 @@ def test_steps_of_jobs_have_the_codes_of_their_kind() -> None:
 
 def test_each_finding_has_title_evidence_and_remedy() -> None:
     checks, codes = set(get_args(bus.Check)), set(get_args(bus.FindingCode))
-    assert worded("ja/findings.ts", 4, "well") == checks
-    assert worded("ja/findings.ts", 4, "wrong") == codes - {"adapter"}
-    assert worded("ja/findings.ts", 4, "remedy") == set(get_args(bus.Advice))
-    assert worded("ja/findings.ts", 6, "well") == checks
-    assert worded("ja/findings.ts", 6, "wrong") == codes - {"adapter"}
+    assert worded("bus/findings.ja.ts", 4, "well") == checks
+    assert worded("bus/findings.ja.ts", 4, "wrong") == codes - {"adapter"}
+    assert worded("bus/findings.ja.ts", 4, "remedy") == set(get_args(bus.Advice))
+    assert worded("bus/findings.ja.ts", 6, "well") == checks
+    assert worded("bus/findings.ja.ts", 6, "wrong") == codes - {"adapter"}
 
 
 @pytest.mark.parametrize("language", ["en", "ja"])
 def test_each_reason_of_a_snapshot_has_a_wording(language: str) -> None:
-    assert worded(f"{language}/records.ts", 4, "reasons") == set(get_args(change.ReasonCode))
+    assert worded(f"records/text.{language}.ts", 4, "reasons") == set(get_args(change.ReasonCode))
 
 
 def test_each_caution_before_a_command_has_a_sentence() -> None:
-    assert worded("ja/cautions.ts", 2) == set(get_args(motion.CautionCode))
+    assert worded("text/ja/cautions.ts", 2) == set(get_args(motion.CautionCode))
 
 
 def test_each_event_and_each_mark_of_a_bundle_has_a_sentence() -> None:
-    assert worded("ja/events.ts", 2, "happened", export=True) == set(get_args(event.EventCode))
-    assert worded("ja/events.ts", 2, "marks", export=True) == set(get_args(recording.Reason)) - {"by_hand"}
-    assert worded("ja/events.ts", 2, "refusals", export=True) == set(get_args(bus.RefusalCode))
-    assert worded("ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
+    assert worded("text/ja/events.ts", 2, "happened", export=True) == set(get_args(event.EventCode))
+    assert worded("text/ja/events.ts", 2, "marks", export=True) == set(get_args(recording.Reason)) - {"by_hand"}
+    assert worded("text/ja/events.ts", 2, "refusals", export=True) == set(get_args(bus.RefusalCode))
+    assert worded("text/ja/events.ts", 2, "UNSTORED", export=True) == set(get_args(event.Unstored)) - {"servo"}
 
 
 def test_each_note_beside_a_value_has_a_sentence() -> None:
-    assert worded("ja/notes.ts", 2, "notes", export=True) == set(get_args(note.NoteCode))
+    assert worded("text/ja/notes.ts", 2, "notes", export=True) == set(get_args(note.NoteCode))
 
 
 def test_each_problem_has_a_sentence_and_each_of_its_causes() -> None:
     by_the_page = {"no_link", "unexpected"}
-    assert worded("ja/problems.ts", 2, "codes", export=True) == set(STATUS) | by_the_page
-    assert worded("ja/problems.ts", 2, "causes", export=True) == set(get_args(Cause))
+    assert worded("text/ja/problems.ts", 2, "codes", export=True) == set(STATUS) | by_the_page
+    assert worded("text/ja/problems.ts", 2, "causes", export=True) == set(get_args(Cause))
 
 
 def worded(path: str, indent: int, part: str | None = None, *, export: bool = False) -> set[str]:

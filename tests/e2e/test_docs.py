@@ -201,7 +201,7 @@ def test_somebody_finds_a_page_reads_it_dark_and_axe_finds_nothing(page: Page, d
 
 
 GUIDES = re.findall(
-    r'^  (\w+): "([\w/-]*)",$', (ROOT / "web" / "src" / "ui" / "guide.tsx").read_text("utf-8"), re.MULTILINE
+    r'^  (\w+): "([\w/-]*)",$', (ROOT / "web" / "src" / "kit" / "guide.tsx").read_text("utf-8"), re.MULTILINE
 )
 
 

@@ -2,17 +2,17 @@
 import { startLanguage } from "./text/language";
 import "./style/tokens.css";
 import "./style/base.css";
-import "./style/frame.css";
-import "./style/bar.css";
-import "./style/bands.css";
-import "./style/servos.css";
-import "./style/parameters.css";
-import "./style/rows.css";
-import "./style/controls.css";
-import "./style/save-bar.css";
-import "./style/side.css";
-import "./style/motion.css";
-import "./style/dialog.css";
+import "./frame/frame.css";
+import "./frame/bar.css";
+import "./frame/bands.css";
+import "./servos/servos.css";
+import "./parameters/parameters.css";
+import "./change/rows.css";
+import "./kit/controls.css";
+import "./change/save-bar.css";
+import "./servo/side.css";
+import "./motion/motion.css";
+import "./kit/dialog.css";
 import "./style/narrow.css";
 import "./style/japanese.css";
 

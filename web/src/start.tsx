@@ -1,20 +1,20 @@
 /** The start of the page, once its language is there: mounts it, and starts what lives as long as it does. */
 import { effect } from "@preact/signals";
 import { render } from "preact";
-import { App } from "./app";
-import { startBusHistory } from "./state/bus-now";
-import { startClock } from "./state/clock";
-import { startDoctor } from "./state/doctor";
-import { hasDrafts } from "./state/draft-store";
-import { listen } from "./state/keys";
-import { connection, startLink } from "./state/link";
-import { startMotion } from "./state/motion";
-import { askBeforeLeaving } from "./state/reload";
-import { startRoute } from "./state/route";
-import { startSession } from "./state/session";
-import { pressStop } from "./state/stop";
-import { startTheme } from "./state/theme";
-import { fetchAll, watchStyles } from "./ui/lazy";
+import { startBusHistory } from "./bench/bus-now";
+import { startClock } from "./bench/clock";
+import { startDoctor } from "./bench/doctor";
+import { hasDrafts } from "./bench/draft-store";
+import { listen } from "./bench/keys";
+import { connection, startLink } from "./bench/link";
+import { startMotion } from "./bench/motion";
+import { askBeforeLeaving } from "./bench/reload";
+import { startRoute } from "./bench/route";
+import { startSession } from "./bench/session";
+import { pressStop } from "./bench/stop";
+import { startTheme } from "./bench/theme";
+import { App } from "./frame/app";
+import { fetchAll, watchStyles } from "./kit/lazy";
 
 startTheme();
 askBeforeLeaving(hasDrafts);

@@ -98,7 +98,7 @@ def test_each_key_has_a_wish_of_its_own_and_the_oldest_is_forgotten() -> None:
 
 def test_the_page_lays_names_over_the_wall_with_the_camera_the_view_has() -> None:
     """The page computes where a servo of the wall is in the picture: with these numbers, or beside it."""
-    source = Path(__file__).parents[3] / "web" / "src" / "pages" / "wall-projection.ts"
+    source = Path(__file__).parents[3] / "web" / "src" / "view3d" / "wall-projection.ts"
     text = source.read_text("utf-8")
     for name, value in (
         ("CAMERA", layout.WALL_CAMERA_POSITION),

@@ -1,6 +1,6 @@
 /** Which channels of a servo a plot can show, and how each is drawn. */
 import type { Row } from "../api/types";
-import { decimalsOf } from "../form/format";
+import { decimalsOf } from "../bench/format";
 import type { LaneCurve } from "./lane";
 
 /** Groups of rows that tell what a servo does; the others are settings, whose curves would be level lines. */

@@ -1,5 +1,5 @@
 /** A Stop button with a place on the screen, for tests: without one motion does not start. */
-import { type Box, watchStop } from "../state/stop-sight";
+import { type Box, watchStop } from "../bench/stop-sight";
 
 /** Puts a Stop button into the document, where it is seen unless `box` says otherwise; the answer removes it. */
 export function stopButton(box: Box = { left: 840, top: 0, right: 1024, bottom: 64 }): () => void {

@@ -1,11 +1,11 @@
 /** The catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
 import type { Problem } from "../api/client";
 import type { Caution, EventCode, MarkReason, NoteCode, RefusalCode } from "../api/types";
-import type { Facts, Saying } from "../form/facts";
-import * as frame from "./en/frame";
-import * as live from "./en/live";
-import * as parameters from "./en/parameters";
-import * as servos from "./en/servos";
+import type { Facts, Saying } from "../bench/facts";
+import * as frame from "../frame/text.en";
+import * as live from "../motion/text.en";
+import * as parameters from "../parameters/text.en";
+import * as servos from "../servos/text.en";
 
 export const text = {
   name: "hornbill",

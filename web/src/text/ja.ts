@@ -1,13 +1,13 @@
 /** The catalogue of everything the page says, in Japanese. */
 
+import { frame } from "../frame/text.ja";
+import { live } from "../motion/text.ja";
+import { parameters } from "../parameters/text.ja";
+import { servos } from "../servos/text.ja";
 import { cautions } from "./ja/cautions";
 import { happened, marks, refusals } from "./ja/events";
-import { frame } from "./ja/frame";
-import { live } from "./ja/live";
 import { notes } from "./ja/notes";
-import { parameters } from "./ja/parameters";
 import { causes, codes, who } from "./ja/problems";
-import { servos } from "./ja/servos";
 import { table } from "./ja/table";
 import type { Text } from "./language";
 

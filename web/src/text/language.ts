@@ -1,8 +1,8 @@
 /** Which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
 
-import { reload } from "../state/reload";
+import { reload } from "../bench/reload";
 import type { text } from "./en";
-import type { topics } from "./en/topics";
+import type { topics } from "./topics.en";
 
 export type Language = "en" | "ja";
 /** What is said on any page; every catalogue has this shape. */
@@ -22,12 +22,12 @@ export const LANGUAGES = {
   en: {
     name: "English",
     text: () => import("./en").then(file => file.text),
-    topics: () => import("./en/topics").then(file => file.topics),
+    topics: () => import("./topics.en").then(file => file.topics),
   },
   ja: {
     name: "日本語",
     text: () => import("./ja").then(file => file.text),
-    topics: () => import("./ja/topics").then(file => file.topics),
+    topics: () => import("./topics.ja").then(file => file.topics),
   },
 } as const satisfies Record<
   Language,

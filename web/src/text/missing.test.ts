@@ -3,9 +3,9 @@ import { readFileSync } from "node:fs";
 import { describe, expect, test } from "vitest";
 import { Problem } from "../api/client";
 import { text } from "./en";
-import { topics } from "./en/topics";
 import { text as saidText } from "./ja";
-import { topics as saidTopics } from "./ja/topics";
+import { topics } from "./topics.en";
+import { topics as saidTopics } from "./topics.ja";
 
 /** The paths of what stands in one catalogue and not in the other, such as "bus.doctor.title". */
 function missing(one: object, other: object, before = ""): string[] {

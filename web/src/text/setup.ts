@@ -1,6 +1,6 @@
 /** The language of the tests: English, there before any of them is loaded. */
 import { text } from "./en";
-import { topics } from "./en/topics";
 import { speak } from "./language";
+import { topics } from "./topics.en";
 
 speak(text, topics);

@@ -1,7 +1,7 @@
 /** What happened, in Japanese, by code: the lines of the event log, and what a bundle was written for. tests/contract holds it complete. */
-import type { Facts } from "../../form/facts";
+import type { Facts } from "../../bench/facts";
+import { live } from "../../motion/text.ja";
 import { readable, type Text } from "../language";
-import { live } from "./live";
 import { notes } from "./notes";
 import { table } from "./table";
 

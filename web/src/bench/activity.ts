@@ -1,0 +1,82 @@
+/** What a servo does now, in words: one function for every place that says it, over what the server tells. */
+import type { Servo } from "../api/types";
+import { text } from "../text";
+import { servo } from "./fleet";
+import { number, signed, withUnit } from "./format";
+import { type Figure, figureNow } from "./fresh";
+import { held } from "./hold-to-run";
+import { up } from "./link";
+import { motion } from "./motion";
+import { outputLine } from "./output";
+import { sheetOf } from "./parameters";
+
+export type Activity = Servo["activity"];
+
+/** At rest and not at peace: marked wherever the servo is shown. */
+export function alarming({ state }: Activity): boolean {
+  return state === "hunting" || state === "saturated";
+}
+
+/** One line: "Turning", "Hunting, 2.0° peak to peak", "Output off: stopped by you, 14:03". */
+export function activityLine({ activity, output }: Pick<Servo, "activity" | "output">): string {
+  const said = text.activity;
+  const away = output.state === "off" || output.state === "brake";
+  if (away && activity.state !== "released") return outputLine(output);
+  switch (activity.state) {
+    case "hunting": {
+      const swing = activity.peak_to_peak_deg;
+      return swing === null ? said.hunting : said.huntingBy(withUnit(number(swing, 1), "°"));
+    }
+    case "saturated": {
+      const torque = activity.torque_pct;
+      if (torque === null) return said.saturated;
+      const limit = withUnit(number(activity.torque_limit_pct, 0), "%");
+      return said.saturatedAt(withUnit(number(Math.abs(torque), 0), "%"), limit);
+    }
+    case "released":
+      return said.released;
+    case "off":
+    case "brake":
+    case "unknown":
+      return outputLine(output);
+    default:
+      return said[activity.state];
+  }
+}
+
+export type Commanded =
+  | { kind: "angle"; figure: Figure }
+  | { kind: "speed" | "torque"; figure: Figure }
+  /** No command of any kind is in force; `stale` while that was not read, or is old. */
+  | { kind: "none"; figure: Figure };
+
+const OTHERS = [
+  ["speed", "command_speed"],
+  ["torque", "command_torque"],
+] as const;
+
+/** The command in force: what this page runs, or else what the servo holds in 0x00 to 0x02. */
+export function commandNow(uid: string): Commanded {
+  const going = held.value;
+  const present = motion.value;
+  if (going !== null && present.phase === "on" && present.uid === uid) {
+    return { kind: going.kind, figure: { value: going.value, age: 0, stale: false } };
+  }
+  const figure = figureNow(uid, "command_angle");
+  if (figure.value !== null) return { kind: "angle", figure };
+  // The dummy reads as a gap: then it is a command of another kind, or none.
+  for (const [kind, key] of OTHERS) {
+    const other = figureNow(uid, key);
+    if (other.value !== null) return { kind, figure: other };
+  }
+  const known = sheetOf(uid).reading("command_angle").value !== undefined;
+  return {
+    kind: "none",
+    figure: { value: null, age: null, stale: !known || !up.value || !servo(uid)?.online },
+  };
+}
+
+/** A speed or torque with its sign and unit. */
+export function driveText(kind: "speed" | "torque", value: number): string {
+  return withUnit(signed(value, 0), kind === "speed" ? "rpm" : "%");
+}

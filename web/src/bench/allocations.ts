@@ -1,0 +1,40 @@
+/** The node id table and who waits for an id, asked each second while somebody looks. */
+
+import { signal } from "@preact/signals";
+import type { Allocation } from "../api/bus-types";
+import { ask, problemOf } from "../api/client";
+import type { Allocations } from "../api/types";
+import { monotonic } from "./clock";
+import { problemText } from "./facts";
+import { nameOf, pending, servo } from "./fleet";
+import { type Poll, poll } from "./poll";
+
+const ASK_MS = 1000;
+
+/** The table; null until it was read once. */
+export const allocations = signal<readonly Allocation[] | null>(null);
+export const tableProblem = signal<string | null>(null);
+
+/** What to call whoever has a node id. */
+export function ownerName(uid: string): string {
+  const known = servo(uid);
+  return known ? nameOf(known) : `${uid.slice(0, 4)}…${uid.slice(-4)}`;
+}
+
+async function look(): Promise<void> {
+  try {
+    const answer = await ask<Allocations>("GET", "/allocations");
+    const heardAt = monotonic();
+    pending.value = answer.pending.map(one => ({ ...one, heardAt }));
+    allocations.value = answer.allocations;
+    tableProblem.value = null;
+  } catch (error) {
+    pending.value = [];
+    tableProblem.value = problemText(problemOf(error));
+  }
+}
+
+/** Nothing streams the table: asks each second; the answer ends it. */
+export function watchAllocations(): Poll {
+  return poll(ASK_MS, look);
+}

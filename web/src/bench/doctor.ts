@@ -1,0 +1,63 @@
+/** The doctor's findings: asked often while the Bus page is open, and now and then on any other. */
+
+import { computed, signal } from "@preact/signals";
+import type { Finding } from "../api/bus-types";
+import { ask, problemOf } from "../api/client";
+import { monotonic } from "./clock";
+import { problemText } from "./facts";
+import { type Poll, poll } from "./poll";
+
+export const findings = signal<readonly Finding[]>([]);
+
+/** Our monotonic time of the last look; null before the first. */
+export const lookedAt = signal<number | null>(null);
+
+export const doctorProblem = signal<string | null>(null);
+
+const PLACE: Record<Finding["severity"], number> = { failure: 0, warning: 1, notice: 2, ok: 3 };
+
+/** The worst first; among equals as the doctor told them. */
+export function inOrder(list: readonly Finding[]): Finding[] {
+  return [...list].sort((one, other) => PLACE[one.severity] - PLACE[other.severity]);
+}
+
+/** How many findings call for somebody, by severity. */
+export const complaints = computed(() => ({
+  failure: findings.value.filter(one => one.severity === "failure").length,
+  warning: findings.value.filter(one => one.severity === "warning").length,
+}));
+
+async function look(): Promise<void> {
+  try {
+    findings.value = inOrder(await ask<Finding[]>("GET", `/bus/doctor?all=${watching > 0}`));
+    lookedAt.value = monotonic();
+    doctorProblem.value = null;
+  } catch (error) {
+    doctorProblem.value = problemText(problemOf(error));
+  }
+}
+
+const OFTEN_MS = 3000;
+const SELDOM_MS = 15_000;
+
+let watching = 0;
+
+/** Looks now and then, for the sign in the rail. */
+export function startDoctor(): void {
+  poll(SELDOM_MS, async () => {
+    if (watching === 0) await look();
+  });
+}
+
+/** Looks every few seconds, at what is well too. */
+export function watchDoctor(): Poll {
+  watching += 1;
+  const often = poll(OFTEN_MS, look);
+  return {
+    now: often.now,
+    end: () => {
+      watching -= 1;
+      often.end();
+    },
+  };
+}

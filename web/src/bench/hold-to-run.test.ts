@@ -1,0 +1,156 @@
+/** Hold to run: it begins with a press, says so again while it lasts, and whatever ends the press brakes. */
+import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
+import type { ClientMessage } from "../api/types";
+import { held, letGo, press, pressByKey } from "./hold-to-run";
+import { link, live, type onRefusal } from "./link";
+import { endMotion, motion, question } from "./motion";
+
+type Refusal = Parameters<Parameters<typeof onRefusal>[0]>[0];
+const heard = vi.hoisted(() => ({ refuse: new Set<(_: Refusal) => void>() }));
+vi.mock("./link", async original => ({
+  ...(await original<typeof import("./link")>()),
+  onRefusal: (act: (error: Refusal) => void) => {
+    heard.refuse.add(act);
+    return () => heard.refuse.delete(act);
+  },
+}));
+
+const UID = "c".repeat(32);
+let said: ClientMessage[];
+let sends: boolean;
+let still: boolean;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  said = [];
+  sends = true;
+  still = true;
+  link.value = { state: "up", since: 0 };
+  vi.spyOn(live, "send").mockImplementation(message => {
+    said.push(message);
+    return sends;
+  });
+  vi.spyOn(document, "hasFocus").mockReturnValue(true);
+  vi.stubGlobal("fetch", async () => new Response("{}"));
+  motion.value = { phase: "on", uid: UID, lease: "L", torque: "on", others: [] };
+});
+
+afterEach(() => {
+  letGo();
+  motion.value = { phase: "off", why: null };
+  vi.useRealTimers();
+  vi.restoreAllMocks();
+  vi.unstubAllGlobals();
+});
+
+const commands = () =>
+  said.flatMap(one =>
+    one.type === "command" ? one.commands.map(each => [each.value, each.hold?.renew]) : [],
+  );
+
+describe("a held button", () => {
+  test("says that it is held, eight times a second, and brakes when let go, once", () => {
+    press("speed", 20, () => still);
+    vi.advanceTimersByTime(500);
+    expect(commands()).toEqual([
+      [20, false],
+      [20, true],
+      [20, true],
+      [20, true],
+      [20, true],
+    ]);
+    letGo();
+    letGo();
+    vi.advanceTimersByTime(2000);
+    expect(commands().slice(5)).toEqual([[0, false]]);
+    expect(held.value).toBeNull();
+  });
+
+  test.each<[string, () => void]>([
+    ["the pointer going up", () => dispatchEvent(new Event("pointerup"))],
+    ["the pointer being taken", () => dispatchEvent(new Event("pointercancel"))],
+    ["the touch ending", () => dispatchEvent(new Event("touchend"))],
+    ["the touch being taken", () => dispatchEvent(new Event("touchcancel"))],
+    ["the window losing the focus", () => dispatchEvent(new Event("blur"))],
+    ["the page going away", () => dispatchEvent(new Event("pagehide"))],
+    ["the tab being hidden", () => document.dispatchEvent(new Event("visibilitychange"))],
+    ["the tab being frozen", () => document.dispatchEvent(new Event("freeze"))],
+    ["any key going up", () => dispatchEvent(new KeyboardEvent("keyup", { key: "ArrowRight" }))],
+    ["another key going down", () => dispatchEvent(new KeyboardEvent("keydown", { key: "Meta" }))],
+    [
+      "a question",
+      () => {
+        question.value = { angle: 0, words: [], said: [] };
+      },
+    ],
+    [
+      "the capture being gone unseen",
+      () => {
+        still = false;
+        vi.advanceTimersByTime(130);
+      },
+    ],
+    [
+      "the focus being gone unseen",
+      () => {
+        vi.spyOn(document, "hasFocus").mockReturnValue(false);
+        vi.advanceTimersByTime(130);
+      },
+    ],
+    [
+      "a refusal",
+      () => {
+        for (const act of heard.refuse)
+          act({ type: "error", seq: 1, code: "busy", detail: "", summary: "", uid: UID });
+      },
+    ],
+  ])("is let go by %s", (_, end) => {
+    press("torque", -10, () => still);
+    end();
+    expect(held.value).toBeNull();
+    expect(commands().at(-1)).toEqual([0, false]);
+    question.value = null;
+    const before = said.length;
+    vi.advanceTimersByTime(2000);
+    expect(said.length).toBe(before);
+  });
+
+  test("repeats of the key change nothing, and do not begin it again after Stop", () => {
+    const pad = document.createElement("div");
+    const key = (repeat: boolean) => {
+      const event = new KeyboardEvent("keydown", { key: "ArrowRight", repeat });
+      Object.defineProperty(event, "currentTarget", { value: pad });
+      pressByKey(event, "speed", 20);
+    };
+    key(false);
+    key(true);
+    expect(commands()).toEqual([[20, false]]);
+    endMotion(null);
+    expect(held.value).toBeNull();
+    motion.value = { phase: "on", uid: UID, lease: "L", torque: "on", others: [] };
+    key(true);
+    expect(commands()).toEqual([[20, false]]);
+  });
+
+  test("a release that cannot be said ends motion, and torque goes another way", () => {
+    const asked: string[] = [];
+    vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
+      asked.push(`${init.method} ${url} ${init.body ?? ""}`);
+      return new Response("{}");
+    });
+    press("speed", 20, () => still);
+    sends = false;
+    letGo();
+    expect(motion.value.phase).toBe("off");
+    expect(asked).toContain(`POST /api/v1/servos/${UID}/torque {"mode":"off"}`);
+  });
+
+  test("nothing begins while motion or torque is off", () => {
+    motion.value = { phase: "on", uid: UID, lease: "L", torque: "off", others: [] };
+    press("speed", 20, () => still);
+    motion.value = { phase: "off", why: null };
+    press("speed", 20, () => still);
+    expect(said).toEqual([]);
+    expect(held.value).toBeNull();
+  });
+});

@@ -1,0 +1,162 @@
+/** The connection to the server: what is asked anew when it comes back, and where its messages go. */
+import { computed, signal } from "@preact/signals";
+import { API, ask } from "../api/client";
+import { type LinkState, Live } from "../api/live";
+import type { Bus, ClientMessage, LeaseView, Params, ServerMessage, Servo, Stop } from "../api/types";
+import { telemetry } from "../telemetry/store";
+import { addEvent, bus, setLease, stop } from "./bench";
+import { loadCatalog } from "./catalog";
+import { monotonic } from "./clock";
+import * as fleet from "./fleet";
+import { setJob } from "./jobs";
+import { hear } from "./parameters";
+import { look, onSignIn } from "./session";
+import { takeStaleAfter } from "./staleness";
+
+export interface Link {
+  state: LinkState;
+  /** When it came to this state, on our monotonic clock. */
+  since: number;
+}
+
+export const link = signal<Link>({ state: "connecting", since: monotonic() });
+
+/** Whether controls may act: false from the moment the socket is lost. */
+export const up = computed(() => link.value.state === "up");
+
+/** How often the link has come up; a change means that everything was asked anew. */
+export const connection = signal(0);
+
+export const version = signal("");
+export const demo = signal(false);
+
+type ErrorMessage = Extract<ServerMessage, { type: "error" }>;
+const refusals = new Set<(error: ErrorMessage) => void>();
+
+/** Told when the server could not do what was asked over the socket. */
+export function onRefusal(act: (error: ErrorMessage) => void): () => void {
+  refusals.add(act);
+  return () => refusals.delete(act);
+}
+
+const hearers = new Set<() => void>();
+
+/** Told of every message before anything is made of it. */
+export function onHeard(act: () => void): () => void {
+  hearers.add(act);
+  return () => hearers.delete(act);
+}
+
+type FramesMessage = Extract<ServerMessage, { type: "frames" }>;
+const monitors = new Set<(message: FramesMessage) => void>();
+
+/** Told what was on the bus, while somebody is subscribed to it. */
+export function onFrames(act: (message: FramesMessage) => void): () => void {
+  monitors.add(act);
+  return () => monitors.delete(act);
+}
+
+const greeting = (): ClientMessage[] => [
+  { type: "subscribe", topics: ["servos", "telemetry", "events", "jobs", "bus"], uids: null, frames: null },
+];
+
+const address = () => `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${API}/ws`;
+
+export const live = new Live({
+  open: () => new WebSocket(address()),
+  greeting,
+  onMessage: receive,
+  onState: state => {
+    link.value = { state, since: monotonic() };
+    // A socket that is refused does not say why to a page.
+    if (state === "down") void look();
+    if (state === "up") {
+      connection.value += 1;
+      void refetch();
+    }
+  },
+});
+
+let utcOffset = Number.NaN;
+/** The server's monotonic clock jumps when it is started again; what was drawn before then means nothing. */
+const SAME_CLOCK_S = 1;
+
+function receive(message: ServerMessage): void {
+  for (const act of hearers) act();
+  switch (message.type) {
+    case "hello":
+      if (Math.abs(message.utc_offset - utcOffset) > SAME_CLOCK_S) telemetry.clear();
+      utcOffset = message.utc_offset;
+      telemetry.utcOffset = utcOffset;
+      takeStaleAfter(message.stale_after_s);
+      version.value = message.version;
+      demo.value = message.demo;
+      void loadCatalog(message.schema_revision).catch(() => undefined);
+      break;
+    case "servos":
+      fleet.change(message.servos);
+      break;
+    case "telemetry": {
+      const arrived = monotonic();
+      for (const [key, column] of Object.entries(message.channels)) {
+        telemetry.push(message.uid, key, column.t, column.v, arrived);
+      }
+      break;
+    }
+    case "parameter":
+      hear(message.uid, message.reading);
+      break;
+    case "event":
+      addEvent({ ...message, params: message.params as Params });
+      break;
+    case "job":
+      setJob(message.job);
+      break;
+    case "bus":
+      bus.value = message.bus;
+      break;
+    case "frames":
+      for (const act of monitors) act(message);
+      break;
+    case "lease":
+      setLease(message.lease);
+      break;
+    case "stop":
+      stop.value = message.stop;
+      break;
+    case "error":
+      for (const act of refusals) act(message);
+      break;
+  }
+}
+
+const AGAIN_MS = 1000;
+
+/** Asks for everything the socket only tells changes of; again until it is all there. */
+async function refetch(): Promise<void> {
+  const round = connection.peek();
+  const results = await Promise.allSettled([
+    ask<Servo[]>("GET", "/servos").then(fleet.replaceAll),
+    ask<Bus>("GET", "/bus").then(answer => {
+      bus.value = answer;
+    }),
+    ask<LeaseView[] | LeaseView | null>("GET", "/leases").then(answer => {
+      setLease(Array.isArray(answer) ? answer[0] : answer);
+    }),
+    ask<Stop>("GET", "/stop").then(answer => {
+      stop.value = answer;
+    }),
+    loadCatalog(),
+  ]);
+  const missing = results.some(result => result.status === "rejected");
+  if (missing && up.peek() && round === connection.peek()) setTimeout(() => void refetch(), AGAIN_MS);
+}
+
+export function startLink(): void {
+  live.start();
+  onSignIn(() => live.hurry());
+  addEventListener("online", () => live.hurry());
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) live.hurry();
+  });
+}

@@ -1,0 +1,381 @@
+/** Motion: it begins only when asked, and everything that ends it turns torque off and gives the lease back. */
+import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
+import type { Stop } from "../api/types";
+import { stopButton } from "../testing/stop-button";
+import { lease, setLease, stop } from "./bench";
+import { holder, isOurs } from "./holder";
+import { link, live, type onRefusal } from "./link";
+import {
+  dragTo,
+  enableMotion,
+  endMotion,
+  isOfOther,
+  keepMotion,
+  motion,
+  moveTo,
+  pace,
+  type Question,
+  question,
+  refusal,
+  setpoint,
+  setTorque,
+  startMotion,
+  type Together,
+  warnings,
+} from "./motion";
+import { forget, those } from "./release";
+
+type Refusal = Parameters<Parameters<typeof onRefusal>[0]>[0];
+const heard = vi.hoisted(() => ({ refuse: (_: Refusal): void => undefined }));
+vi.mock("./link", async original => ({
+  ...(await original<typeof import("./link")>()),
+  onRefusal: (act: (error: Refusal) => void) => {
+    heard.refuse = act;
+  },
+}));
+
+const UID = "b".repeat(32);
+let sent: string[];
+let hideStop: () => void;
+let fail: { path: RegExp; status: number; body: unknown } | null;
+
+startMotion();
+
+beforeEach(() => {
+  sent = [];
+  fail = null;
+  link.value = { state: "up", since: 0 };
+  stop.value = null;
+  hideStop = stopButton();
+  vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
+    const path = url.replace("/api/v1", "");
+    const body = init.body ? ` ${init.body}` : "";
+    const lease = (init.headers as Record<string, string>).Lease ? " leased" : "";
+    sent.push(`${init.method} ${path}${body}${lease}`);
+    if (fail?.path.test(`${init.method} ${path}`)) {
+      return new Response(JSON.stringify(fail.body), { status: fail.status });
+    }
+    if (path === "/leases") {
+      setLease({ shown_id: "L", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
+      return new Response(
+        JSON.stringify({ id: "L", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3 }),
+      );
+    }
+    if (path.includes("/cautions")) {
+      const said = { level: "warning", text: "It would turn twice.", confirm: "turns" };
+      const other = { level: "warning", text: "It has a PWM input.", confirm: null };
+      return new Response(JSON.stringify([said, other]));
+    }
+    const warnings = ["It has a PWM input."];
+    return new Response(JSON.stringify({ value: 12, clamped: false, warnings }));
+  });
+});
+
+afterEach(async () => {
+  endMotion(null);
+  setLease(null);
+  hideStop();
+  await settle();
+  forget(UID);
+  vi.unstubAllGlobals();
+});
+
+const settle = () => new Promise(resolve => setTimeout(resolve, 5));
+const torqueOff = `POST /servos/${UID}/torque {"mode":"off"} leased`;
+
+describe("motion", () => {
+  test("takes the lease first, then turns torque on under it, and sends no command", async () => {
+    await enableMotion(UID);
+    expect(sent).toHaveLength(2);
+    expect(sent[0]).toMatch(/^POST \/leases .*"ttl_s":3/);
+    expect(sent[1]).toBe(`POST /servos/${UID}/torque {"mode":"on"} leased`);
+    expect(motion.value).toMatchObject({ phase: "on", uid: UID });
+  });
+
+  test("does not begin where Stop is not seen whole, and says why and what to do", async () => {
+    hideStop();
+    hideStop = stopButton({ left: 900, top: 0, right: 1084, bottom: 64 });
+    await enableMotion(UID);
+    expect(sent).toEqual([]);
+    expect(motion.value.phase).toBe("off");
+    expect(refusal.value).toBe(
+      "Stop is not fully visible in this window. Enlarge the window or zoom out, then enable motion.",
+    );
+  });
+
+  test("ends when Stop is out of sight for longer than a window takes to change its size", async () => {
+    await enableMotion(UID);
+    vi.useFakeTimers();
+    hideStop();
+    hideStop = stopButton({ left: 900, top: 0, right: 1084, bottom: 64 });
+    await vi.advanceTimersByTimeAsync(200);
+    expect(motion.value.phase).toBe("on");
+    await vi.advanceTimersByTimeAsync(200);
+    vi.useRealTimers();
+    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: Stop was no longer fully visible." });
+    expect(sent).toContain(torqueOff);
+  });
+
+  test("goes on where Stop was out of sight for a moment", async () => {
+    await enableMotion(UID);
+    vi.useFakeTimers();
+    hideStop();
+    hideStop = stopButton();
+    await vi.advanceTimersByTimeAsync(1000);
+    vi.useRealTimers();
+    expect(motion.value.phase).toBe("on");
+  });
+
+  test("a lease in other hands is said, with holder and seconds; torque is not touched", async () => {
+    const body = {
+      code: "lease_held",
+      detail: "",
+      summary: "",
+      title: "",
+      type: "",
+      status: 409,
+      holder: "Rig 3",
+      expires_in_s: 17.2,
+    };
+    fail = { path: /POST \/leases/, status: 409, body };
+    await enableMotion(UID);
+    expect(refusal.value).toBe("Rig 3 has motion control for 18\u202fs more. Ask for it, or wait.");
+    expect(motion.value.phase).toBe("off");
+    expect(sent).toHaveLength(1);
+  });
+
+  test("if torque cannot go on, the lease is given back", async () => {
+    const body = {
+      code: "no_answer",
+      detail: "It did not answer.",
+      summary: "It did not answer.",
+      title: "",
+      type: "",
+      status: 504,
+    };
+    fail = { path: /torque/, status: 504, body };
+    await enableMotion(UID);
+    expect(motion.value.phase).toBe("off");
+    expect(refusal.value).toBe("It did not answer.");
+    expect(sent).toContain("DELETE /leases/L");
+    await settle();
+    expect(those("silent"), "it may have heard all the same").toEqual([UID]);
+  });
+
+  test.each<[string, () => void]>([
+    ["the button", () => endMotion(null)],
+    ["the page going away", () => dispatchEvent(new Event("pagehide"))],
+    [
+      "the tab being hidden",
+      () => {
+        vi.spyOn(document, "hidden", "get").mockReturnValue(true);
+        document.dispatchEvent(new Event("visibilitychange"));
+      },
+    ],
+    [
+      "the link being lost",
+      () => {
+        link.value = { state: "down", since: 0 };
+      },
+    ],
+  ])("%s ends it: torque off, lease back", async (_, end) => {
+    await enableMotion(UID);
+    sent = [];
+    end();
+    await settle();
+    expect(motion.value.phase).toBe("off");
+    expect(sent).toContain(torqueOff);
+    expect(sent).toContain("DELETE /leases/L");
+  });
+
+  test("of a group one that does not answer is told of, and the others count as off", async () => {
+    const other = "c".repeat(32);
+    const begin = async () => undefined;
+    await enableMotion(UID, [other], { begin } as unknown as Together);
+    const body = {
+      code: "no_answer",
+      detail: "C did not answer.",
+      summary: "C did not answer.",
+      title: "",
+      type: "",
+      status: 504,
+    };
+    fail = { path: new RegExp(`${other}/torque`), status: 504, body };
+    await setTorque("off");
+    expect(motion.value).toMatchObject({ phase: "on", torque: "off" });
+    expect(refusal.value).toBe("C did not answer.");
+    expect([those("off"), those("silent")]).toEqual([[UID], [other]]);
+    forget(other);
+  });
+
+  test("a stop ends it; nothing is commanded after", async () => {
+    await enableMotion(UID);
+    stop.value = { latched: true, servos: [] } as unknown as Stop;
+    expect(motion.value).toEqual({ phase: "off", why: "Motion ended: stopped." });
+    await settle();
+    sent = [];
+    await moveTo(10);
+    expect(sent).toEqual([]);
+    expect(setpoint.value).toBeNull();
+  });
+
+  test("a command goes out under the lease, and shows what was really sent", async () => {
+    await enableMotion(UID);
+    sent = [];
+    await moveTo(30);
+    expect(sent).toEqual([
+      `POST /servos/${UID}/command {"type":"angle","value":30,"profile":{"speed_deg_s":60,"accel_deg_s2":240}} leased`,
+    ]);
+    expect(setpoint.value).toBe(12);
+    pace.value = null;
+    sent = [];
+    await moveTo(31);
+    expect(sent, "direct has no profile").toEqual([
+      `POST /servos/${UID}/command {"type":"angle","value":31} leased`,
+    ]);
+    pace.value = 60;
+  });
+
+  test("a move that is to be agreed to is asked about in words, and sent again only with them", async () => {
+    await enableMotion(UID);
+    const body = {
+      code: "needs_confirmation",
+      detail: "Send it again.",
+      summary: "Send it again.",
+      title: "",
+      type: "",
+      status: 409,
+    };
+    fail = { path: /command$/, status: 409, body: { ...body, confirm: "turns", words: ["turns"] } };
+    await moveTo(720);
+    expect(sent.at(-1)).toBe(`GET /servos/${UID}/cautions?type=angle&value=720`);
+    expect(question.value).toEqual({ angle: 720, words: ["turns"], said: ["It would turn twice."] });
+    expect(refusal.value).toBeNull();
+    expect(setpoint.value, "the ghost stands where the last command was").not.toBe(720);
+    fail = null;
+    const asked = question.value as Question;
+    await moveTo(asked.angle, asked.words);
+    expect(sent.at(-1)).toMatch(/"value":720,.*"confirm":\["turns"\]} leased$/);
+    expect(question.value).toBeNull();
+    expect(warnings.value).toEqual(["It has a PWM input."]);
+    endMotion(null);
+    expect(warnings.value).toEqual([]);
+  });
+
+  test("a drag that is to be agreed to is asked about once, and does not go on meanwhile", async () => {
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    await enableMotion(UID);
+    const body = {
+      code: "needs_confirmation",
+      detail: "Send it again.",
+      summary: "Send it again.",
+      title: "",
+      type: "",
+      status: 409,
+    };
+    fail = { path: /command$/, status: 409, body: { ...body, confirm: "turns", words: ["turns"] } };
+    dragTo(40);
+    const error = {
+      type: "error",
+      seq: 1,
+      code: "needs_confirmation",
+      detail: "Send it again.",
+      summary: "Send it again.",
+    } as const;
+    heard.refuse({ ...error, uid: UID });
+    await settle();
+    expect(question.value).toMatchObject({ angle: 40, words: ["turns"] });
+    expect(refusal.value).toBeNull();
+    sent = [];
+    said.mockClear();
+    dragTo(50);
+    heard.refuse({ ...error, uid: UID });
+    await settle();
+    expect(sent).toEqual([]);
+    expect(said).not.toHaveBeenCalled();
+  });
+
+  test("whoever asks for motion control is refused under the lease, or gets it by torque off and lease back", async () => {
+    await enableMotion(UID);
+    sent = [];
+    await keepMotion("ab12");
+    expect(sent).toEqual(["POST /leases/requests/ab12/refuse leased"]);
+    expect(motion.value.phase).toBe("on");
+    endMotion("handed over");
+    await settle();
+    expect(sent).toContain(torqueOff);
+    expect(sent).toContain("DELETE /leases/L");
+  });
+
+  test("what was given up before it was answered energises nobody, whatever was asked for since", async () => {
+    const usual = fetch;
+    const other = "d".repeat(32);
+    let late: (answer: Response) => void = () => undefined;
+    let asked = 0;
+    vi.stubGlobal("fetch", (url: string, init: RequestInit) => {
+      if (!url.endsWith("/leases") || asked++ > 0) return usual(url, init);
+      return new Promise<Response>(resolve => {
+        late = resolve;
+      });
+    });
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    const first = enableMotion(other);
+    endMotion(null);
+    const second = enableMotion(UID);
+    late(
+      new Response(
+        JSON.stringify({ id: "late", holder: holder(), ttl_s: 3, expires_at: 0, expires_in_s: 3 }),
+      ),
+    );
+    await first;
+    await second;
+    expect(motion.value).toMatchObject({ phase: "on", uid: UID, lease: "L" });
+    expect(sent).toContain("DELETE /leases/late");
+    expect(sent.filter(one => one.includes(other) && one.includes('"on"'))).toEqual([]);
+    expect(said.mock.calls.flat()).not.toContainEqual({ type: "heartbeat", lease: "late" });
+  });
+
+  test("whose lease it is tells its id: a copy of this tab, under the same name, is somebody else", async () => {
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    await enableMotion(UID);
+    const ours = lease.value;
+    if (!ours) throw new Error("no lease");
+    expect([isOurs(ours), isOfOther(ours)]).toEqual([true, false]);
+    said.mockClear();
+    setLease({ ...ours, shown_id: "twin" });
+    expect(said.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
+    expect(isOfOther({ ...ours, shown_id: "twin" })).toBe(true);
+    endMotion(null);
+    expect(isOfOther(ours), "given back, and shown a moment longer").toBe(false);
+    expect(isOfOther({ ...ours, shown_id: "twin" })).toBe(true);
+  });
+
+  test("the lease passing to somebody else is checked, not guessed", async () => {
+    const said = vi.spyOn(live, "send").mockReturnValue(true);
+    await enableMotion(UID);
+    said.mockClear();
+    sent = [];
+    setLease(null);
+    expect(said.mock.calls).toEqual([[{ type: "heartbeat", lease: "L" }]]);
+    expect(motion.value.phase).toBe("on");
+    // The answer to the heart-beat of a lease that has ended; who has it now is told a moment later.
+    vi.useFakeTimers();
+    heard.refuse({
+      type: "error",
+      seq: 1,
+      code: "unknown_lease",
+      detail: "This lease has ended.",
+      summary: "This lease has ended.",
+      uid: null,
+    });
+    const why = "Motion ended: motion control was lost.";
+    expect(motion.value).toEqual({ phase: "off", why });
+    setLease({ shown_id: "R", holder: "Rig 3", ttl_s: 3, expires_at: 0, expires_in_s: 3, request: null });
+    vi.advanceTimersByTime(700);
+    vi.useRealTimers();
+    const taken = "Motion ended: Rig 3 has motion control now.";
+    expect(motion.value).toEqual({ phase: "off", why: taken });
+    const asked = [`GET /servos/${UID}/parameters/torque_mode?fresh=true`];
+    expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(asked);
+  });
+});

@@ -1,0 +1,54 @@
+/** Whether any horn moves or is commanded, as far as this page knows; what is not known counts as moving. */
+import { computed } from "@preact/signals";
+import { telemetry } from "../telemetry/store";
+import { lease, stop } from "./bench";
+import { monotonic, now } from "./clock";
+import { all, type KnownServo } from "./fleet";
+import { ended, jobs } from "./jobs";
+import { up } from "./link";
+import { motion } from "./motion";
+import { letGo } from "./release";
+
+/** A horn that turned more than this within the window moves; less is noise, or a horn that hunts in its place. */
+const MOVED_DEG = 3;
+const WINDOW_S = 0.5;
+
+/** States in which a servo moves its horn without a command, or is about to. */
+const RESTARTS: ReadonlySet<KnownServo["state"]> = new Set(["saving", "restarting", "soft_start"]);
+
+/** Whether motion is on by this page, or is being turned on. */
+export function motionOn(): boolean {
+  const { phase } = motion.value;
+  return phase === "on" || phase === "asking";
+}
+
+/** Whether Esc must stop at its first press. Anybody's motion control counts: what it commands may move any time. */
+export function moving(at: number = monotonic()): boolean {
+  return (
+    motionOn() ||
+    !up.value ||
+    (lease.value !== null && lease.value.endsAt > at) ||
+    [...letGo.value.values()].some(state => state !== "off") ||
+    (stop.value?.latched === true && stop.value.servos.some(one => !one.confirmed)) ||
+    [...jobs.value.values()].some(job => !ended(job)) ||
+    all.value.some(one => RESTARTS.has(one.state) || turns(one.uid, at))
+  );
+}
+
+/** The same as a signal, for what is shown. */
+export const movingNow = computed(() => moving(now.value));
+
+function turns(uid: string, at: number): boolean {
+  if (telemetry.latest(uid, "current_angle", at) === null) return false;
+  const from = telemetry.serverTime(at) - WINDOW_S;
+  const { t, v } = telemetry.ring(uid, "current_angle").since(from);
+  let low = Number.POSITIVE_INFINITY;
+  let high = Number.NEGATIVE_INFINITY;
+  for (let i = 0; i < t.length; i++) {
+    const angle = v[i] ?? Number.NaN;
+    if ((t[i] ?? 0) < from || Number.isNaN(angle)) continue;
+    low = Math.min(low, angle);
+    high = Math.max(high, angle);
+  }
+  return high - low > MOVED_DEG;
+}

@@ -1,0 +1,29 @@
+/** What the server notes beside a value, in Japanese, and in its own words for what the page does not know. */
+import { expect, test } from "vitest";
+import type { NoteCode } from "../api/types";
+import { text } from "../text/ja";
+import { speak } from "../text/language";
+import { topics } from "../text/topics.ja";
+
+// Before anything that takes its words when it is loaded.
+speak(text, topics);
+const { noteText, resultText } = await import("./note-text");
+
+test("a note is said by its code, with its values", () => {
+  expect(noteText("It reached its limit.", "log_limit", { limit_mb: 2 })).toBe(
+    "上限の2\u202fMBに達しました。",
+  );
+});
+
+test("a problem among notes is said by its cause", () => {
+  const params = { problem: "log_failed", cause: "no_frames", name: "a.log", summary: "There are none." };
+  expect(noteText("There are none.", "problem", params)).toBe(
+    "a.logに29ビット識別子のCANフレームがありません。",
+  );
+});
+
+test("a code that is not known leaves the server's words", () => {
+  expect(noteText("Something new.", "new" as NoteCode, {})).toBe("Something new.");
+  expect(resultText({ text: "2 of 2 done." })).toBe("2 of 2 done.");
+  expect(resultText(null)).toBe("");
+});

@@ -1,0 +1,38 @@
+/** What is said of a servo's output: on, off or brake, why, by whom, since when. */
+import type { Servo } from "../api/types";
+import { text } from "../text";
+import { date, minute } from "./format";
+import { holder, who } from "./holder";
+
+export type Output = Servo["output"];
+
+/** Reasons for which a session, and not the servo or its configuration, switched an output. */
+const SESSION: ReadonlySet<Output["reason"]> = new Set(["stop", "lease", "command"]);
+
+/** Whether Stop, the end of motion control, a page or another tool took the output away. */
+export function switchedOff({ state, reason }: Output): boolean {
+  return (state === "off" || state === "brake") && SESSION.has(reason);
+}
+
+/** One line: "Output off: stopped by you, 14:03". */
+export function outputLine(one: Output): string {
+  const said = text.output;
+  const state = said.state[one.state];
+  if (one.state === "on" || one.state === "unknown") return state;
+  const why = said.reason[one.reason](by(one));
+  return said.line(state, one.since === null ? why : said.at(why, instant(one.since)));
+}
+
+function by(one: Output): string {
+  if (one.by === null) return "";
+  if (one.by === holder()) return text.stop.you;
+  return one.by === NOBODY ? text.output.client : who(one.by);
+}
+
+/** What the server writes of a client that neither held motion control nor signed in. */
+const NOBODY = "no lease";
+
+function instant(utc: number): string {
+  const day = date(utc);
+  return day === date(Date.now() / 1000) ? minute(utc) : `${day} ${minute(utc)}`;
+}

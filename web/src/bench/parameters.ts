@@ -1,0 +1,172 @@
+/** What is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
+import { batch, effect, type Signal, signal } from "@preact/signals";
+import { ask, Problem, problemOf } from "../api/client";
+import type { BatchRead } from "../api/config-types";
+import type { Parameters, ProblemBody, Reading, Value } from "../api/types";
+import { together } from "./batched";
+import { catalog } from "./catalog";
+import { monotonic } from "./clock";
+import { Drafts } from "./draft";
+import { keepDrafts } from "./draft-store";
+import { check } from "./number";
+import { spanOf } from "./row-state";
+
+export interface KnownReading extends Reading {
+  /** What RAM holds. `value` is the configuration: of torque mode alone another thing, for Stop and motion switch RAM's. */
+  ram: Value;
+  /** Our monotonic time at which it was read; null while never read. */
+  readAt: number | null;
+}
+
+/** What became of the last attempt to write a row; gone on the next visit. */
+export type Outcome =
+  | { kind: "pending" }
+  | { kind: "failed"; what: string; rest: string }
+  | { kind: "clamped"; asked: Value }
+  | { kind: "saved"; at: number };
+
+export class Sheet {
+  readonly uid: string;
+  /** Keys this servo has, in the server's order; null until read. */
+  readonly keys = signal<readonly string[] | null>(null);
+  readonly problem = signal<Problem | null>(null);
+  readonly outcomes = signal<ReadonlyMap<string, Outcome>>(new Map());
+  readonly busy = signal<"applying" | "saving" | null>(null);
+  readonly drafts = new Drafts();
+  revision = "";
+  #readings = new Map<string, Signal<KnownReading | undefined>>();
+
+  constructor(uid: string) {
+    this.uid = uid;
+    // The range of a row may come, or change, after the text.
+    effect(() => {
+      if (catalog.value) for (const key of this.drafts.map.peek().keys()) this.#judge(key);
+    });
+  }
+
+  reading(key: string): Signal<KnownReading | undefined> {
+    let one = this.#readings.get(key);
+    if (!one) {
+      one = signal(undefined);
+      this.#readings.set(key, one);
+    }
+    return one;
+  }
+
+  /** The value in RAM, of torque mode what it is configured to; undefined while never read. */
+  held(key: string): Value | undefined {
+    const reading = this.reading(key).value;
+    return reading?.raw === null ? undefined : reading?.value;
+  }
+
+  put(reading: Reading): void {
+    const readAt = reading.age_s === null ? null : monotonic() - reading.age_s;
+    this.reading(reading.key).value = { ...reading, value: reading.configured, ram: reading.value, readAt };
+    this.#judge(reading.key);
+  }
+
+  /** Judges a typed number by what the row allows now. */
+  #judge(key: string): void {
+    const row = catalog.peek()?.rows.get(key);
+    const draft = this.drafts.map.peek().get(key);
+    if (!draft || row?.kind !== "number") return;
+    this.drafts.judge(key, check(draft.text, spanOf(row, this.reading(key).peek())));
+  }
+
+  setOutcomes(changes: Iterable<[string, Outcome | null]>): void {
+    const next = new Map(this.outcomes.peek());
+    for (const [key, outcome] of changes) {
+      if (outcome) next.set(key, outcome);
+      else next.delete(key);
+    }
+    this.outcomes.value = next;
+  }
+
+  /** What the server knows of every row, asked for by whoever has it. */
+  take(revision: string, parameters: Readonly<Record<string, Reading>>): void {
+    batch(() => {
+      this.revision = revision;
+      for (const reading of Object.values(parameters)) this.put(reading);
+      this.keys.value = Object.keys(parameters);
+      this.problem.value = null;
+    });
+  }
+
+  /** Reads what the server knows; with `refresh` it asks the bus. */
+  async load(refresh = false): Promise<void> {
+    try {
+      const answer = await ask<Parameters>(
+        "GET",
+        `/servos/${this.uid}/parameters${refresh ? "?refresh=true" : ""}`,
+      );
+      this.take(answer.revision, answer.parameters);
+    } catch (error) {
+      this.problem.value = problemOf(error);
+    }
+  }
+}
+
+const sheets = new Map<string, Sheet>();
+
+export function sheetOf(uid: string): Sheet {
+  let one = sheets.get(uid);
+  if (!one) {
+    one = new Sheet(uid);
+    keepDrafts(uid, one.drafts);
+    sheets.set(uid, one);
+  }
+  return one;
+}
+
+/** Reads the rows of these servos in one request; one that has a problem keeps what was known of it. */
+export async function loadSheets(uids: readonly string[], refresh = false): Promise<void> {
+  if (uids.length === 0) return;
+  const query = `uids=${uids.join(",")}${refresh ? "&refresh=true" : ""}`;
+  const answer = await ask<BatchRead>("GET", `/parameters?${query}`, refresh ? { timeout_ms: 60_000 } : {});
+  for (const [uid, column] of Object.entries(answer.servos)) {
+    const sheet = sheetOf(uid);
+    if (column.problem) sheet.problem.value = asProblem(column.problem);
+    else sheet.take(column.revision ?? "", column.parameters);
+  }
+}
+
+export function asProblem(body: ProblemBody): Problem {
+  return new Problem(body.code, body.status, body.detail, body as unknown as Record<string, unknown>);
+}
+
+/** What a servo was when its rows were last read: while that is so, the socket tells what changes. */
+const readAs = new Map<string, string>();
+
+/** Reads the rows of a servo, in one request with all that are wanted. */
+export const readSheet = together(async uids => {
+  try {
+    await loadSheets(uids);
+  } catch (error) {
+    for (const uid of uids) sheetOf(uid).problem.value = problemOf(error);
+  }
+  for (const uid of uids) if (sheetOf(uid).problem.peek() !== null) readAs.delete(uid);
+});
+
+/** The same, and not again while it is still what it was. */
+export function wantSheet(uid: string, as: string): void {
+  if (readAs.get(uid) === as) return;
+  readAs.set(uid, as);
+  readSheet(uid);
+}
+
+const heard = new Map<string, { uid: string; reading: Reading }>();
+let timer: ReturnType<typeof setTimeout> | undefined;
+const FLUSH_MS = 100;
+
+/** A reading told over the socket; only sheets somebody has opened keep it. */
+export function hear(uid: string, reading: Reading): void {
+  heard.set(`${uid}/${reading.key}`, { uid, reading });
+  if (timer !== undefined) return;
+  timer = setTimeout(() => {
+    timer = undefined;
+    batch(() => {
+      for (const { uid: of, reading: one } of heard.values()) sheets.get(of)?.put(one);
+    });
+    heard.clear();
+  }, FLUSH_MS);
+}

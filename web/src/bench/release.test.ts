@@ -1,0 +1,65 @@
+/** What is known of torque after motion: off only when the servo said so, and asked until it does. */
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { Problem } from "../api/client";
+import type { Reading } from "../api/types";
+import { follow, forget, forgetAnswered, letGo, those } from "./release";
+
+const A = "a".repeat(32);
+const B = "b".repeat(32);
+const silence = () => Promise.reject(new Problem("no_answer", 504, "It did not answer."));
+const holds = (value: string) => Promise.resolve({ key: "torque_mode", value } as Reading);
+let answers: (() => Response)[];
+let asked: string[];
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  answers = [];
+  asked = [];
+  vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
+    asked.push(`${init.method} ${url}`);
+    return answers.shift()?.() ?? new Response('{"code":"no_answer"}', { status: 504 });
+  });
+});
+
+afterEach(() => {
+  forget(A);
+  forget(B);
+  vi.unstubAllGlobals();
+  vi.useRealTimers();
+});
+
+test("who answers is off, who does not is asked until it answers, and nothing is claimed of it before", async () => {
+  void follow(A, holds("off"));
+  void follow(B, silence());
+  expect(those("asking")).toEqual([A, B]);
+  await vi.advanceTimersByTimeAsync(10);
+  expect([those("off"), those("silent")]).toEqual([[A], [B]]);
+  await vi.advanceTimersByTimeAsync(2500);
+  expect(asked).toEqual(Array(2).fill(`GET /api/v1/servos/${B}/parameters/torque_mode?fresh=true`));
+  answers = [() => new Response('{"key":"torque_mode","value":"off"}')];
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(those("off")).toEqual([A, B]);
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(asked).toHaveLength(3);
+});
+
+test("one that is moved by somebody else by then is none of this page's", async () => {
+  answers = Array(6).fill(() => new Response('{"key":"torque_mode","value":"on"}'));
+  void follow(A);
+  await vi.advanceTimersByTimeAsync(10);
+  expect(those("asking")).toEqual([A]);
+  await vi.advanceTimersByTimeAsync(4000);
+  expect(letGo.value.size).toBe(0);
+});
+
+test("a new visit forgets who answered, and turning torque on forgets that one alone", async () => {
+  void follow(A, holds("off"));
+  void follow(B, silence());
+  await vi.advanceTimersByTimeAsync(10);
+  forgetAnswered();
+  expect([...letGo.value]).toEqual([[B, "silent"]]);
+  forget(B);
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(letGo.value.size).toBe(0);
+  expect(asked).toEqual([]);
+});

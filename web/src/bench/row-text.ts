@@ -1,0 +1,59 @@
+/** A value of a row as text where no reading of a servo is at hand: snapshots, profiles, comparisons, the audit. */
+import type { Value } from "../api/types";
+import { text } from "../text";
+import { catalog } from "./catalog";
+import { full, NONE, withUnit } from "./format";
+
+/** What a row is called; its key while the catalogue is not there, or does not know it. */
+export function labelOf(key: string): string {
+  const { rows, faults } = catalog.value ?? {};
+  return rows?.get(key)?.label ?? faults?.find(one => one.key === key)?.label ?? key;
+}
+
+/** "0x38", or nothing. */
+export function addressOf(key: string): string {
+  return catalog.value?.rows.get(key)?.name ?? "";
+}
+
+/** Rows whose sign is a side: clockwise is plus. A limit that lies on one side alone has it, too. */
+const SIDED: ReadonlySet<string> = new Set([
+  "command_angle",
+  "command_speed",
+  "command_torque",
+  "current_angle",
+  "current_speed",
+  "current_torque",
+  "angle_limit_cw",
+  "angle_limit_ccw",
+  "torque_limit_cw",
+  "torque_limit_ccw",
+  "origin",
+]);
+
+/** A value with the unit it was told with, where it was. */
+export function valueText(key: string, value: unknown, unit?: string): string {
+  if (value === null || value === undefined) return NONE;
+  if (typeof value === "object") return several(value);
+  const row = catalog.value?.rows.get(key);
+  if (!row) return withUnit(String(value), unit ?? "");
+  const other = unit !== undefined && row.unit_when && row.unit_when.unit === unit && unit !== row.unit;
+  const shape = {
+    unit: unit ?? row.unit,
+    perUnit: other && row.unit_when ? row.unit_when.per_unit : row.per_unit,
+    kind: row.kind,
+    choices: row.choices,
+    sided: SIDED.has(key),
+  };
+  return full(value as Value, shape);
+}
+
+/** More than these are counted rather than said. */
+const SAID = 4;
+
+/** Several values in a row, each with its name; what is not there is left out. */
+function several(value: object): string {
+  const entries = Object.entries(value).filter(([, one]) => one !== null && one !== "");
+  if (entries.length > SAID) return text.values(entries.length);
+  if (Array.isArray(value)) return entries.map(([, one]) => valueText("", one)).join(", ");
+  return entries.map(([key, one]) => `${labelOf(key)} ${valueText(key, one)}`).join(", ") || NONE;
+}

@@ -1,0 +1,48 @@
+/** Stop as the page sends it: both ways at once, never waiting for anything. */
+
+import { signal } from "@preact/signals";
+import { ask, problemOf } from "../api/client";
+import type { Stop } from "../api/types";
+import { text } from "../text";
+import { stop } from "./bench";
+import { problemText } from "./facts";
+import { holder } from "./holder";
+import { live, up } from "./link";
+import { forgetMotion } from "./motion";
+
+export type Cause = "button" | "Esc" | "Space";
+
+/** Stored by the server, so in no language but its own. */
+const REASONS: Readonly<Record<Cause, string>> = { button: "Stop button", Esc: "Esc", Space: "Space" };
+
+/** A stop that reached nobody: said in words until one does. */
+export const unsent = signal<string | null>(null);
+
+/** Torque off on every servo. Over the socket and over REST, whichever is there first. */
+export function pressStop(cause: Cause): void {
+  const socket = live.send({ type: "stop", mode: "off", by: holder(), reason: REASONS[cause] });
+  void ask<Stop>("POST", `/stop?by=${encodeURIComponent(holder())}`, {
+    body: { mode: "off", reason: REASONS[cause] },
+    keepalive: true,
+    timeout_ms: 5000,
+  }).then(
+    answer => {
+      stop.value = answer;
+      unsent.value = null;
+    },
+    error => {
+      unsent.value = socket && up.peek() ? null : text.stop.unsent(problemText(problemOf(error)));
+    },
+  );
+  forgetMotion(text.motion.endedByStop);
+}
+
+/** Unlatches. Moves nothing and turns nothing on. */
+export async function clearStop(): Promise<string | null> {
+  try {
+    stop.value = await ask<Stop>("DELETE", `/stop?by=${encodeURIComponent(holder())}`);
+    return null;
+  } catch (error) {
+    return problemText(problemOf(error));
+  }
+}

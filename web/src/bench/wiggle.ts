@@ -1,0 +1,92 @@
+/** Wiggles: one horn at a time moves a little, to show which servo it is; several in turn. */
+
+import { computed, signal } from "@preact/signals";
+import { ask, problemOf } from "../api/client";
+import type { Job } from "../api/types";
+import { text } from "../text";
+import { monotonic } from "./clock";
+import { endText, problemText } from "./facts";
+import { angleOf, peekServo } from "./fleet";
+import { jobs, setJob, settled } from "./jobs";
+import { leaseHeader } from "./motion";
+import { stopSeen } from "./stop-sight";
+
+export type Wiggled =
+  | { uid: string; phase: "asking" }
+  | { uid: string; phase: "moving"; around: number | null }
+  | { uid: string; phase: "moved"; low: number; high: number }
+  | { uid: string; phase: "refused"; why: string };
+
+/** The last wiggle asked for. */
+export const wiggled = signal<Wiggled | null>(null);
+
+/** Whether a wiggle is under way; another waits until it has ended. */
+export const wiggling = computed(
+  () => wiggled.value?.phase === "asking" || wiggled.value?.phase === "moving",
+);
+
+/** Refusals that every other servo would meet as well. */
+const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", "unauthorized"]);
+
+/** Moves one horn to be seen. The server takes motion control for it, unless this page has it. */
+export async function wiggle(uid: string): Promise<void> {
+  if (!wiggling.peek()) await one(uid);
+}
+
+/** Answers whether the next one may be tried. */
+async function one(uid: string): Promise<boolean> {
+  if (!stopSeen()) {
+    wiggled.value = { uid, phase: "refused", why: text.motion.stopHidden };
+    return false;
+  }
+  wiggled.value = { uid, phase: "asking" };
+  try {
+    const job = await ask<Job>("POST", `/servos/${uid}/identify`, { headers: leaseHeader() });
+    if (!jobs.peek().has(job.id)) setJob(job);
+    const known = peekServo(uid);
+    wiggled.value = { uid, phase: "moving", around: known ? angleOf(known, monotonic()).value : null };
+    const end = await settled(job.id);
+    const result = end.result as { low_deg?: number; high_deg?: number } | null;
+    wiggled.value =
+      end.state === "succeeded"
+        ? { uid, phase: "moved", low: result?.low_deg ?? 0, high: result?.high_deg ?? 0 }
+        : { uid, phase: "refused", why: endText(end) };
+    return end.error === null || !OF_ALL.has(end.error.code);
+  } catch (error) {
+    const problem = problemOf(error);
+    wiggled.value = { uid, phase: "refused", why: problemText(problem) };
+    return !OF_ALL.has(problem.code);
+  }
+}
+
+/** Several in turn: how many have had theirs, who is left, and who did not wiggle. */
+export interface Round {
+  uids: readonly string[];
+  /** Place of the one whose turn it is; past the last one when the round is over. */
+  at: number;
+  refused: ReadonlyMap<string, string>;
+}
+
+export const round = signal<Round | null>(null);
+
+/** Wiggles each in this order. Ends early at a refusal that holds for all of them. */
+export async function wiggleInTurn(uids: readonly string[]): Promise<void> {
+  if (wiggling.peek() || uids.length === 0) return;
+  round.value = { uids, at: 0, refused: new Map() };
+  for (let at = 0; at < (round.peek()?.uids.length ?? 0); at++) {
+    const uid = uids[at] ?? "";
+    const goOn = await one(uid);
+    const last = wiggled.peek();
+    const present = round.peek();
+    if (present === null) return;
+    const refused = new Map(present.refused);
+    if (last?.phase === "refused") refused.set(uid, last.why);
+    round.value = { uids: goOn ? present.uids : present.uids.slice(0, at + 1), at: at + 1, refused };
+  }
+}
+
+/** Lets the present one end, and leaves out those after it. */
+export function endRound(): void {
+  const present = round.peek();
+  if (present) round.value = { ...present, uids: present.uids.slice(0, present.at + 1) };
+}

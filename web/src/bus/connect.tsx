@@ -1,0 +1,77 @@
+/** The dialog over any page, and the same choice in the middle of the Bus page while there is no bus. */
+import { useEffect } from "preact/hooks";
+import type { Bus } from "../api/types";
+import { bus } from "../bench/bench";
+import { channelOf } from "../bench/bus-now";
+import { connectOpen } from "../bench/connect-open";
+import { findings, watchDoctor } from "../bench/doctor";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
+import { Findings } from "./doctor";
+import { ConnectButton, isDemo, type Picker, PickerCards, usePicker } from "./picker";
+import "./bus.css";
+import "./connect.css";
+
+const said = words.connectDialog;
+
+export function ConnectDialog() {
+  const picker = usePicker();
+  const close = () => {
+    connectOpen.value = false;
+  };
+  const state = bus.value;
+  return (
+    <Dialog
+      title={said.title}
+      subtitle={subtitle(state)}
+      testid="connect-dialog"
+      onClose={close}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={close}>{text.cancel}</Button>
+          </span>
+          <ConnectButton picker={picker} onOpen={close} />
+        </>
+      }
+    >
+      <PickerCards picker={picker} />
+      <NothingUsable picker={picker} />
+    </Dialog>
+  );
+}
+
+function subtitle(state: Bus | null): string {
+  if (!state?.address || state.state === "disconnected") return said.none;
+  const name = channelOf(state.address);
+  return state.state === "lost" || state.state === "connecting" ? said.lost(name) : said.now(name);
+}
+
+export function ConnectHere() {
+  const picker = usePicker();
+  return (
+    <section class="connect-here" data-testid="connect-here">
+      <h2>{said.title}</h2>
+      <PickerCards picker={picker} />
+      <div class="connect-foot">
+        <ConnectButton picker={picker} />
+      </div>
+    </section>
+  );
+}
+
+/** Nothing to connect: what the doctor finds is what there is to do. */
+function NothingUsable({ picker }: { picker: Picker }) {
+  useEffect(() => watchDoctor().end, []);
+  const list = picker.adapters.value;
+  const wrong = findings.value.filter(one => one.severity !== "ok");
+  if (list === null || list.some(one => one.usable && !isDemo(one)) || wrong.length === 0) return null;
+  return (
+    <section class="connect-doctor">
+      <h3>{said.doctor}</h3>
+      <Findings list={wrong} />
+    </section>
+  );
+}

@@ -1,0 +1,141 @@
+/** The doctor's findings: what is wrong with its evidence and remedy first, what is well below. */
+import type { Finding } from "../api/bus-types";
+import { bus } from "../bench/bench";
+import { now } from "../bench/clock";
+import { connectOpen } from "../bench/connect-open";
+import { doctorProblem, findings, lookedAt } from "../bench/doctor";
+import { nameOf, servo } from "../bench/fleet";
+import { age, grouped } from "../bench/format";
+import { up } from "../bench/link";
+import { change, go, pathOf } from "../bench/route";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Scroll } from "../kit/scroll";
+import { bus as words } from "../text/topics";
+import { told } from "./finding";
+import { withWord } from "./frame-filter";
+import { box } from "./monitor-state";
+import { Remedy } from "./remedy";
+
+const said = words.doctor;
+
+export function Doctor({ onLook }: { onLook: () => void }) {
+  return (
+    <section class="doctor" aria-label={said.title} data-testid="doctor">
+      <header class="part-head">
+        <h2>{said.title}</h2>
+        <Looked />
+        <span class="grow" />
+        <Button live testid="doctor-again" onClick={onLook}>
+          {said.again}
+        </Button>
+      </header>
+      <Scroll label={said.list}>
+        <Findings list={findings.value} />
+      </Scroll>
+    </section>
+  );
+}
+
+/** Findings older than this are old: the page asks every three seconds. */
+const OLD_S = 10;
+
+function Looked() {
+  const at = lookedAt.value;
+  const passed = at === null ? null : Math.max(0, now.value - at);
+  const old = passed !== null && passed > OLD_S;
+  return (
+    <span class={`small ${old ? "strong" : "dim"}`} data-testid="doctor-looked">
+      {passed === null ? said.first : said.looked(age(passed, 0))}
+    </span>
+  );
+}
+
+export function Findings({ list }: { list: readonly Finding[] }) {
+  const old = !up.value;
+  const complaints = list.filter(one => one.severity !== "ok").length;
+  return (
+    <>
+      {doctorProblem.value !== null && (
+        <p class="refusal part-line" role="alert">
+          <Glyph kind="failure" size={14} /> {said.failed(doctorProblem.value)}
+        </p>
+      )}
+      {list.length > 0 && complaints === 0 && (
+        <p class="part-line calm" data-testid="doctor-well">
+          <Glyph kind="ok" /> {said.well(grouped(list.length))}
+        </p>
+      )}
+      <ul class={old ? "findings old" : "findings"}>
+        {list.map((one, place) => (
+          <FindingRow key={`${one.code}/${one.node_ids}/${one.uids}/${place}`} one={one} />
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function FindingRow({ one }: { one: Finding }) {
+  const { title, evidence, remedy, command } = told(one);
+  return (
+    <li class="finding" data-severity={one.severity} data-code={one.code}>
+      <Glyph kind={one.severity} />
+      <div>
+        <p class={one.severity === "ok" ? "f-name" : "f-name strong"}>
+          <span class="hidden-text">{said.severity[one.severity]}: </span>
+          {title}
+        </p>
+        <p class="f-evidence">{evidence}</p>
+        {remedy !== null && <Remedy text={remedy} command={command} />}
+        {one.severity !== "ok" && <Ways one={one} />}
+      </div>
+    </li>
+  );
+}
+
+const AT_IDS = new Set(["second_allocator", "allocator_off", "allocation_refused", "allocation_stuck"]);
+const AT_CONNECT = new Set(["no_bus", "interface_down", "adapter_failed", "adapter_lost", "bit_rate"]);
+const MOST = 3;
+
+/** Where on this page to go on from a finding. */
+function Ways({ one }: { one: Finding }) {
+  const servos = (one.uids ?? []).flatMap(uid => servo(uid) ?? []).slice(0, MOST);
+  const nodes = (one.node_ids ?? []).slice(0, MOST);
+  const ids = AT_IDS.has(one.code);
+  // Where there is no bus at all the adapters stand beside this.
+  const connect = AT_CONNECT.has(one.code) && !connectOpen.value && bus.value?.state !== "disconnected";
+  if (servos.length + nodes.length === 0 && !ids && !connect) return null;
+  const look = (id: number) => {
+    box.value = withWord(box.peek(), "node", id);
+    change({}, "monitor");
+  };
+  return (
+    <p class="ways small">
+      {connect && (
+        <button type="button" class="link" onClick={() => (connectOpen.value = true)}>
+          {said.connect}
+        </button>
+      )}
+      {ids && (
+        <button type="button" class="link" onClick={() => change({}, "ids")}>
+          {said.ids}
+        </button>
+      )}
+      {servos.map(each => (
+        <button
+          key={each.uid}
+          type="button"
+          class="link"
+          onClick={() => go(pathOf("parameters", each.uid, "node_id"))}
+        >
+          {said.servo(nameOf(each))}
+        </button>
+      ))}
+      {nodes.map(id => (
+        <button key={id} type="button" class="link" onClick={() => look(id)}>
+          {said.nodes(String(id))}
+        </button>
+      ))}
+    </p>
+  );
+}

@@ -1,0 +1,128 @@
+/** How a transfer or a frame reads as a line of the monitor. */
+import type { DecodedTransfer, RawFrame } from "../api/bus-types";
+import { grouped } from "../bench/format";
+import type { FeedRow } from "../telemetry/frame-feed";
+import { bus as words } from "../text/topics";
+
+export interface Line {
+  time: string;
+  way: string;
+  route: string;
+  /** Bold: what it is. */
+  head: string;
+  text: string;
+  /** Data is read digit by digit. */
+  mono: boolean;
+  id: string;
+  size: string;
+  kind: "plain" | "sent" | "problem" | "gap";
+}
+
+const said = words.monitor;
+
+/** "14:02:31.418204", in the reader's time zone: frames follow each other within microseconds. */
+export function stamp(utc: number): string {
+  const at = new Date(Math.floor(utc) * 1000);
+  const pair = (n: number) => String(n).padStart(2, "0");
+  const micros = String(Math.min(999_999, Math.round((utc % 1) * 1e6))).padStart(6, "0");
+  return `${pair(at.getHours())}:${pair(at.getMinutes())}:${pair(at.getSeconds())}.${micros}`;
+}
+
+/** "Status" of "uavcan.equipment.actuator.Status". */
+export function shortType(type: string): string {
+  return type.split(".").at(-1) ?? type;
+}
+
+export function typeWords(transfer: DecodedTransfer): string {
+  const name = transfer.type === null ? said.unknownType(transfer.data_type_id) : shortType(transfer.type);
+  if (transfer.kind === "request") return `${name} ${said.request}`;
+  return transfer.kind === "response" ? `${name} ${said.answer}` : name;
+}
+
+/** The server's sentence in two: what it is, and the rest. */
+function halves(one: DecodedTransfer): { head: string; text: string } {
+  const type = typeWords(one);
+  const head = one.summary.startsWith(type) ? type : (/^[^,]*/.exec(one.summary)?.[0] ?? "");
+  return { head, text: one.summary.slice(head.length).trimStart() };
+}
+
+/** Who to whom, as the 29 bits of an identifier say it (section 4.1.1 of the DroneCAN specification). */
+export function endsOf(canId: string): { source: number; destination: number | null } {
+  const bits = Number.parseInt(canId, 16) || 0;
+  const service = (bits & 0x80) !== 0;
+  return { source: bits & 0x7f, destination: service ? (bits >> 8) & 0x7f : null };
+}
+
+function route(source: number, destination: number | null): string {
+  return `${source} → ${destination ?? said.all}`;
+}
+
+/** "0a 3f 00": bytes apart. */
+export function spaced(hex: string): string {
+  return hex.replace(/..(?=.)/g, "$& ");
+}
+
+export function lineOf(row: FeedRow, raw: boolean): Line {
+  if (row.kind === "gap") {
+    const parts = [
+      row.lost > 0 ? said.lost(grouped(row.lost)) : "",
+      row.held > 0 ? said.skipped(grouped(row.held)) : "",
+    ];
+    const text = parts.filter(part => part !== "").join(" ");
+    return { time: "", way: "", route: "", head: "", text, mono: false, id: "", size: "", kind: "gap" };
+  }
+  const time = stamp(row.at);
+  return { time, ...(row.kind === "transfer" ? ofTransfer(row.transfer) : ofFrame(row.frame, raw)) };
+}
+
+function ofTransfer(one: DecodedTransfer): Omit<Line, "time"> {
+  return {
+    way: one.sent ? said.sent : said.got,
+    route: route(one.source, one.destination),
+    ...halves(one),
+    mono: false,
+    id: one.can_id.toUpperCase(),
+    size: one.frames > 1 ? said.framesOf(one.frames) : said.bytes(one.payload.length / 2),
+    kind: one.sent ? "sent" : "plain",
+  };
+}
+
+function ofFrame(one: RawFrame, raw: boolean): Omit<Line, "time"> {
+  const { source, destination } = endsOf(one.can_id);
+  const problem = one.problem !== null;
+  return {
+    way: one.sent ? said.sent : said.got,
+    route: route(source, destination),
+    head: problem && !raw ? said.notDecoded : "",
+    text: raw ? `${spaced(one.data)}${problem ? `   ${one.problem}` : ""}` : (one.problem ?? ""),
+    mono: raw,
+    id: one.can_id.toUpperCase(),
+    size: said.bytes(one.data.length / 2),
+    kind: problem ? "problem" : one.sent ? "sent" : "plain",
+  };
+}
+
+/** "value.integer_value = 124": every leaf of what was decoded, at most `most` of them. */
+export function leaves(fields: Record<string, unknown>, most: number): { name: string; value: string }[] {
+  const out: { name: string; value: string }[] = [];
+  const walk = (name: string, value: unknown): void => {
+    if (out.length >= most) return;
+    if (Array.isArray(value)) {
+      // Short plain lists, and bytes, are read best in one line.
+      if (value.every(one => typeof one !== "object" || one === null)) {
+        out.push({ name, value: `[${value.map(plain).join(", ")}]` });
+      } else for (const [place, one] of value.entries()) walk(`${name}[${place}]`, one);
+    } else if (typeof value === "object" && value !== null) {
+      const inner = Object.entries(value);
+      if (inner.length === 0) out.push({ name, value: "–" });
+      for (const [key, one] of inner) walk(name === "" ? key : `${name}.${key}`, one);
+    } else out.push({ name, value: plain(value) });
+  };
+  if (Object.keys(fields).length > 0) walk("", fields);
+  return out;
+}
+
+function plain(value: unknown): string {
+  if (typeof value === "number") return String(value).replace("-", "\u2212");
+  return value === null ? "–" : String(value);
+}

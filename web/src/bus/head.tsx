@@ -1,0 +1,185 @@
+/** The head of the bus page: what is connected and how it is, and the ways to change that. */
+
+import { useSignal } from "@preact/signals";
+import { ask, problemOf } from "../api/client";
+import type { Bus } from "../api/types";
+import { bus } from "../bench/bench";
+import { channelOf, retryIn } from "../bench/bus-now";
+import { connectOpen } from "../bench/connect-open";
+import { problemText, troubleText } from "../bench/facts";
+import { number, size, withUnit } from "../bench/format";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Icon, Spinner } from "../kit/icon";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
+import { lineFact, nothingReceived } from "./line";
+import { log } from "./log";
+import { LogDialog } from "./log-dialog";
+import { Remedy } from "./remedy";
+
+export function BusHead() {
+  const open = useSignal<"none" | "disconnect" | "log">("none");
+  const state = bus.value;
+  const name = channelOf(state?.address);
+  const none = state === null || state.state === "disconnected";
+  const close = () => {
+    open.value = "none";
+  };
+  return (
+    <>
+      <div class="page-head bus-head">
+        <div class="bus-name">
+          <h1>{name === "" ? words.unnamed : words.title(name)}</h1>
+          <span class="second bus-facts" data-testid="bus-facts">
+            {state && facts(state)}
+          </span>
+        </div>
+        {!none && (
+          <Button
+            look="danger"
+            live
+            testid="bus-disconnect"
+            onClick={() => {
+              open.value = "disconnect";
+            }}
+          >
+            {words.disconnect}
+          </Button>
+        )}
+        {!none && (
+          <Button
+            live
+            testid="bus-change"
+            onClick={() => {
+              connectOpen.value = true;
+            }}
+          >
+            {words.change}
+          </Button>
+        )}
+        <Button
+          testid="bus-log"
+          onClick={() => {
+            open.value = "log";
+          }}
+        >
+          {log.value?.state === "running" ? (
+            <>
+              <span class="k-intent" aria-hidden="true">
+                ●
+              </span>
+              {words.logging(size(log.value.bytes))}
+            </>
+          ) : (
+            <>
+              <Icon name="download" />
+              {words.log}
+            </>
+          )}
+        </Button>
+      </div>
+      {state && <Trouble state={state} />}
+      {open.value === "disconnect" && <DisconnectDialog name={name} onClose={close} />}
+      {open.value === "log" && <LogDialog onClose={close} />}
+    </>
+  );
+}
+
+function facts(state: Bus): string {
+  const word = stateWord(state);
+  if (state.state === "disconnected" || state.bitrate === null) return word;
+  const rate = text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 3 : 0));
+  const point =
+    state.sample_point === null
+      ? words.samplePointUnknown
+      : words.samplePoint(withUnit(number(state.sample_point * 100, 1), "%"));
+  const line = lineFact(state);
+  const facts = `${word}${text.period}${rate}${text.comma}${point}`;
+  return line === null ? facts : `${facts}${text.period}${line}`;
+}
+
+function stateWord(state: Bus): string {
+  if (state.trouble_code === "recording_over") return words.trouble.over;
+  return state.trouble_code === "nothing_received" ? words.trouble.nothing : words.state[state.state];
+}
+
+/** Why the bus does not work, what helps, and when it is tried again. */
+function Trouble({ state }: { state: Bus }) {
+  const waits = retryIn.value;
+  if (state.trouble === null && state.state !== "lost" && state.state !== "bus_off") return null;
+  const nothing = state.trouble_code === "nothing_received" ? nothingReceived(state) : null;
+  return (
+    <section class="bus-trouble" role="alert" data-testid="bus-trouble">
+      <Glyph kind={state.state === "passive" || state.state === "active" ? "warning" : "failure"} />
+      <div>
+        <p class="strong">{stateWord(state)}</p>
+        {nothing?.map(one => (
+          <p key={one}>{one}</p>
+        ))}
+        {nothing === null && state.trouble !== null && (
+          <Remedy text={troubleText(state, state.trouble)} command={state.trouble_params.command} />
+        )}
+      </div>
+      {waits !== null && (
+        // Read aloud once, not each second.
+        <p class="second retry" aria-live="off" data-testid="bus-retry">
+          {waits < 0.1 && <Spinner size={14} />}
+          {waits < 0.1
+            ? words.trouble.retrying
+            : words.trouble.retry(withUnit(number(Math.ceil(waits), 0), "s"))}
+        </p>
+      )}
+    </section>
+  );
+}
+
+function DisconnectDialog({ name, onClose }: { name: string; onClose: () => void }) {
+  const busy = useSignal(false);
+  const problem = useSignal<string | null>(null);
+  const said = words.disconnectDialog;
+  const disconnect = async () => {
+    busy.value = true;
+    problem.value = null;
+    try {
+      bus.value = await ask<Bus>("DELETE", "/bus");
+      onClose();
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+      busy.value = false;
+    }
+  };
+  return (
+    <Dialog
+      title={said.title(name)}
+      testid="disconnect-dialog"
+      onClose={onClose}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={onClose}>{text.cancel}</Button>
+          </span>
+          <Button
+            look="danger"
+            live
+            testid="disconnect-confirm"
+            disabled={busy.value}
+            onClick={() => void disconnect()}
+          >
+            {said.confirm(name)}
+          </Button>
+        </>
+      }
+    >
+      <p class="strong">{said.first}</p>
+      <p>{said.after}</p>
+      <p class="second">{said.stays}</p>
+      {problem.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {problem.value}
+        </p>
+      )}
+    </Dialog>
+  );
+}

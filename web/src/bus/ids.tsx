@@ -1,0 +1,245 @@
+/** The node id table: who has which, who waits, and whether hornbill gives any. */
+
+import { useSignal } from "@preact/signals";
+import type { Allocation, AllocatorMode, AllocatorState } from "../api/bus-types";
+import { ask, problemOf } from "../api/client";
+import type { Bus } from "../api/types";
+import { allocations, ownerName, tableProblem } from "../bench/allocations";
+import { bus } from "../bench/bench";
+import { now } from "../bench/clock";
+import { problemText } from "../bench/facts";
+import { pending } from "../bench/fleet";
+import { age, clock, date, grouped } from "../bench/format";
+import { up } from "../bench/link";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Scroll } from "../kit/scroll";
+import { Segments } from "../kit/segments";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
+import { ForgetDialog, PinDialog } from "./id-dialogs";
+import { IdMap } from "./id-map";
+
+const said = words.ids;
+
+export function NodeIds({ onChanged }: { onChanged: () => void }) {
+  const open = useSignal<{ what: "pin" | "forget"; one: Allocation } | null>(null);
+  const done = useSignal<string | null>(null);
+  const table = allocations.value;
+  const allocator = bus.value?.allocator ?? null;
+  const close = (note: string | null) => {
+    open.value = null;
+    if (note === null) return;
+    done.value = note;
+    onChanged();
+  };
+  return (
+    <Scroll label={said.title} testid="node-ids">
+      {allocator && <Allocator allocator={allocator} table={table ?? []} />}
+      {tableProblem.value !== null && (
+        <p class="refusal part-line" role="alert">
+          <Glyph kind="failure" size={14} /> {said.failed(tableProblem.value)}
+        </p>
+      )}
+      {done.value !== null && (
+        <p class="part-line done" role="status" data-testid="ids-note">
+          <Glyph kind="ok" /> {done.value}
+        </p>
+      )}
+      <Pending />
+      {table !== null && table.length === 0 && (
+        <div class="part-empty">
+          <p class="strong">{said.empty}</p>
+          <p class="second">{said.emptyLine}</p>
+        </div>
+      )}
+      {table !== null && table.length > 0 && (
+        <div role="table" aria-label={said.title} class={up.value ? "" : "old"}>
+          <div role="row" class="i-grid n-head">
+            {(["id", "name", "seen", "pinned"] as const).map(key => (
+              <span key={key} role="columnheader" class={`i-${key}`}>
+                {said.head[key]}
+              </span>
+            ))}
+          </div>
+          {table.map(one => (
+            <Row
+              key={one.uid}
+              one={one}
+              onPin={() => {
+                open.value = { what: "pin", one };
+              }}
+              onForget={() => {
+                open.value = { what: "forget", one };
+              }}
+            />
+          ))}
+        </div>
+      )}
+      {table !== null && <p class="small dim below">{said.more}</p>}
+      {open.value?.what === "pin" && <PinDialog one={open.value.one} table={table ?? []} onClose={close} />}
+      {open.value?.what === "forget" && <ForgetDialog one={open.value.one} onClose={close} />}
+    </Scroll>
+  );
+}
+
+function Row({ one, onPin, onForget }: { one: Allocation; onPin: () => void; onForget: () => void }) {
+  return (
+    <div role="row" class={one.online ? "i-grid n-row" : "i-grid n-row away"} data-testid={`id-${one.uid}`}>
+      <span role="cell" class="i-id">
+        {one.node_id}
+      </span>
+      <span role="cell" class="i-name">
+        <span class="strong">{ownerName(one.uid)}</span>
+        <small class="mono">{one.uid}</small>
+      </span>
+      <span role="cell" class="i-seen">
+        {one.last_seen === null ? said.never : day(one.last_seen)}
+        <small>{one.online ? said.online : said.offline}</small>
+      </span>
+      <span role="cell" class={one.pinned ? "i-pinned strong" : "i-pinned dim"}>
+        {one.pinned ? said.pinned : said.automatic}
+      </span>
+      <span role="cell" class="i-do">
+        <Button live testid={`pin-${one.uid}`} onClick={onPin}>
+          {said.pin}
+        </Button>
+        <Button live testid={`forget-${one.uid}`} onClick={onForget}>
+          {said.forget}
+        </Button>
+      </span>
+    </div>
+  );
+}
+
+/** "14:02:31" of today, "2026-03-01" of another day. */
+function day(utc: number): string {
+  return date(utc) === date(Date.now() / 1000) ? clock(utc) : date(utc);
+}
+
+function Pending() {
+  if (pending.value.length === 0) return null;
+  return (
+    <ul class="pending" aria-label={said.waiting(grouped(pending.value.length))}>
+      {pending.value.map(one => {
+        const passed = Math.max(0, now.value - one.heardAt);
+        return (
+          <li key={one.uid_part} class="pending-row" data-testid={`pending-${one.uid_part}`}>
+            <Glyph kind={one.refusal === null ? "identifying" : "failure"} />
+            <div>
+              <p>
+                <span class="strong">{text.servos.waiting}</span> <span class="mono dim">{one.uid_part}</span>
+              </p>
+              <p class="small second">
+                {said.heard(one.stage)}, {said.attempts(grouped(one.attempts))},{" "}
+                {said.waits(age(one.waiting_s + passed, 0))}
+              </p>
+              {one.refusal !== null && <p class="small k-failure">{one.refusal}</p>}
+            </div>
+          </li>
+        );
+      })}
+    </ul>
+  );
+}
+
+function Allocator({ allocator, table }: { allocator: AllocatorState; table: readonly Allocation[] }) {
+  const asking = useSignal<AllocatorMode | null>(null);
+  const problem = useSignal<string | null>(null);
+  const set = async (mode: AllocatorMode) => {
+    asking.value = null;
+    problem.value = null;
+    try {
+      const answer = await ask<AllocatorState>("PUT", "/bus/allocator", { body: { mode } });
+      if (bus.value) bus.value = { ...bus.value, allocator: answer } satisfies Bus;
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+    }
+  };
+  // What may take a servo off the bus is asked first.
+  const choose = (mode: AllocatorMode) => {
+    if (mode === allocator.mode || !up.value) return;
+    if (mode === "on") void set(mode);
+    else asking.value = mode;
+  };
+  const rival = allocator.rival_node_id;
+  const insist = asking.value === "insist";
+  return (
+    <div class="allocator">
+      <div class="allocator-head">
+        <span>{said.mode}</span>
+        <Segments<AllocatorMode>
+          label={said.mode}
+          chosen={allocator.mode}
+          onChoose={choose}
+          options={[
+            { key: "on", label: said.modes.on },
+            { key: "off", label: said.modes.off },
+            { key: "insist", label: said.modes.insist },
+          ]}
+        />
+        <span class="second small" data-testid="allocator-says">
+          {allocator.state !== "standing_down"
+            ? said.says[allocator.mode]
+            : allocator.own_id_shared
+              ? said.says.own_id_shared
+              : said.says.standing_down}
+        </span>
+      </div>
+      {rival !== null && (
+        <p class="rival">
+          <Glyph kind="warning" />
+          <span>
+            <b>{said.rival(String(rival))}</b> <span class="second">{said.rivalDo}</span>
+          </span>
+        </p>
+      )}
+      {problem.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {problem.value}
+        </p>
+      )}
+      <IdMap table={table} />
+      <p class="small second" data-testid="ids-used">
+        {said.used(
+          grouped(125 - allocator.free),
+          grouped(allocator.free),
+          grouped(table.filter(one => one.pinned).length),
+        )}
+      </p>
+      {asking.value !== null && (
+        <Dialog
+          title={insist ? said.insistTitle : said.offTitle}
+          testid="allocator-dialog"
+          onClose={() => {
+            asking.value = null;
+          }}
+          foot={
+            <>
+              <span data-first-focus>
+                <Button
+                  onClick={() => {
+                    asking.value = null;
+                  }}
+                >
+                  {text.cancel}
+                </Button>
+              </span>
+              <Button
+                look="danger"
+                live
+                testid="allocator-confirm"
+                onClick={() => void set(asking.peek() ?? "on")}
+              >
+                {insist ? said.insistConfirm : said.offConfirm}
+              </Button>
+            </>
+          }
+        >
+          <p>{insist ? said.insistText : said.offText}</p>
+        </Dialog>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,100 @@
+/** The serial line of the connected adapter: its rate, what it carries, and what is unusual about the adapter. */
+import type { Bus } from "../api/types";
+import { grouped, number, withUnit } from "../bench/format";
+import { Glyph } from "../kit/glyph";
+import { bus as words } from "../text/topics";
+
+const said = words.line;
+
+type Note = Bus["notes"][number];
+
+/** A note in the page's language, by its code; the server's sentence where the page has none. */
+export function noteText(note: Note): string {
+  const known = said.notes[note.code];
+  return known === undefined ? note.text : known(note.params);
+}
+
+/** What is wrong when nothing was ever received, with what helps. */
+export function nothingReceived(state: Bus): string[] {
+  const line = state.serial_line;
+  const lines: string[] = [said.checkBus];
+  if (line && line.budget !== null && !line.confirmed) {
+    lines.unshift(line.found ? said.tryingRates(grouped(line.baud)) : said.leaveOut(grouped(line.baud)));
+  }
+  return lines;
+}
+
+/** A short sentence for the head of the bus page; null without a serial line. */
+export function lineFact(state: Bus): string | null {
+  const line = state.serial_line;
+  if (!line) return null;
+  if (line.budget === null) return said.usb;
+  return said.fact(grouped(line.baud), grouped(line.budget));
+}
+
+export function LineFacts({ state }: { state: Bus }) {
+  const line = state.serial_line;
+  if (!line && state.frame_gap_ms === 0 && state.notes.length === 0) return null;
+  return (
+    <div class="line-facts" data-testid="line-facts">
+      <dl>
+        {line && (
+          <>
+            <Fact name={said.baud} testid="line-baud">
+              {line.budget === null ? said.usb : said.baudOf(grouped(line.baud))}
+              {line.budget !== null && (
+                <small>{line.confirmed ? said.how(line.found) : said.unconfirmed}</small>
+              )}
+            </Fact>
+            {line.serial_number !== null && (
+              <Fact name={said.serialNumber} testid="line-serial">
+                <span class="mono">{line.serial_number}</span>
+              </Fact>
+            )}
+            {line.budget !== null && (
+              <Fact name={said.budget} testid="line-budget">
+                {said.framesPerSecond(grouped(line.budget))}
+                <small>
+                  {state.limited_by === "serial_line" ? said.slower : said.faster}
+                  {line.load_pct !== null && said.inUse(withUnit(number(line.load_pct, 0), "%"))}
+                </small>
+              </Fact>
+            )}
+          </>
+        )}
+        {state.frame_gap_ms > 0 && (
+          <Fact name={said.gap} testid="line-gap">
+            {withUnit(number(state.frame_gap_ms, state.frame_gap_ms % 1 ? 1 : 0), "ms")}
+          </Fact>
+        )}
+      </dl>
+      {state.notes.length > 0 && (
+        <ul class="line-notes" data-testid="line-notes" aria-label={said.notesTitle}>
+          {state.notes.map(note => (
+            <li key={note.code}>
+              <Glyph kind="notice" size={14} />
+              <span>{noteText(note)}</span>
+            </li>
+          ))}
+        </ul>
+      )}
+    </div>
+  );
+}
+
+function Fact({
+  name,
+  testid,
+  children,
+}: {
+  name: string;
+  testid: string;
+  children: preact.ComponentChildren;
+}) {
+  return (
+    <div data-testid={testid}>
+      <dt>{name}</dt>
+      <dd>{children}</dd>
+    </div>
+  );
+}

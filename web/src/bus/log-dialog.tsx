@@ -1,0 +1,272 @@
+/** The dialog of the log: format, name and limit; how far it is; and the files there are. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import type { LogFile, LogFormat, LogState } from "../api/bus-types";
+import { connected } from "../bench/bench";
+import { clock, date, grouped, minute, size } from "../bench/format";
+import { noteText } from "../bench/note-text";
+import { parseNumber } from "../bench/number";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { Segments } from "../kit/segments";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
+import { listLogs, log, logProblem, logs, removeLog, startLog, stopLog, urlOf } from "./log";
+
+const said = words.logDialog;
+const FORMATS: readonly LogFormat[] = ["candump", "asc", "blf", "csv"];
+const MOST_MB = 10_000;
+const USUAL_MB = 100;
+
+export function LogDialog({ onClose }: { onClose: () => void }) {
+  const state = log.value?.state;
+  // The list is read anew when a log begins or ends, whoever did that.
+  useEffect(() => {
+    logProblem.value = null;
+    void listLogs();
+  }, [state]);
+  return (
+    <Dialog
+      title={said.title}
+      testid="log-dialog"
+      onClose={onClose}
+      foot={
+        <span data-first-focus>
+          <Button onClick={onClose}>{text.close}</Button>
+        </span>
+      }
+    >
+      {log.value?.state === "running" ? <Running log={log.value} /> : <Start />}
+      {logProblem.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {logProblem.value}
+        </p>
+      )}
+      <Files />
+    </Dialog>
+  );
+}
+
+const SCALE = 100;
+
+function Running({ log }: { log: LogState }) {
+  const share = Math.min(1, log.bytes / Math.max(1, log.limit_bytes));
+  return (
+    <section class="log-running" data-testid="log-running">
+      <div class="log-line">
+        <span class="k-intent">●</span>
+        <b>{said.running(log.name ?? "")}</b>
+        <span class="grow" />
+        <Button look="primary" live testid="log-stop" onClick={() => void stopLog()}>
+          {said.stop}
+        </Button>
+      </div>
+      <svg
+        class="log-scale"
+        viewBox={`0 0 ${SCALE} 12`}
+        preserveAspectRatio="none"
+        width="100%"
+        height="12"
+        aria-hidden="true"
+      >
+        <path d={ticks()} stroke="var(--edge)" stroke-width="1" vector-effect="non-scaling-stroke" />
+        <path d={`M0 10H${share * SCALE}`} stroke="var(--ink)" stroke-width="4" />
+        <path
+          d={`M${SCALE} 0V12`}
+          stroke="var(--limit)"
+          stroke-width="4"
+          vector-effect="non-scaling-stroke"
+        />
+      </svg>
+      <p class="small second" data-testid="log-progress">
+        {said.progress(size(log.bytes), size(log.limit_bytes))},{" "}
+        {said.frames(grouped(log.frames), grouped(log.dropped))}
+        {log.started_at !== null && `, ${said.since(clock(log.started_at))}`}
+      </p>
+    </section>
+  );
+}
+
+function ticks(): string {
+  let path = "M0 7.5H100";
+  for (let at = 0; at <= SCALE; at += 10) path += `M${at} 2V7.5`;
+  return path;
+}
+
+function Start() {
+  const format = useSignal<LogFormat>("candump");
+  const name = useSignal("");
+  const limit = useSignal(String(USUAL_MB));
+  const busy = useSignal(false);
+  const mb = parseNumber(limit.value, "MB") ?? 0;
+  const wrong = mb < 1 || mb > MOST_MB;
+  const start = async () => {
+    if (wrong || busy.peek()) return;
+    busy.value = true;
+    await startLog(format.peek(), name.peek().trim() === "" ? null : name.peek().trim(), mb);
+    busy.value = false;
+  };
+  return (
+    <form
+      class="log-form"
+      onSubmit={event => {
+        event.preventDefault();
+        void start();
+      }}
+    >
+      {log.value && <Ended log={log.value} />}
+      <div class="field-row">
+        <span>{said.format}</span>
+        <Segments<LogFormat>
+          label={said.format}
+          chosen={format.value}
+          onChoose={key => {
+            format.value = key;
+          }}
+          options={FORMATS.map(key => ({ key, label: said.formats[key][0] }))}
+        />
+      </div>
+      <p class="small second under">{said.formats[format.value][1]}</p>
+      <div class="field-row">
+        <label for="log-name">{said.name}</label>
+        <input
+          id="log-name"
+          class="field"
+          data-testid="log-name"
+          autocomplete="off"
+          placeholder={said.nameHint}
+          value={name.value}
+          onInput={event => {
+            name.value = event.currentTarget.value;
+          }}
+        />
+      </div>
+      <div class="field-row">
+        <label for="log-limit">{said.limit}</label>
+        <span class="box short" data-wrong={wrong}>
+          <input
+            id="log-limit"
+            data-testid="log-limit"
+            inputMode="decimal"
+            autocomplete="off"
+            value={limit.value}
+            aria-invalid={wrong}
+            onInput={event => {
+              limit.value = event.currentTarget.value;
+            }}
+          />
+          <span class="unit">{said.limitUnit}</span>
+        </span>
+        <span class="grow" />
+        <Button
+          look="primary"
+          live
+          testid="log-start"
+          disabled={wrong || busy.value || !connected.value}
+          onClick={() => void start()}
+        >
+          {busy.value ? said.starting : said.start}
+        </Button>
+      </div>
+      {wrong && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {said.limitWrong(limit.value.trim() || "–")}
+        </p>
+      )}
+      {!connected.value && <p class="small second under">{said.noBus}</p>}
+    </form>
+  );
+}
+
+function Ended({ log }: { log: LogState }) {
+  const name = log.name ?? "";
+  switch (log.state) {
+    case "stopped":
+      return (
+        <p class="log-ended" role="status">
+          <Glyph kind="ok" /> {said.ended.stopped(name, size(log.bytes))}
+        </p>
+      );
+    case "full":
+    case "failed":
+      return (
+        <p class="log-ended" role="status">
+          <Glyph kind={log.state === "full" ? "notice" : "failure"} />
+          <span>
+            {log.state === "full" ? said.ended.full(name, size(log.bytes)) : said.ended.failed(name)}
+            {log.reason !== null && ` ${noteText(log.reason, log.reason_code, log.reason_params)}`}
+          </span>
+        </p>
+      );
+    default:
+      return null;
+  }
+}
+
+function Files() {
+  const list = logs.value;
+  if (list === null) return null;
+  return (
+    <section class="log-files" data-testid="log-files">
+      <h3>{said.files}</h3>
+      {list.length === 0 && <p class="second">{said.noFiles}</p>}
+      <ul>
+        {list.map(one => (
+          <File key={one.name} one={one} />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function File({ one }: { one: LogFile }) {
+  const asking = useSignal(false);
+  const running = log.value?.state === "running" && log.value.name === one.name ? log.value : null;
+  return (
+    <li class="log-file" data-testid={`log-${one.name}`}>
+      <span class="log-name">
+        <span class="mono">{one.name}</span>
+        <small>
+          {size(running?.bytes ?? one.bytes)},{" "}
+          {running ? said.being : `${date(one.modified_at)} ${minute(one.modified_at)}`}
+        </small>
+      </span>
+      {asking.value ? (
+        <>
+          <span class="small">{said.removeAsk}</span>
+          <Button look="danger" live testid="log-remove-yes" onClick={() => void removeLog(one.name)}>
+            {said.removeYes}
+          </Button>
+          <Button
+            onClick={() => {
+              asking.value = false;
+            }}
+          >
+            {said.removeNo}
+          </Button>
+        </>
+      ) : (
+        <>
+          <a class="button" href={urlOf(one.name)} download={one.name} data-testid="log-download">
+            <Icon name="download" size={15} />
+            {said.download}
+            <span class="hidden-text">{one.name}</span>
+          </a>
+          <Button
+            live
+            disabled={running !== null}
+            testid="log-remove"
+            onClick={() => {
+              asking.value = true;
+            }}
+          >
+            {said.remove}
+          </Button>
+        </>
+      )}
+    </li>
+  );
+}

@@ -1,0 +1,210 @@
+/** The monitor: filter box, counts, pause, the list, and the details of one row. */
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import { bus, connected } from "../bench/bench";
+import { now } from "../bench/clock";
+import { age, grouped, number } from "../bench/format";
+import { onKey } from "../bench/keys";
+import { up } from "../bench/link";
+import { keepInAddress } from "../bench/route";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { Segments } from "../kit/segments";
+import { bus as words } from "../text/topics";
+import { FrameDetail } from "./frame-detail";
+import { withProblems } from "./frame-filter";
+import { FrameList } from "./frame-list";
+import { lineOf } from "./frame-text";
+import * as monitor from "./monitor-state";
+
+const said = words.monitor;
+
+export function Monitor() {
+  useEffect(() => monitor.watchFrames(), []);
+  useEffect(() => keepInAddress("q", monitor.box), []);
+  return (
+    <section class="monitor" aria-label={said.title} data-testid="monitor">
+      <Tools />
+      <Said />
+      <Head />
+      <div class="frames-box">
+        <List />
+        <Nothing />
+      </div>
+      <FrameDetail />
+    </section>
+  );
+}
+
+function Tools() {
+  const filter = useRef<HTMLInputElement>(null);
+  // Before it is painted: who sees the box can use its key.
+  useLayoutEffect(() => onKey("/", () => filter.current?.focus()), []);
+  const problems = /(^|\s)problems(\s|$)/i.test(monitor.box.value);
+  const held = monitor.heldSince.value !== null;
+  return (
+    <div class="monitor-tools">
+      <label class="search" data-wrong={monitor.filterProblem.value !== null}>
+        <Icon name="search" size={16} />
+        <span class="hidden-text">{said.filter}</span>
+        <input
+          ref={filter}
+          type="search"
+          data-testid="monitor-filter"
+          placeholder={said.example}
+          autocomplete="off"
+          spellcheck={false}
+          value={monitor.box.value}
+          aria-invalid={monitor.filterProblem.value !== null}
+          aria-describedby="monitor-said"
+          onInput={event => {
+            monitor.box.value = event.currentTarget.value;
+          }}
+        />
+        <kbd class="touch-hide">/</kbd>
+      </label>
+      <Segments
+        label={said.view}
+        chosen={monitor.view.value}
+        onChoose={key => {
+          monitor.view.value = key;
+        }}
+        options={[
+          { key: "decoded", label: said.decoded },
+          { key: "raw", label: said.frames },
+        ]}
+      />
+      <button
+        type="button"
+        class="button toggle"
+        aria-pressed={problems}
+        onClick={() => {
+          monitor.box.value = withProblems(monitor.box.peek(), !problems);
+        }}
+      >
+        {said.problems}
+      </button>
+      <Button
+        testid="monitor-pause"
+        pressed={held}
+        onClick={() => {
+          if (held) monitor.goOn();
+          else monitor.paused.value = true;
+        }}
+      >
+        <Icon name={held ? "play" : "pause"} size={15} />
+        {held ? said.resume : said.pause}
+      </Button>
+    </div>
+  );
+}
+
+/** One line under the tools: what is wrong with the filter, or how much was received and shown. */
+function Said() {
+  const problem = monitor.filterProblem.value ?? monitor.refusal.value;
+  const counts = monitor.counts.value;
+  const since = monitor.heldSince.value;
+  return (
+    <p class="monitor-said small" id="monitor-said">
+      <span class="second" data-testid="monitor-counts">
+        {said.counts(grouped(counts.received), grouped(counts.shown), "")}
+        <span class={counts.lost > 0 ? "k-warning strong" : ""}>{grouped(counts.lost)}</span>
+      </span>
+      {since !== null && (
+        <span class="k-intent" data-testid="monitor-held">
+          {said.held(age(Math.max(0, now.value - since), 0), grouped(monitor.missed.value))}
+        </span>
+      )}
+      {problem !== null && (
+        <span class="refusal" role="alert" data-testid="filter-problem">
+          <Glyph kind="failure" size={14} /> {problem}
+        </span>
+      )}
+    </p>
+  );
+}
+
+function Head() {
+  const head = said.head;
+  return (
+    <div class="f-head" aria-hidden="true">
+      <span class="f-time">{head.time}</span>
+      <span class="f-way">{head.way}</span>
+      <span class="f-route">{head.route}</span>
+      <span class="f-body">{monitor.view.value === "raw" ? head.data : head.transfer}</span>
+      <span class="f-last">{head.id}</span>
+    </div>
+  );
+}
+
+function List() {
+  const scroller = useRef<HTMLDivElement>(null);
+  const list = useRef<FrameList | null>(null);
+  useEffect(() => {
+    if (!scroller.current) return undefined;
+    const made = new FrameList(scroller.current, monitor.feed, {
+      lineOf: row => lineOf(row, monitor.view.peek() === "raw"),
+      onHold: () => {
+        monitor.scrolled.value = true;
+      },
+      onEnd: () => {
+        monitor.scrolled.value = false;
+      },
+      onChoose: number => {
+        monitor.chosen.value = number;
+      },
+    });
+    list.current = made;
+    return () => made.destroy();
+  }, []);
+  const chosen = monitor.chosen.value;
+  useEffect(() => list.current?.choose(chosen), [chosen]);
+  return (
+    <div
+      ref={scroller}
+      class="frames"
+      role="grid"
+      aria-label={said.list}
+      tabIndex={0}
+      data-testid="frames"
+      data-old={!up.value}
+    />
+  );
+}
+
+/** So long nothing may come before that is said: the first rows are on their way. */
+const PATIENCE_S = 1;
+
+function Nothing() {
+  const counts = monitor.counts.value;
+  if (counts.shown > 0 || monitor.heldSince.value !== null) return null;
+  if (up.value && now.value - monitor.askedAt.value < PATIENCE_S) return null;
+  const state = bus.value;
+  const filtered = monitor.box.value.trim() !== "";
+  return (
+    <div class="frames-empty" data-testid="monitor-empty">
+      <p class="strong">
+        {!up.value
+          ? said.noLink
+          : !connected.value
+            ? said.noBus
+            : filtered && counts.received > 0
+              ? said.nothingPasses(grouped(counts.received))
+              : said.nothing}
+      </p>
+      {up.value && connected.value && state && (
+        <p class="second">{said.quiet(number(state.rx_fps + state.tx_fps, 0), grouped(state.errors))}</p>
+      )}
+      <p class="second">{said.teach}</p>
+      {filtered && (
+        <Button
+          onClick={() => {
+            monitor.box.value = "";
+          }}
+        >
+          {said.clear}
+        </Button>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,148 @@
+/** The Bus page: head, load and counters, the doctor, and beside it monitor, nodes and node ids. */
+import { useEffect, useRef } from "preact/hooks";
+import { watchAllocations } from "../bench/allocations";
+import { bus } from "../bench/bench";
+import { complaints, watchDoctor } from "../bench/doctor";
+import type { Poll } from "../bench/poll";
+import { change } from "../bench/route";
+import { narrow } from "../bench/screen";
+import { Glyph } from "../kit/glyph";
+import { Panel } from "../kit/panel";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
+import { ConnectHere } from "./connect";
+import { BusStrip } from "./counters";
+import { Doctor } from "./doctor";
+import { BusHead } from "./head";
+import { NodeIds } from "./ids";
+import { watchLog } from "./log";
+import { Monitor } from "./monitor";
+import { Nodes } from "./nodes";
+import "./bus.css";
+import "./monitor.css";
+import "./connect.css";
+
+type Part = "doctor" | "monitor" | "nodes" | "ids";
+
+export function BusPage({ hash }: { hash: string }) {
+  const doctor = useRef<Poll | null>(null);
+  const table = useRef<Poll | null>(null);
+  useEffect(() => {
+    const polls = [watchDoctor(), watchAllocations(), watchLog()] as const;
+    [doctor.current, table.current] = polls;
+    return () => {
+      for (const one of polls) one.end();
+    };
+  }, []);
+  const look = () => doctor.current?.now();
+  const parts: readonly Part[] = narrow.value
+    ? ["doctor", "monitor", "nodes", "ids"]
+    : ["monitor", "nodes", "ids"];
+  const part = parts.find(one => one === hash) ?? parts[0];
+  if (bus.value === null) {
+    return (
+      <div class="page">
+        <p class="notice-line">{text.empty.loading}</p>
+      </div>
+    );
+  }
+  if (bus.value.state === "disconnected") {
+    return (
+      <div class="page" data-testid="bus-page">
+        <BusHead />
+        <div class="bus-split">
+          {!narrow.value && (
+            <Panel>
+              <Doctor onLook={look} />
+            </Panel>
+          )}
+          <div class="scroll">
+            <ConnectHere />
+            {narrow.value && <Doctor onLook={look} />}
+          </div>
+        </div>
+      </div>
+    );
+  }
+  return (
+    <div class="page" data-testid="bus-page">
+      <BusHead />
+      {!narrow.value && (
+        <Panel>
+          <BusStrip />
+        </Panel>
+      )}
+      <div class="bus-split">
+        {!narrow.value && (
+          <Panel>
+            <Doctor onLook={look} />
+          </Panel>
+        )}
+        <div class="bus-parts">
+          <Parts parts={parts} chosen={part} />
+          <Panel key={part}>
+            {part === "doctor" && (
+              <div class="scroll">
+                <BusStrip />
+                <Doctor onLook={look} />
+              </div>
+            )}
+            {part === "monitor" && <Monitor />}
+            {part === "nodes" && <Nodes />}
+            {part === "ids" && <NodeIds onChanged={() => table.current?.now()} />}
+          </Panel>
+        </div>
+      </div>
+    </div>
+  );
+}
+
+const NAMES: Record<Part, string> = {
+  doctor: words.doctorTab,
+  monitor: words.monitorTab,
+  nodes: words.nodesTab,
+  ids: words.idsTab,
+};
+
+function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undefined }) {
+  const list = useRef<HTMLDivElement>(null);
+  const move = (event: KeyboardEvent) => {
+    const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    if (way === 0 || chosen === undefined) return;
+    const next = parts[(parts.indexOf(chosen) + way + parts.length) % parts.length];
+    if (next === undefined) return;
+    open(next);
+    list.current?.querySelector<HTMLElement>(`[data-testid=part-${next}]`)?.focus();
+  };
+  const open = (part: Part) => change({}, part);
+  const { failure, warning } = complaints.value;
+  return (
+    <div class="tabs">
+      <div ref={list} role="tablist" aria-label={words.parts} tabIndex={-1} onKeyDown={move}>
+        {parts.map(part => (
+          <button
+            key={part}
+            type="button"
+            role="tab"
+            aria-selected={part === chosen}
+            tabIndex={part === chosen ? 0 : -1}
+            data-testid={`part-${part}`}
+            onClick={() => open(part)}
+          >
+            {NAMES[part]}
+            {part === "doctor" && failure > 0 && (
+              <>
+                <Glyph kind="failure" size={13} /> {failure}
+              </>
+            )}
+            {part === "doctor" && failure === 0 && warning > 0 && (
+              <>
+                <Glyph kind="warning" size={13} /> {warning}
+              </>
+            )}
+          </button>
+        ))}
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,407 @@
+/** The choice of an adapter: what is plugged in as cards, any other address, and opening it. */
+
+import { computed, type Signal, signal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import type { Adapter } from "../api/bus-types";
+import { ask, problemOf } from "../api/client";
+import type { Bus } from "../api/types";
+import { bus } from "../bench/bench";
+import { channelOf } from "../bench/bus-now";
+import { monotonic, now } from "../bench/clock";
+import type { Kind } from "../bench/condition";
+import { factsOf, problemText } from "../bench/facts";
+import { age, grouped, number } from "../bench/format";
+import { parseNumber } from "../bench/number";
+import { poll } from "../bench/poll";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Guides } from "../kit/guide";
+import { Spinner } from "../kit/icon";
+import { text } from "../text";
+import { bus as words } from "../text/topics";
+import { LineFacts } from "./line";
+import { Remedy } from "./remedy";
+
+const said = words.connectDialog;
+
+/** Stands for the address typed by hand. */
+const OTHER = "";
+const DEMO = "memory:";
+const SERIAL = "slcan:";
+const USUAL_BITRATE = 1_000_000;
+const ASK_MS = 2000;
+/** Opening has a deadline of its own on the server. */
+const OPENING_MS = 30_000;
+
+export interface Picker {
+  adapters: Signal<readonly Adapter[] | null>;
+  lookedAt: Signal<number>;
+  listProblem: Signal<string | null>;
+  /** The address of a card, or OTHER. */
+  chosen: Signal<string | null>;
+  typed: Signal<string>;
+  kbit: Signal<string>;
+  /** Pause between the frames of one transfer as typed, ms. */
+  gap: Signal<string>;
+  opening: Signal<boolean>;
+  refused: Signal<{ text: string; command: unknown } | null>;
+  /** What Connect would open; null while nothing can be. */
+  wish: { readonly value: Wish | null };
+  open: () => Promise<boolean>;
+}
+
+interface Wish {
+  address: string;
+  bitrate: number;
+  frame_gap_ms?: number;
+}
+
+/** Lists the adapters again and again while it is shown; one that is plugged in appears by itself. */
+export function usePicker(): Picker {
+  const picker = useMemo(makePicker, []);
+  useEffect(() => {
+    const look = async () => {
+      try {
+        picker.adapters.value = inOrder(await ask<Adapter[]>("GET", "/bus/adapters"));
+        picker.listProblem.value = null;
+        picker.chosen.value = chosenOf(picker.adapters.value, picker.chosen.peek());
+      } catch (error) {
+        picker.listProblem.value = problemText(problemOf(error));
+      }
+      picker.lookedAt.value = monotonic();
+    };
+    return poll(ASK_MS, look).end;
+  }, []);
+  return picker;
+}
+
+/** Simulated servos in the server itself: always there, and never what somebody plugged in. */
+export function isDemo(one: Adapter): boolean {
+  return one.address.startsWith(DEMO);
+}
+
+/** What is plugged in first, the demo last. */
+export function inOrder(list: readonly Adapter[]): Adapter[] {
+  return [...list.filter(one => !isDemo(one)), ...list.filter(isDemo)];
+}
+
+/** The card that is chosen: the one there was while it can be used, else the first that is not connected already. */
+export function chosenOf(list: readonly Adapter[], present: string | null): string | null {
+  const usable = list.filter(one => one.usable);
+  if (present === OTHER || usable.some(one => one.address === present)) return present;
+  return (usable.find(one => one.state !== "connected") ?? usable[0])?.address ?? null;
+}
+
+function makePicker(): Picker {
+  const chosen = signal<string | null>(null);
+  const typed = signal("");
+  const kbit = signal(String(USUAL_BITRATE / 1000));
+  const opening = signal(false);
+  const refused: Picker["refused"] = signal(null);
+  const gap = signal(String(bus.peek()?.frame_gap_ms ?? 0));
+  const wish = computed<Wish | null>(() => {
+    const pause = gapOf(gap.value);
+    if (chosen.value === null || pause === null) return null;
+    const option = pause > 0 ? { frame_gap_ms: pause } : {};
+    if (chosen.value !== OTHER) return { address: chosen.value, bitrate: USUAL_BITRATE, ...option };
+    const address = typed.value.trim();
+    const bitrate = bitrateOf(kbit.value);
+    return address === "" || bitrate === null ? null : { address, bitrate, ...option };
+  });
+  const open = async () => {
+    if (wish.peek() === null || opening.peek()) return false;
+    opening.value = true;
+    refused.value = null;
+    try {
+      bus.value = await ask<Bus>("PUT", "/bus", { body: wish.peek(), timeout_ms: OPENING_MS });
+      return true;
+    } catch (error) {
+      const problem = problemOf(error);
+      refused.value = { text: problemText(problem), command: problem.facts.command };
+      return false;
+    } finally {
+      opening.value = false;
+    }
+  };
+  return {
+    adapters: signal(null),
+    lookedAt: signal(monotonic()),
+    listProblem: signal(null),
+    chosen,
+    typed,
+    kbit,
+    gap,
+    opening,
+    refused,
+    wish,
+    open,
+  };
+}
+
+const LEAST_KBIT = 10;
+const MOST_KBIT = 1000;
+
+/** Bit/s of what was typed in kbit/s, or null. */
+export function bitrateOf(typed: string): number | null {
+  const value = parseNumber(typed, "kbit/s");
+  return value !== null && value >= LEAST_KBIT && value <= MOST_KBIT ? Math.round(value * 1000) : null;
+}
+
+const MOST_GAP_MS = 20;
+
+/** Milliseconds of a pause that was typed, or null. */
+export function gapOf(typed: string): number | null {
+  const value = Number(typed.trim().replace(",", "."));
+  return typed.trim() !== "" && value >= 0 && value <= MOST_GAP_MS ? value : null;
+}
+
+export function PickerCards({ picker }: { picker: Picker }) {
+  const list = picker.adapters.value;
+  const refused = picker.refused.value;
+  return (
+    <div class="picker">
+      {picker.listProblem.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {said.failed(picker.listProblem.value)}
+        </p>
+      )}
+      {list?.every(isDemo) && (
+        <div data-testid="no-adapter">
+          <p class="strong">{said.nothing}</p>
+          <p class="second">{said.nothingLine}</p>
+          <ul class="adapter-checks" aria-label={said.nothing}>
+            {said.checks.map(check => (
+              <li key={check}>
+                <Remedy text={check} />
+              </li>
+            ))}
+          </ul>
+          <Guides places={["adapters"]} />
+        </div>
+      )}
+      <div role="radiogroup" aria-label={said.adapters} class="adapters" data-testid="adapters">
+        {(list ?? []).map(one => (
+          <Card key={one.address} one={one} picker={picker} />
+        ))}
+        <Other picker={picker} />
+      </div>
+      <p class="small dim" data-testid="adapters-looked">
+        {list === null ? said.looking : said.looked(age(Math.max(0, now.value - picker.lookedAt.value), 0))}
+      </p>
+      <Options picker={picker} />
+      <SwitchesOff picker={picker} />
+      {picker.opening.value && picker.wish.value?.address.startsWith(SERIAL) && (
+        <p class="small second" role="status" data-testid="finding-rate">
+          {said.findingRate}
+        </p>
+      )}
+      {refused && (
+        <div class="refused" role="alert" data-testid="connect-refused">
+          <Glyph kind="failure" size={14} />
+          <Remedy text={refused.text} command={refused.command} />
+        </div>
+      )}
+    </div>
+  );
+}
+
+/** One bus at a time: what becomes of the simulated servos is said before they are left. */
+function SwitchesOff({ picker }: { picker: Picker }) {
+  const here = bus.value;
+  const wish = picker.wish.value;
+  if (!here?.address?.startsWith(DEMO) || here.state === "disconnected") return null;
+  if (wish === null || wish.address.startsWith(DEMO)) return null;
+  return (
+    <p class="switches-off" role="status" data-testid="switches-off">
+      <Glyph kind="notice" size={14} /> {said.switchesOff}
+    </p>
+  );
+}
+
+const GLYPH: Record<Adapter["state"], Kind> = {
+  ready: "ok",
+  connected: "ok",
+  down: "warning",
+  wrong_bitrate: "warning",
+  no_permission: "failure",
+  in_use: "warning",
+  no_driver: "offline",
+};
+
+function Card({ one, picker }: { one: Adapter; picker: Picker }) {
+  const chosen = picker.chosen.value === one.address;
+  const facts = [
+    one.bitrate === null ? null : text.bar.bitrate(number(one.bitrate / 1e6, one.bitrate % 1e6 ? 3 : 0)),
+    one.sample_point === null ? null : words.plot.pct(number(one.sample_point * 100, 1)),
+    one.baud === null ? null : said.lastBaud(grouped(one.baud)),
+  ].filter(fact => fact !== null);
+  return (
+    <div class="adapter" data-usable={one.usable} data-chosen={chosen} data-testid={`adapter-${one.address}`}>
+      <label>
+        <input
+          type="radio"
+          name="adapter"
+          checked={chosen}
+          disabled={!one.usable}
+          onChange={() => {
+            picker.chosen.value = one.address;
+            picker.refused.value = null;
+          }}
+        />
+        <span class="adapter-name">
+          <span class="strong">{isDemo(one) ? said.demo : one.name}</span>
+          {isDemo(one) ? (
+            <small class="wraps">{said.demoLine}</small>
+          ) : (
+            <small class="mono">{one.address}</small>
+          )}
+        </span>
+        <span class="adapter-state">
+          <Glyph kind={GLYPH[one.state]} />
+          <span>
+            <span class={one.usable ? "" : "strong"}>{said.state[one.state]}</span>
+            {facts.length > 0 && <small>{facts.join(text.comma)}</small>}
+          </span>
+        </span>
+      </label>
+      {one.state === "connected" && bus.value && !isDemo(one) && (
+        <div class="adapter-why">
+          <LineFacts state={bus.value} />
+        </div>
+      )}
+      {(one.reason !== null || one.remedy !== null) && (
+        <div class="adapter-why">
+          <Remedy text={whyText(one)} command={one.params.command} />
+        </div>
+      )}
+    </div>
+  );
+}
+
+/** Why an adapter cannot be used, or what is odd about it, and what helps. */
+function whyText(one: Adapter): string {
+  const said = text.causes[one.cause ?? ""]?.(factsOf(one.params));
+  return said ?? [one.reason, one.remedy].filter(part => part !== null).join(" ");
+}
+
+function Other({ picker }: { picker: Picker }) {
+  const chosen = picker.chosen.value === OTHER;
+  const bitrate = bitrateOf(picker.kbit.value);
+  const pick = () => {
+    picker.chosen.value = OTHER;
+    picker.refused.value = null;
+  };
+  return (
+    <div class="adapter" data-usable data-chosen={chosen}>
+      <label>
+        <input type="radio" name="adapter" data-testid="adapter-other" checked={chosen} onChange={pick} />
+        <span class="adapter-name">
+          <span class="strong">{said.other}</span>
+          <small class="wraps">{said.otherLine}</small>
+        </span>
+      </label>
+      {chosen && (
+        <div class="adapter-why">
+          <div class="field-row">
+            <label for="adapter-address">{said.address}</label>
+            <input
+              id="adapter-address"
+              class="field"
+              data-testid="adapter-address"
+              placeholder={said.example}
+              autocomplete="off"
+              spellcheck={false}
+              value={picker.typed.value}
+              onInput={event => {
+                picker.typed.value = event.currentTarget.value;
+                picker.refused.value = null;
+              }}
+            />
+          </div>
+          <div class="field-row">
+            <label for="adapter-bitrate">{said.bitrate}</label>
+            <span class="box short" data-wrong={bitrate === null}>
+              <input
+                id="adapter-bitrate"
+                data-testid="adapter-bitrate"
+                inputMode="decimal"
+                autocomplete="off"
+                value={picker.kbit.value}
+                aria-invalid={bitrate === null}
+                onInput={event => {
+                  picker.kbit.value = event.currentTarget.value;
+                }}
+              />
+              <span class="unit">{said.bitrateUnit}</span>
+            </span>
+            <span class={bitrate === USUAL_BITRATE ? "small second" : "small strong"}>
+              {bitrate === null
+                ? said.bitrateWrong(picker.kbit.value.trim() || "–")
+                : bitrate === USUAL_BITRATE
+                  ? said.bitrateLine
+                  : said.bitrateOther}
+            </span>
+          </div>
+        </div>
+      )}
+    </div>
+  );
+}
+
+/** What applies to every adapter; folded, for few need it. */
+function Options({ picker }: { picker: Picker }) {
+  const wrong = gapOf(picker.gap.value) === null;
+  return (
+    <details class="adapter-options" data-testid="adapter-options">
+      <summary>{said.options}</summary>
+      <div class="field-row">
+        <label for="adapter-gap">{said.gap}</label>
+        <span class="box short" data-wrong={wrong}>
+          <input
+            id="adapter-gap"
+            data-testid="adapter-gap"
+            inputMode="decimal"
+            autocomplete="off"
+            value={picker.gap.value}
+            aria-invalid={wrong}
+            onInput={event => {
+              picker.gap.value = event.currentTarget.value;
+            }}
+          />
+          <span class="unit">ms</span>
+        </span>
+        <span class={wrong ? "small strong" : "small second"}>
+          {wrong ? said.gapWrong(picker.gap.value.trim() || "–") : said.gapLine}
+        </span>
+      </div>
+    </details>
+  );
+}
+
+export function ConnectButton({ picker, onOpen }: { picker: Picker; onOpen?: () => void }) {
+  const wish = picker.wish.value;
+  const picked = picker.adapters.value?.find(one => one.address === wish?.address);
+  const name = picked && isDemo(picked) ? said.demoName : channelOf(wish?.address);
+  const open = async () => {
+    if (await picker.open()) onOpen?.();
+  };
+  return (
+    <Button
+      look="primary"
+      live
+      testid="connect"
+      disabled={wish === null || picker.opening.value}
+      onClick={() => void open()}
+    >
+      {picker.opening.value ? (
+        <>
+          <Spinner /> {said.connecting(name)}
+        </>
+      ) : name === "" ? (
+        said.plain
+      ) : (
+        said.connect(name)
+      )}
+    </Button>
+  );
+}

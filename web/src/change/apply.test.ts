@@ -1,0 +1,165 @@
+/** Writing: what is sent, and what each row is told of every way it can end. */
+import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
+import type { Reading } from "../api/types";
+import { Sheet } from "../bench/parameters";
+import { apply, sheetProblem } from "./apply";
+
+interface Sent {
+  method: string;
+  path: string;
+  body: unknown;
+  headers: Record<string, string>;
+}
+
+let sent: Sent[];
+let sheet: Sheet;
+let answer: { status: number; body: unknown };
+
+const reading = (key: string, value: number): Reading => ({
+  key,
+  address: 0x38,
+  value,
+  configured: value,
+  raw: value,
+  unit: "°",
+  at: 0,
+  age_s: 0,
+  rom: value,
+  default: 0,
+  minimum: 0,
+  maximum: 180,
+  in_effect: true,
+  why_not: null,
+  why: null,
+  stale: false,
+});
+
+const change = (key: string, verdict: string, after = 5) => ({
+  key,
+  before: 1,
+  requested: 5,
+  after,
+  verdict,
+});
+
+beforeEach(() => {
+  sent = [];
+  sheet = new Sheet("a".repeat(32));
+  for (const key of ["a", "b"]) sheet.put(reading(key, 1));
+  sheet.revision = "7";
+  sheetProblem.value = null;
+  vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
+    const headers = init.headers as Record<string, string>;
+    sent.push({
+      method: init.method ?? "",
+      path: url,
+      body: init.body && JSON.parse(String(init.body)),
+      headers,
+    });
+    if (init.method === "GET") return new Response(JSON.stringify({ revision: "8", parameters: {} }));
+    return new Response(JSON.stringify(answer.body), { status: answer.status });
+  });
+});
+
+afterEach(() => vi.unstubAllGlobals());
+
+const stage = (key: string, value: number) =>
+  sheet.drafts.put(key, { text: String(value), verdict: { ok: true, value } });
+const outcome = (key: string) => sheet.outcomes.value.get(key);
+
+describe("apply", () => {
+  test("sends what is staged in one piece, with the revision it was made from", async () => {
+    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    stage("a", 5);
+    expect(await apply(sheet)).toBe(true);
+    expect(sent[0]).toMatchObject({ method: "PATCH", body: { values: { a: 5 } } });
+    expect(sent[0]?.headers["If-Match"]).toBe("7");
+    expect(sheet.drafts.map.value.size).toBe(0);
+    expect(sheet.revision).toBe("8");
+    expect(sheet.busy.value).toBeNull();
+  });
+
+  test("never sends what is not allowed, nor what RAM holds already", async () => {
+    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    stage("a", 5);
+    sheet.drafts.put("b", {
+      text: "999",
+      verdict: { ok: false, code: "above", what: "", remedy: "", nearest: 180 },
+    });
+    await apply(sheet);
+    expect(sent[0]?.body).toEqual({ values: { a: 5 } });
+    expect(sheet.drafts.get("b")?.text).toBe("999");
+    sent = [];
+    stage("a", 1);
+    expect(await apply(sheet)).toBe(true);
+    expect(sent).toEqual([]);
+  });
+
+  test("of some rows alone leaves the other drafts, and brings the motion control it is given", async () => {
+    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    stage("a", 5);
+    stage("b", 6);
+    expect(await apply(sheet, { only: ["a"], headers: { Lease: "mine" } })).toBe(true);
+    expect(sent[0]?.body).toEqual({ values: { a: 5 } });
+    expect(sent[0]?.headers).toMatchObject({ Lease: "mine", "If-Match": "7" });
+    expect([...sheet.drafts.map.value.keys()]).toEqual(["b"]);
+  });
+
+  test("rolled back: the culprit says why, the others that they were taken back; every draft stays", async () => {
+    const changes = [change("a", "no_answer", 1), change("b", "rolled_back", 1)];
+    const failure = "no answer in 3 tries.";
+    answer = { status: 200, body: { outcome: "rolled_back", revision: "7", changes, failure } };
+    stage("a", 5);
+    stage("b", 6);
+    expect(await apply(sheet)).toBe(false);
+    expect(outcome("a")).toMatchObject({ kind: "failed", what: "Not written: no answer in 3 tries." });
+    expect(outcome("b")).toMatchObject({ kind: "failed", what: expect.stringContaining("a failed") });
+    expect(sheet.drafts.map.value.size).toBe(2);
+  });
+
+  test("clamped by the servo is told, never passed off as done", async () => {
+    answer = {
+      status: 200,
+      body: { outcome: "applied", revision: "8", changes: [change("a", "clamped", 4)] },
+    };
+    stage("a", 5);
+    expect(await apply(sheet)).toBe(false);
+    expect(outcome("a")).toEqual({ kind: "clamped", asked: 5 });
+  });
+
+  test("a problem that names its row stands at that row", async () => {
+    const body = {
+      code: "out_of_range",
+      detail: "5 is above 4.",
+      title: "",
+      type: "",
+      status: 422,
+      key: "b",
+    };
+    answer = { status: 422, body };
+    stage("a", 5);
+    stage("b", 6);
+    await apply(sheet);
+    expect(outcome("a")).toBeUndefined();
+    expect(outcome("b")).toMatchObject({ kind: "failed", what: "Not written: 5 is above 4." });
+  });
+
+  test("somebody else was faster: said once, values read again, drafts kept", async () => {
+    answer = { status: 412, body: { code: "stale_revision", detail: "", title: "", type: "", status: 412 } };
+    stage("a", 5);
+    await apply(sheet);
+    expect(sheetProblem.value?.text).toContain("somebody else");
+    expect(sent.map(one => one.method)).toEqual(["PATCH", "GET"]);
+    expect(sheet.drafts.get("a")?.text).toBe("5");
+    expect(sheet.revision).toBe("8");
+  });
+
+  test("no server: said at the row", async () => {
+    vi.stubGlobal("fetch", async () => {
+      throw new TypeError("refused");
+    });
+    stage("a", 5);
+    await apply(sheet);
+    expect(outcome("a")).toMatchObject({ kind: "failed", what: "Not written: hornbill does not answer." });
+  });
+});

@@ -1,0 +1,72 @@
+/** Choose a profile for servos that are already chosen; the dialog that applies it does the rest. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { ask } from "../api/client";
+import type { Profile } from "../api/config-types";
+import { Asked } from "../bench/asked";
+import { go, pathOf } from "../bench/route";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { text } from "../text";
+import { records, matrix as words } from "../text/topics";
+import { ApplyDialog } from "./apply-profile";
+import "../records/records.css";
+
+const said = words.profile;
+
+export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClose: () => void }) {
+  const list = useMemo(() => new Asked<Profile[]>(), []);
+  const load = () => void list.load(() => ask<Profile[]>("GET", "/profiles"));
+  useEffect(load, []);
+  const chosen = useSignal<Profile | null>(null);
+  if (chosen.value !== null) return <ApplyDialog one={chosen.value} uids={uids} onClose={onClose} />;
+  const found = list.value.value;
+  return (
+    <Dialog
+      title={said.title(uids.length)}
+      testid="choose-profile"
+      onClose={onClose}
+      foot={
+        <span data-first-focus>
+          <Button onClick={onClose}>{text.cancel}</Button>
+        </span>
+      }
+    >
+      {list.problem.value !== null && (
+        <p class="refusal" role="alert">
+          {records.failed(list.problem.value)} <Button onClick={load}>{records.again}</Button>
+        </p>
+      )}
+      {found === null && list.problem.value === null && <p>{records.loading}</p>}
+      {found?.length === 0 && (
+        <>
+          <p class="strong">{records.profiles.empty}</p>
+          <p class="second">{records.profiles.emptyLine}</p>
+          <p>
+            <Button onClick={() => go(pathOf("records", null, "profiles"))}>{said.toProfiles}</Button>
+          </p>
+        </>
+      )}
+      {found !== null && found.length > 0 && (
+        <ul class="profile-choice">
+          {found.map(one => (
+            <li key={one.name}>
+              <Button
+                testid={`profile-${one.name}`}
+                onClick={() => {
+                  chosen.value = one;
+                }}
+              >
+                {one.name}
+              </Button>
+              <span class="second">
+                {said.facts(one.model ?? records.profiles.anyModel, Object.keys(one.values).length)}
+                {one.description !== "" && <small class="dim">{one.description}</small>}
+              </span>
+            </li>
+          ))}
+        </ul>
+      )}
+    </Dialog>
+  );
+}

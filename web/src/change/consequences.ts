@@ -1,0 +1,31 @@
+/** What could happen where the server asks back before a write, in the page's words. */
+
+import type { Problem } from "../api/client";
+import { problemText } from "../bench/facts";
+import { withUnit } from "../bench/format";
+import { labelOf, valueText } from "../bench/row-text";
+import { editing } from "../text/topics";
+import { wordsOf } from "./safety-words";
+
+const said = editing.confirm;
+
+/** What could happen, from the facts of the refusal; the server's own sentence where they do not say. */
+export function dangerOf(problem: Problem): string {
+  const { key, requested, reading, margin, unit, confirm, choices, turns } = problem.facts;
+  if (confirm === "torque_off_in_rom")
+    return Array.isArray(choices) && choices.length > 1 ? said.torqueUnknown : said.torqueOff;
+  if (typeof key !== "string" || typeof requested !== "number") return problemText(problem);
+  const row = labelOf(key);
+  const wanted = valueText(key, requested);
+  if (confirm === "multi_turn") return said.turns(row, wanted, String(turns));
+  if (typeof reading !== "number") return said.unknown(row, wanted);
+  const seen = withUnit(String(reading), String(unit));
+  const about = withUnit(String(margin), String(unit));
+  if (confirm === "supply") return said.supply(row, wanted, seen, about);
+  return confirm === "temperature" ? said.temperature(row, wanted, seen, about) : problemText(problem);
+}
+
+/** Why something was refused: the danger where a tick is all that is missing, else what the page says of the code. */
+export function whyRefused(problem: Problem): string {
+  return wordsOf(problem).length === 0 ? problemText(problem) : dangerOf(problem);
+}

@@ -1,0 +1,128 @@
+/** The box for a number: typed text is staged as it is typed, Enter and leaving make it tidy. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import type { Draft } from "../bench/draft";
+import { decimalsOf, number } from "../bench/format";
+import { check, nearest, parseNumber, type Span, stepOf, unfinished } from "../bench/number";
+
+interface Props {
+  id: string;
+  row: string;
+  span: Span;
+  held: number | null;
+  draft: Draft | undefined;
+  locked: boolean;
+  /** Where no label names it. */
+  label?: string;
+  describedBy: string;
+  onDraft: (draft: Draft) => void;
+  onCommit: () => void;
+  /** Takes back what was typed. */
+  onRevert: () => void;
+  /** Told whether the text is still being begun, when no error should be shown yet. */
+  onBeginning: (beginning: boolean) => void;
+  /** Told when the focus goes elsewhere. */
+  onLeave?: () => void;
+}
+
+export function NumberBox({
+  id,
+  row,
+  span,
+  held,
+  draft,
+  locked,
+  label,
+  describedBy,
+  onDraft,
+  onCommit,
+  onRevert,
+  onBeginning,
+  onLeave,
+}: Props) {
+  const focused = useSignal(false);
+  const box = useRef<HTMLInputElement>(null);
+  const shown = draft ? draft.text : held === null ? "" : number(held, decimalsOf(span.perUnit));
+  const wrong = draft !== undefined && !draft.verdict.ok;
+
+  // After Esc there is nothing to make tidy, though the draft is still here until the next drawing.
+  const reverted = useRef(false);
+  const put = (typed: string) => onDraft({ text: typed, verdict: check(typed, span) });
+  const commit = () => {
+    onBeginning(false);
+    if (!reverted.current && draft?.verdict.ok && typeof draft.verdict.value === "number") {
+      const tidy = number(draft.verdict.value, decimalsOf(span.perUnit));
+      if (tidy !== draft.text) put(tidy);
+    }
+    onCommit();
+  };
+  const move = (way: number, event: { shiftKey: boolean; altKey: boolean }) => {
+    const from = (draft ? parseNumber(draft.text, span.unit) : held) ?? held ?? 0;
+    put(number(nearest(from + way * stepOf(span, event), span), decimalsOf(span.perUnit)));
+  };
+  const onKey = (event: KeyboardEvent) => {
+    if (event.key === "Enter") commit();
+    else if (event.key === "Escape") {
+      if (draft) event.preventDefault(); // else it is for the dialog round it
+      reverted.current = true;
+      onBeginning(false);
+      onRevert();
+    } else if (event.key === "ArrowUp" || event.key === "ArrowDown") {
+      event.preventDefault();
+      move(event.key === "ArrowUp" ? 1 : -1, event);
+    }
+  };
+  const turn = useRef(move);
+  turn.current = move;
+  // Only a box that has the focus takes the wheel: else scrolling past would change it. Not passive, hence not onWheel.
+  useEffect(() => {
+    const input = box.current;
+    if (!input) return undefined;
+    const onWheel = (event: WheelEvent) => {
+      // With Shift some browsers turn the wheel sideways.
+      const by = event.deltaY || event.deltaX;
+      if (document.activeElement !== input || input.disabled || by === 0) return;
+      event.preventDefault();
+      turn.current(by < 0 ? 1 : -1, event);
+    };
+    input.addEventListener("wheel", onWheel, { passive: false });
+    return () => input.removeEventListener("wheel", onWheel);
+  }, []);
+
+  return (
+    <span class="box" data-focused={focused.value}>
+      <input
+        ref={box}
+        id={id}
+        type="text"
+        inputMode="decimal"
+        autocomplete="off"
+        data-testid={`input-${row}`}
+        value={shown}
+        disabled={locked}
+        aria-invalid={wrong}
+        {...(label ? { "aria-label": label } : { "aria-describedby": describedBy })}
+        onFocus={event => {
+          focused.value = true;
+          reverted.current = false;
+          event.currentTarget.select();
+        }}
+        onInput={event => {
+          const typed = event.currentTarget.value;
+          reverted.current = false;
+          onBeginning(unfinished(typed));
+          put(typed);
+        }}
+        onBlur={() => {
+          focused.value = false;
+          commit();
+          onLeave?.();
+        }}
+        onKeyDown={onKey}
+      />
+      <span class="unit" aria-hidden="true">
+        {span.unit}
+      </span>
+    </span>
+  );
+}

@@ -1,0 +1,23 @@
+/** The links to a job's report: as files, and as a page to print. */
+import { API } from "../api/client";
+import { Icon } from "../kit/icon";
+import { commission as words } from "../text/topics";
+
+const said = words.report;
+
+export function ReportLinks({ job, title }: { job: string; title: string }) {
+  const path = `${API}/jobs/${job}/report?format=`;
+  return (
+    <div class="report-links" role="group" aria-label={title}>
+      <span class="second">{title}</span>
+      {(["csv", "json", "junit"] as const).map(form => (
+        <a key={form} class="button" href={path + form} download="" data-testid={`report-${form}`}>
+          <Icon name="download" size={15} /> {said[form]}
+        </a>
+      ))}
+      <a class="button" href={`${path}html`} target="_blank" rel="noreferrer" data-testid="report-html">
+        {said.html}
+      </a>
+    </div>
+  );
+}

@@ -1,0 +1,25 @@
+/** What a step of a job is called and what it found, by code; the server's words where the page has none. */
+import type { Job, JobStep } from "../api/types";
+import { factsOf } from "../bench/facts";
+import { steps as words } from "../text/topics";
+
+/** `bare`: without the servo's name. */
+export function stepText(kind: Job["kind"], step: JobStep, bare = false): string {
+  const name = words.steps[kind]?.[step.code];
+  const servo = step.params?.servo;
+  if (name === undefined) return step.text;
+  return bare || servo === undefined ? name : words.of(String(servo), name);
+}
+
+/** What a step found; `over`: without what it said of steps to come. */
+export function evidenceText(step: JobStep, over: boolean): string {
+  const { evidence, evidence_code: code, evidence_params: params, ahead } = step;
+  if (!evidence) return "";
+  if (code === "problem" && words.evidence.problem === undefined) return String(params?.summary ?? evidence);
+  const known = code == null ? undefined : words.evidence[code];
+  if (known !== undefined) {
+    const { horn, ...found } = factsOf(params);
+    return known(over ? found : { ...found, horn });
+  }
+  return over && ahead && evidence.endsWith(ahead) ? evidence.slice(0, -ahead.length).trim() : evidence;
+}

@@ -1,0 +1,174 @@
+/** Japanese names of the steps of jobs, and what they found. tests/contract holds them complete. */
+import type { Topics } from "../text/language";
+import { words as restarting } from "./restarting.ja";
+
+const saving = {
+  silence: "書き込みと起動中の無通信",
+  restart: "再起動",
+  back: "バスに復帰",
+  soft_start: "ソフトスタート終了",
+};
+
+/** What a restart does to the horn, by the code of its forecast. */
+const HORN: Readonly<Record<string, string>> = {
+  unknown_start: restarting.horn.unknown_start,
+  stays: restarting.horn.stays,
+  holds: restarting.horn.holds,
+  no_torque: restarting.horn.no_torque,
+  brake: restarting.horn.brake,
+  unknown: restarting.horn.unknown,
+};
+
+const TORQUE: Readonly<Record<string, string>> = { on: "オン", off: "オフ", brake: "ブレーキ" };
+
+export const words = {
+  of: (servo, step) => `${servo}: ${step}`,
+  steps: {
+    save: {
+      ...saving,
+      check: "静止、電源、RAMの確認",
+      snapshot: "スナップショットの作成",
+      write: "ROMへの書き込み",
+      read_back: "ROMの全行の読み返し",
+    },
+    restart: {
+      ...saving,
+      ask: "再起動の要求",
+      silence: "起動中の無通信",
+      read_back: "全行の読み出し",
+    },
+    factory_reset: {
+      check: "電源とRAMの確認",
+      snapshot: "スナップショットの作成",
+      torque_off: "トルクオフ",
+      erase: "サーボ自身による初期化",
+      read: "現在の値の読み出し",
+      identity: "IDと原点の書き戻し",
+      rows: "異なる行の書き込み",
+      save: "ROMへの保存",
+      verify: "全行の確認",
+    },
+    identify: {
+      check: "ホーンの静止、トルク、制限の確認",
+      limit: "速度とトルクの制限",
+      wiggle: "ホーンの往復",
+      return: "元の位置に復帰",
+      restore: "すべて元どおり",
+    },
+    step_test: {
+      check: "準備と測定条件の記録",
+      there: "ステップの往復",
+      numbers: "数値の計算と保存",
+    },
+    profile: {
+      plan: "値の確認",
+      write: "書き込みと読み返し",
+      save: "保存",
+    },
+    commissioning: {
+      check: "現在も指定どおり",
+      aside: "サーボIDを0に退避（次の使用者が先）",
+      away: "ノードIDを動的割り当てに退避して保存（次の使用者が先）",
+      identify: "ホーンの往復",
+      write: "名前、ID、値の書き込みと読み返し",
+      save: "保存",
+      verify: "指定どおりであることの確認",
+    },
+    restore_output: { clear: "停止の解除", restore: "出力オン" },
+  },
+  evidence: {
+    problem: p => p.problem ?? "失敗しました。",
+    interrupted: () => "ここでサーバーが終了しました。サーボが実行したかどうかは不明です。",
+    rows_read: p =>
+      [
+        `${p.rows}行を読み出し`,
+        p.supply_v && `電源${p.supply_v}`,
+        p.speed_rpm && `ホーンは${p.speed_rpm}で動いています`,
+        p.horn && (p.horn === "moves" ? restarting.horn.moves(p.from_deg ?? "") : HORN[p.horn]),
+      ]
+        .filter(Boolean)
+        .join("、"),
+    snapshot_taken: p => `スナップショット${p.snapshot}`,
+    snapshot_known: p => `スナップショット${p.snapshot}は作成済み`,
+    snapshot_failed: () => "スナップショットを保存できませんでした。今回の保存は元に戻せません。",
+    sent: p => `${p.tries}回送信。${p.answered ? "サーボが応答しました" : "応答なし: 再起動で確認します"}`,
+    asked: p => `${p.tries}回要求`,
+    silent: p => `送信後${p.from_s}から${p.to_s}まで受信なし`,
+    restarted: () => "稼働時間が戻りました。",
+    restarted_when_asked: () => "自動では再起動せず、要求後に稼働時間が戻りました。",
+    back_on_node: p =>
+      p.node_id === p.node_id_before
+        ? `ノード${p.node_id}（変更なし）、送信後${p.after_s}で識別`
+        : `ノード${p.node_id_before ?? "–"} → ${p.node_id ?? "–"}、送信後${p.after_s}で識別`,
+    no_soft_start: () => "ソフトスタートなし: オフか、トルクオフで起動しました。",
+    soft_start_over: p =>
+      [`${p.took_s}で終了`, p.angle_deg && `ホーンは${p.angle_deg}`].filter(Boolean).join("、"),
+    soft_start_aborted: () => "トルクがオフになったため終了",
+    read_back: p => `${p.rows}行を読み返し、すべて保存どおり`,
+    all_rows_read: p => `${p.rows}行を読み出し`,
+    torque_off: () => "0x20はオフ",
+    erased: p =>
+      `${p.answered ? "サーボが応答" : "応答なし: 値を読み出して確認"}、${
+        p.restarted ? `再起動（ノード${p.node_id ?? "–"}）` : "再起動なし"
+      }`,
+    rows_differ: p =>
+      `${p.rows}行がまだ異なります${p.torque_was_on ? "。トルクがオンに戻っていたため、オフにしました" : ""}`,
+    nothing_differs: () => "すべて一致",
+    rows_written: p => p.keys ?? "",
+    saved_by_job: p => `ジョブ${p.job}で保存`,
+    rows_verified: p => `再起動後にROMの${p.rows}行を読み返し、すべて一致`,
+    at_rest: p =>
+      `ホーンは${p.angle_deg}で静止、トルクは${TORQUE[p.torque ?? ""] ?? ""}${p.driven ? "（指令中）" : ""}、可動範囲${p.low_deg}～${p.high_deg}`,
+    not_limited: p =>
+      `ファームウェア${p.firmware ?? "（不明）"}に0x25はないため、サーボ側の制限はなく、ゆっくりした指令だけで抑えます。`,
+    limited: p => `速度${p.speed_rpm}、トルク${p.torque_pct}（0x25、0x3A～0x3D、RAMのみ、一時的）`,
+    wiggled: p =>
+      `${p.low_deg}～${p.high_deg}で動作（${p.readings}回の読み出し）、${p.angle_deg}から最大${p.most_deg}`,
+    angle_unknown: () => "角度の応答がありませんでした。",
+    returned: p => `${p.angle_deg}、元の位置から${p.away_deg}`,
+    restored: p =>
+      `全行を書き戻して確認、${
+        p.torque === "on"
+          ? `${p.driven ? "指令を継続" : "位置を保持"}${p.timeout_s ? `（${p.timeout_s}後に通信タイムアウト0x26でトルクオフ）` : ""}`
+          : `トルクは元どおり${TORQUE[p.torque ?? ""] ?? ""}`
+      }`,
+    test_conditions: p =>
+      [`ホーンは${p.angle_deg}`, p.supply_v && `電源${p.supply_v}`, `整定範囲±${p.band_deg}`]
+        .filter(Boolean)
+        .join("、"),
+    samples: p => `${p.steps}ステップ、${p.samples}サンプル、${p.rate_hz}`,
+    run_stored: p =>
+      [
+        `測定${p.run}`,
+        p.rise_s && `立ち上がり${p.rise_s}`,
+        p.overshoot_pct && `オーバーシュート${p.overshoot_pct}`,
+        p.settling_s && `整定${p.settling_s}`,
+      ]
+        .filter(Boolean)
+        .join("、"),
+    planned: p => `${p.rows}行${p.left_out && p.left_out !== "0" ? `、${p.left_out}行は対象外` : ""}`,
+    written: p => `${p.rows}行を書き込んで読み返し、${p.unchanged}行は変更なし`,
+    saved: () => "ROMに保存し、再起動後に読み返しました。",
+    save_not_needed: () => "不要: ROMはすでにすべての値を保持しています。",
+    identified: p => `ノード${p.node_id ?? "–"}で動作し、元の位置に戻りました。`,
+    values_hold: p =>
+      `${p.in_rom ? "RAMとROM" : "RAMのみ"}が${p.values}件の値をすべて保持（ノード${p.node_id ?? "–"}から読み出し）`,
+    values_still_hold: p =>
+      `${p.values}件の値をすべて確認（ノード${p.node_id ?? "–"}から読み出し）、書き込みなし${
+        p.proved_at ? "。ROMは前回の確認のとおり" : ""
+      }`,
+    servo_id_parked: p => `サーボID ${p.servo_id ?? "–"}が空きました。`,
+    servo_id_put_back: p => `サーボID ${p.servo_id ?? "–"}に戻しました。`,
+    servo_id_lost: p => `サーボIDはRAMで0です: ${p.servo_id ?? "–"}に戻せませんでした。`,
+    node_id_parked: p => `ノードID ${p.node_id_before ?? "–"}が空きました。今は${p.node_id ?? "–"}です。`,
+    failed_before: () => "前の手順が失敗しました。",
+    job_ended: () => "異常のため処理を終了しました。",
+    values_refused: () => "このサーボには書き込めない値があります。",
+    other_refused: p => `何も書き込んでいません: ${p.servo}に書き込めない値があります。`,
+    other_failed: p => `${p.servo}が指示どおりになりませんでした。`,
+    latch_cleared: () => "停止状態でした。",
+    not_latched: () => "停止状態ではありませんでした。",
+    held: p =>
+      `${p.angle_deg ?? "–"}で保持。${p.kept_by === "lease" ? "指令中: 動作権が終わるとオフ" : "自力で保持"}`,
+  },
+} satisfies Topics["steps"];

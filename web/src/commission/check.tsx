@@ -1,0 +1,212 @@
+/** The fourth step: what each servo becomes, what moves, and the one press that starts the job. */
+import { useEffect } from "preact/hooks";
+import type { CommissionPlan, SafetyWord } from "../api/config-types";
+import { stopped } from "../bench/bench";
+import { servo } from "../bench/fleet";
+import { NONE } from "../bench/format";
+import { wholeNumber } from "../bench/number";
+import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { hornLine } from "../change/horn-forecast";
+import { HornFreeTick, useHornFree } from "../change/horn-free";
+import { isOpen, withTick } from "../change/safety-words";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Spinner } from "../kit/icon";
+import { Scroll } from "../kit/scroll";
+import { Segments } from "../kit/segments";
+import { commission as words } from "../text/topics";
+import { change, count, draft, wanted } from "./draft";
+import { Actions, Question, Toggle } from "./parts";
+import { asking, loadProfiles, plan, plans, profiles, refused, start } from "./state";
+
+const said = words.check;
+
+export function CheckStep() {
+  const present = draft.value;
+  const uids = wanted(present);
+  const agreed = present.confirm.join(" ");
+  // Asked again with every change of what is asked for: only what was checked can be started.
+  useEffect(() => {
+    void plan();
+  }, [present.save, agreed]);
+  useEffect(() => {
+    if (draft.peek().profile !== null) void loadProfiles();
+  }, []);
+  const known = plans.value;
+  const free = useHornFree(
+    (present.save ? uids : []).map(uid => ({ uid, moves: known?.get(uid)?.restart?.moves !== false })),
+  );
+  const problem = refused.value;
+  const needed = [...new Set([...present.confirm, ...(problem?.confirm ?? [])])];
+  const unmet = isOpen(problem?.confirm ?? [], present.confirm);
+  const agree = (word: SafetyWord, on: boolean) => change({ confirm: withTick(present.confirm, word, on) });
+  return (
+    <>
+      <Question title={said.title}>
+        <p>{said.lead(uids.length)}</p>
+      </Question>
+      <Scroll label={said.title} testid="check-step">
+        {problem && (
+          <div class="c-note bad" role="alert" data-testid="start-refused">
+            <Glyph kind="failure" />
+            <p class="grow">
+              <b>{said.refused}</b> {problem.text}
+            </p>
+            {problem.uid !== null && uids.includes(problem.uid) && problem.confirm.length === 0 && (
+              <Button onClick={() => toEntry(problem.uid ?? "")} testid="refused-change">
+                {said.change}
+              </Button>
+            )}
+          </div>
+        )}
+        <table class="c-table" aria-label={said.table}>
+          <thead>
+            <tr>
+              <th>{said.head.servo}</th>
+              <th class="right">{said.head.id}</th>
+              <th class="right">{said.head.node}</th>
+              <th>{said.head.name}</th>
+              <th>{present.save ? said.head.moves : said.head.changes}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {uids.map(uid => (
+              <Row key={uid} uid={uid} />
+            ))}
+          </tbody>
+        </table>
+        <p class="w-line second">
+          {profileLine(present.profile)}
+          {count(present).skipped > 0 && ` · ${said.leftOut(count(present).skipped)}`}
+        </p>
+        <div class="c-options">
+          <Toggle label={said.save} on={present.save} testid="save" onChange={save => change({ save })} />
+          <p class="second">{present.save ? said.saveLine : said.noSaveLine}</p>
+          {uids.length > 1 && (
+            <div class="c-option">
+              <span>{said.anomaly}</span>
+              <Segments
+                label={said.anomaly}
+                chosen={present.onAnomaly}
+                onChoose={onAnomaly => change({ onAnomaly })}
+                options={[
+                  { key: "stop", label: said.stop },
+                  { key: "continue", label: said.goOn },
+                ]}
+              />
+            </div>
+          )}
+          {needed.map(word => (
+            <Toggle
+              key={word}
+              label={said.confirm[word]}
+              on={present.confirm.includes(word)}
+              testid={`confirm-${word}`}
+              onChange={on => agree(word, on)}
+            />
+          ))}
+          <HornFreeTick of={free} big />
+        </div>
+      </Scroll>
+      <Actions>
+        <Button onClick={() => change({ step: "profile" })}>{words.back}</Button>
+        <span class="grow second">{stopped.value && words.identify.stopped}</span>
+        <Button
+          look="primary"
+          live
+          testid="start"
+          disabled={
+            asking.value || known === null || unmet || stopped.value || !free.agreed || uids.length === 0
+          }
+          onClick={() => void start()}
+        >
+          {asking.value && <Spinner />}
+          {said.go(uids.length)}
+        </Button>
+      </Actions>
+    </>
+  );
+}
+
+function toEntry(uid: string): void {
+  const entry = draft.peek().entries[uid];
+  if (!entry) return;
+  change({
+    step: "identify",
+    at: uid,
+    entries: { ...draft.peek().entries, [uid]: { ...entry, state: "open" } },
+  });
+}
+
+function profileLine(name: string | null): string {
+  if (name === null) return said.noProfile;
+  const found = profiles.value?.find(one => one.name === name);
+  return said.profile(name, Object.keys(found?.values ?? {}).length);
+}
+
+function Row({ uid }: { uid: string }) {
+  const entry = draft.value.entries[uid];
+  const one = servo(uid);
+  const planned = plans.value?.get(uid);
+  if (!entry) return null;
+  const label = entry.label.trim();
+  return (
+    <tr data-testid={`check-${uid}`}>
+      <td>
+        <span class="strong c-serial">{one?.serial ?? one?.name ?? uid.slice(0, 8)}</span>
+        <small>{one?.model}</small>
+      </td>
+      <td class="right c-serial">
+        <span class="second">{one?.servo_id ?? NONE} → </span>
+        <span class="strong k-intent">{wholeNumber(entry.servoId)}</span>
+      </td>
+      <td class="right">
+        {entry.nodeId.trim() === "" ? (
+          <span class="second">{said.same}</span>
+        ) : (
+          <span class="strong k-intent">{wholeNumber(entry.nodeId) || said.keeps}</span>
+        )}
+      </td>
+      <td>
+        {label === "" ? <span class="dim">{said.noName}</span> : <span class="strong k-intent">{label}</span>}
+      </td>
+      <td>
+        {planned === undefined ? (
+          asking.value && (
+            <span class="c-working dim">
+              <Spinner /> {said.asking}
+            </span>
+          )
+        ) : (
+          <Planned of={planned} />
+        )}
+      </td>
+    </tr>
+  );
+}
+
+/** What the horn does, and every row that ROM will hold differently; without a save, every row that is written. */
+function Planned({ of }: { of: CommissionPlan }) {
+  const { save } = draft.value;
+  const changes = save
+    ? (of.rom_changes ?? [])
+    : of.changes
+        .filter(one => one.verdict !== "unchanged")
+        .map(({ key, before, requested }) => ({ key, before, after: requested }));
+  return (
+    <>
+      {of.restart && <span class={of.restart.moves ? "" : "second"}>{hornLine(of.restart)}</span>}
+      <details data-testid={`changes-${of.uid}`}>
+        <summary>{save ? said.inRom(changes.length) : said.inRam(changes.length)}</summary>
+        <ul class="small">
+          {changes.map(({ key, before, after }) => (
+            <li key={key} data-key={key}>
+              {labelOf(key)} <span class="dim">{addressOf(key)}</span>: {valueText(key, before)} →{" "}
+              <b>{valueText(key, after)}</b>
+            </li>
+          ))}
+        </ul>
+      </details>
+    </>
+  );
+}

@@ -1,0 +1,198 @@
+/** The draft of the wizard: who was chosen, what each is to become, how far one came; it survives a reload. */
+
+import { signal } from "@preact/signals";
+import type { Candidate, Commissioning, OnAnomaly, SafetyWord } from "../api/config-types";
+import { wholeNumber } from "../bench/number";
+import { readTab, writeTab } from "../bench/tab-store";
+import { commission as words } from "../text/topics";
+
+export type Step = "find" | "identify" | "profile" | "check";
+
+export interface Entry {
+  /** As typed; checked by `wrongIds`. */
+  servoId: string;
+  /** As typed; "" leaves the node id as it is. */
+  nodeId: string;
+  label: string;
+  state: "open" | "given" | "skipped";
+}
+
+export interface Draft {
+  step: Step;
+  /** Chosen servos, in the order of their serials. */
+  chosen: readonly string[];
+  entries: Readonly<Record<string, Entry>>;
+  /** Servo ids the server says are free, one for each candidate. */
+  free: readonly number[];
+  /** The servo that is being identified. */
+  at: string | null;
+  profile: string | null;
+  save: boolean;
+  onAnomaly: OnAnomaly;
+  confirm: readonly SafetyWord[];
+  /** Jobs that were started from this draft: the first, then one for each servo that was done again. */
+  jobs: readonly string[];
+}
+
+export const EMPTY: Draft = {
+  step: "find",
+  chosen: [],
+  entries: {},
+  free: [],
+  at: null,
+  profile: null,
+  save: true,
+  onAnomaly: "stop",
+  confirm: [],
+  jobs: [],
+};
+
+const KEY = "hornbill.commission";
+const STEPS: readonly Step[] = ["find", "identify", "profile", "check"];
+
+export const LOWEST_ID = 1;
+export const HIGHEST_ID = 254;
+const HIGHEST_NODE = 125;
+export const LONGEST_LABEL = 64;
+
+/** What was kept, or an empty draft when it cannot be read: another version of the page may have written it. */
+export function read(kept: unknown): Draft {
+  try {
+    const found = kept as Partial<Draft> | null;
+    if (!found || !STEPS.includes(found.step as Step) || !Array.isArray(found.chosen)) return EMPTY;
+    const draft = { ...EMPTY, ...found };
+    const whole = draft.chosen.every(uid => typeof draft.entries[uid]?.servoId === "string");
+    return whole && Array.isArray(draft.jobs) ? draft : EMPTY;
+  } catch {
+    return EMPTY;
+  }
+}
+
+export const draft = signal<Draft>(read(readTab(KEY)));
+
+export function change(part: Partial<Draft>): void {
+  draft.value = { ...draft.peek(), ...part };
+  writeTab(KEY, draft.peek());
+}
+
+export function startAnew(): void {
+  change(EMPTY);
+}
+
+export function changeEntry(uid: string, part: Partial<Entry>): void {
+  const present = draft.peek();
+  const entry = present.entries[uid];
+  if (entry) change({ entries: { ...present.entries, [uid]: { ...entry, ...part } }, confirm: [] });
+}
+
+export interface Chosen {
+  uid: string;
+  servoId: number | null;
+  label: string;
+}
+
+/** The draft with these servos; what was typed for any of them before is kept. `at` is the first that is open. */
+export function choose(
+  before: Draft,
+  servos: readonly Chosen[],
+  candidates: readonly Candidate[],
+): Partial<Draft> {
+  const entries: Record<string, Entry> = {};
+  for (const one of servos) {
+    const known = one.servoId !== null && one.servoId !== 0;
+    entries[one.uid] = before.entries[one.uid] ?? {
+      servoId: known ? String(one.servoId) : "",
+      nodeId: "",
+      label: one.label,
+      state: "open",
+    };
+  }
+  const chosen = servos.map(one => one.uid);
+  const free = candidates.flatMap(one => (one.servo_id === null ? [] : [one.servo_id]));
+  return { chosen, entries, free, at: chosen.find(uid => entries[uid]?.state === "open") ?? null };
+}
+
+/** The servo id to give next: the lowest free one that nobody of the draft was given. "" when there is none. */
+export function propose(one: Draft, uid: string, taken: ReadonlySet<number>): string {
+  const given = new Set(taken);
+  for (const [other, entry] of Object.entries(one.entries)) {
+    if (other !== uid && entry.state === "given") given.add(wholeNumber(entry.servoId) ?? 0);
+  }
+  const free = one.free.find(id => !given.has(id));
+  if (free !== undefined) return String(free);
+  for (let id = LOWEST_ID; id <= HIGHEST_ID; id++) if (!given.has(id)) return String(id);
+  return "";
+}
+
+/** The next open servo after `uid`, round the list; null when none is open. */
+export function nextOpen(one: Draft, uid: string | null): string | null {
+  const from = uid === null ? -1 : one.chosen.indexOf(uid);
+  for (let i = 1; i <= one.chosen.length; i++) {
+    const next = one.chosen[(from + i) % one.chosen.length];
+    if (next !== undefined && one.entries[next]?.state === "open") return next;
+  }
+  return null;
+}
+
+export interface Wrong {
+  servoId: string | null;
+  nodeId: string | null;
+}
+
+/** What is wrong with the ids of an entry, in words. `owners`: ids of servos that are not in the draft. */
+export function wrongIds(one: Draft, uid: string, owners: ReadonlyMap<number, string>): Wrong {
+  const entry = one.entries[uid];
+  if (!entry) return { servoId: null, nodeId: null };
+  const others = Object.entries(one.entries).filter(
+    ([other, held]) => other !== uid && one.chosen.includes(other) && held.state === "given",
+  );
+  const id = wholeNumber(entry.servoId);
+  let servoId: string | null = null;
+  if (id === null || id < LOWEST_ID || id > HIGHEST_ID)
+    servoId = words.identify.idRange(entry.servoId.trim());
+  else if (others.some(([, held]) => wholeNumber(held.servoId) === id))
+    servoId = words.identify.idTwice(String(id));
+  else if (owners.has(id)) servoId = words.identify.idTaken(String(id), owners.get(id) ?? "");
+  let nodeId: string | null = null;
+  if (entry.nodeId.trim() !== "") {
+    const node = wholeNumber(entry.nodeId);
+    if (node === null || node > HIGHEST_NODE) nodeId = words.identify.nodeRange(entry.nodeId.trim());
+    else if (node > 0 && others.some(([, held]) => wholeNumber(held.nodeId) === node))
+      nodeId = words.identify.nodeTwice(String(node));
+  }
+  return { servoId, nodeId };
+}
+
+export interface Count {
+  given: number;
+  skipped: number;
+  open: number;
+}
+
+export function count(one: Draft): Count {
+  const found: Count = { given: 0, skipped: 0, open: 0 };
+  for (const uid of one.chosen) found[one.entries[uid]?.state ?? "open"] += 1;
+  return found;
+}
+
+/** Uids of those that get something, in the order chosen. */
+export function wanted(one: Draft): string[] {
+  return one.chosen.filter(uid => one.entries[uid]?.state === "given");
+}
+
+/** What to ask the server for; `uids` narrows it to those. */
+export function request(one: Draft, uids: readonly string[] = wanted(one)): Omit<Commissioning, "dry_run"> {
+  return {
+    servos: uids.flatMap(uid => {
+      const entry = one.entries[uid];
+      if (!entry) return [];
+      const node = wholeNumber(entry.nodeId);
+      return [{ uid, servo_id: wholeNumber(entry.servoId), node_id: node, label: entry.label.trim() }];
+    }),
+    profile: one.profile,
+    save: one.save,
+    identify: false,
+    on_anomaly: one.onAnomaly,
+    confirm: [...one.confirm],
+  };
+}

@@ -1,0 +1,176 @@
+/** The first step: who looks new, who still waits for a node id, and whom to commission. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import type { Job } from "../api/types";
+import { bus, connected } from "../bench/bench";
+import { failureText } from "../bench/facts";
+import { all, type KnownServo, nameOf, pending } from "../bench/fleet";
+import { clock, NONE } from "../bench/format";
+import { resultText } from "../bench/note-text";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Guides } from "../kit/guide";
+import { Scroll } from "../kit/scroll";
+import { EmptyServos, Reconnect } from "../servo/empty";
+import { Waiting } from "../servo/waiting-nodes";
+import { text } from "../text";
+import { commission as words } from "../text/topics";
+import { change, draft } from "./draft";
+import { Actions, Question } from "./parts";
+import { candidates, candidatesProblem, show, take, unfinished } from "./state";
+
+const said = words.find;
+
+export function FindStep() {
+  const found = candidates.value?.servos ?? [];
+  const fresh = found.map(one => one.servo.uid);
+  const others = all.value.filter(one => one.online && !fresh.includes(one.uid));
+  const folded = useSignal(true);
+  const touched = useSignal(draft.peek().chosen.length > 0);
+  // Until somebody chooses by hand, all that look new are chosen: also those that come while one looks on.
+  const key = fresh.join(" ");
+  useEffect(() => {
+    const present = draft.peek().chosen;
+    const seen = new Set(all.peek().map(one => one.uid));
+    if (!touched.peek()) take(fresh);
+    else if (present.some(uid => !seen.has(uid))) take(present.filter(uid => seen.has(uid)));
+  }, [key]);
+  const chosen = draft.value.chosen;
+  const set = (uids: readonly string[]) => {
+    touched.value = true;
+    take(uids);
+  };
+  const toggle = (uid: string) =>
+    set(chosen.includes(uid) ? chosen.filter(one => one !== uid) : [...chosen, uid]);
+  const left = unfinished.value;
+  const none = found.length === 0;
+  return (
+    <>
+      <Question title={none ? said.none : said.title}>
+        <p>{none ? said.noneLead : said.lead(found.length)}</p>
+        {none && others.length > 0 && <Guides places={["commission"]} />}
+      </Question>
+      <Scroll label={said.table} testid="find-step">
+        {left && <Unfinished job={left} />}
+        {!connected.value && bus.value && <Reconnect />}
+        {candidatesProblem.value !== null && (
+          <p class="refusal w-line" role="alert">
+            <Glyph kind="failure" size={14} /> {words.failed(candidatesProblem.value)}
+          </p>
+        )}
+        {found.length > 1 && (
+          <div class="c-tools">
+            <span class="second" data-testid="find-count">
+              {said.chosen(chosen.filter(uid => fresh.includes(uid)).length, found.length)}
+            </span>
+            <Button
+              onClick={() =>
+                set(chosen.length === 0 ? fresh : fresh.every(uid => chosen.includes(uid)) ? [] : fresh)
+              }
+              testid="choose-all"
+            >
+              {fresh.every(uid => chosen.includes(uid)) ? said.chooseNone : said.chooseAll}
+            </Button>
+          </div>
+        )}
+        <ul class="c-list" aria-label={said.table}>
+          {found.map(one => (
+            <Row
+              key={one.servo.uid}
+              one={one.servo}
+              note={one.servo_id === null ? said.noId : said.id("0")}
+              on={chosen.includes(one.servo.uid)}
+              onToggle={() => toggle(one.servo.uid)}
+            />
+          ))}
+        </ul>
+        <Waiting />
+        {none && others.length === 0 && connected.value && <EmptyServos loading={false} />}
+        {others.length > 0 && (
+          <>
+            <button
+              type="button"
+              class="c-fold"
+              aria-expanded={!folded.value}
+              data-testid="find-others"
+              onClick={() => {
+                folded.value = !folded.value;
+              }}
+            >
+              {said.others(others.length)}
+            </button>
+            {!folded.value && (
+              <>
+                <p class="second w-line">{said.othersLead}</p>
+                <ul class="c-list" aria-label={said.others(others.length)}>
+                  {others.map(one => (
+                    <Row
+                      key={one.uid}
+                      one={one}
+                      note={said.id(String(one.servo_id ?? NONE))}
+                      on={chosen.includes(one.uid)}
+                      onToggle={() => toggle(one.uid)}
+                    />
+                  ))}
+                </ul>
+              </>
+            )}
+          </>
+        )}
+      </Scroll>
+      <Actions>
+        <span class="second grow">{pending.value.length > 0 && said.waiting(pending.value.length)}</span>
+        <Button
+          look="primary"
+          live
+          testid="find-go"
+          disabled={chosen.length === 0}
+          onClick={() => change({ step: "identify" })}
+        >
+          {said.go(chosen.length)}
+        </Button>
+      </Actions>
+    </>
+  );
+}
+
+interface RowProps {
+  one: Pick<KnownServo, "uid" | "label" | "serial" | "name" | "model" | "node_id">;
+  note: string;
+  on: boolean;
+  onToggle: () => void;
+}
+
+function Row({ one, note, on, onToggle }: RowProps) {
+  const name = nameOf(one as KnownServo);
+  return (
+    <li>
+      <label class="c-row pick" data-testid={`pick-${one.uid}`}>
+        <input type="checkbox" checked={on} aria-label={said.choose(name)} onChange={onToggle} />
+        <span class="c-who">
+          <span class="serial">{name}</span>
+          <span class="dim">
+            {one.model ?? text.servos.unknownModel}
+            {one.label && one.serial ? `, ${one.serial}` : ""}
+          </span>
+        </span>
+        <span class="second">{said.node(String(one.node_id ?? NONE))}</span>
+        <span class="second c-id">{note}</span>
+      </label>
+    </li>
+  );
+}
+
+function Unfinished({ job }: { job: Job }) {
+  const told = resultText(job.result) || (job.error ? failureText(job.error) : "");
+  return (
+    <div class="c-note" data-testid="unfinished">
+      <Glyph kind="warning" />
+      <p class="grow">{said.unfinished(clock(job.created_at), told)}</p>
+      <Button onClick={() => show(job)} testid="look-unfinished">
+        {said.look}
+      </Button>
+    </div>
+  );
+}

@@ -1,0 +1,346 @@
+/** The second step: one servo at a time wiggles, and is given an id and a name. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useId, useRef } from "preact/hooks";
+import { stopped } from "../bench/bench";
+import { type KnownServo, nameOf, servo } from "../bench/fleet";
+import { angle } from "../bench/format";
+import { up } from "../bench/link";
+import { modelName } from "../bench/model";
+import { wholeNumber } from "../bench/number";
+import { sheetOf } from "../bench/parameters";
+import { watch } from "../bench/telemetry-subscription";
+import { wiggle, wiggled, wiggling } from "../bench/wiggle";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Icon, Spinner } from "../kit/icon";
+import { Scroll } from "../kit/scroll";
+import { LiveDial } from "../servos/row";
+import { text } from "../text";
+import { commission as words } from "../text/topics";
+import {
+  change,
+  changeEntry,
+  count,
+  draft,
+  type Entry,
+  HIGHEST_ID,
+  LONGEST_LABEL,
+  LOWEST_ID,
+  nextOpen,
+  wrongIds,
+} from "./draft";
+import { Actions, Question } from "./parts";
+import { giveTheRest, owners, suggest } from "./state";
+
+const said = words.identify;
+
+export function IdentifyStep() {
+  const { chosen, entries, at } = draft.value;
+  const tally = count(draft.value);
+  const go = (uid: string | null) => {
+    suggest(uid);
+    change({ at: uid });
+  };
+  const open = (uid: string) => {
+    changeEntry(uid, { state: "open" });
+    go(uid);
+  };
+  const settle = (uid: string, state: "given" | "skipped") => {
+    changeEntry(uid, { state });
+    go(nextOpen(draft.peek(), uid));
+  };
+  return (
+    <>
+      <Question title={said.title}>
+        <p>{said.lead(chosen.length)}</p>
+        <p class="second">{said.moves}</p>
+      </Question>
+      <Scroll label={said.title} testid="identify-step">
+        <ul class="c-list">
+          {chosen.map((uid, place) => {
+            const entry = entries[uid];
+            if (!entry) return null;
+            return uid === at ? (
+              <Active
+                key={uid}
+                uid={uid}
+                entry={entry}
+                place={said.place(place + 1, chosen.length)}
+                last={tally.open <= 1}
+                onGive={() => settle(uid, "given")}
+                onSkip={() => settle(uid, "skipped")}
+              />
+            ) : (
+              <Other
+                key={uid}
+                uid={uid}
+                entry={entry}
+                onOpen={() => open(uid)}
+                onWiggle={() => {
+                  go(uid);
+                  void wiggle(uid);
+                }}
+              />
+            );
+          })}
+        </ul>
+        {tally.open > 1 && (
+          <p class="w-line second">
+            {said.rest(tally.open)}
+            <button type="button" class="link" data-testid="give-rest" onClick={giveTheRest}>
+              {said.giveRest}
+            </button>
+          </p>
+        )}
+      </Scroll>
+      <Actions>
+        <Button onClick={() => change({ step: "find" })}>{words.back}</Button>
+        <span class="second grow">
+          {said.tally(tally.given, tally.skipped)} {said.kept}
+        </span>
+        <Button
+          look="primary"
+          testid="identify-go"
+          disabled={tally.open > 0 || tally.given === 0}
+          onClick={() => change({ step: "profile" })}
+        >
+          {tally.open === 0 && tally.given === 0 ? said.nobody : said.go(tally.open)}
+        </Button>
+      </Actions>
+    </>
+  );
+}
+
+function Who({ uid, one }: { uid: string; one: KnownServo | undefined }) {
+  return (
+    <span class="c-who">
+      <span class="serial">{one?.serial ?? one?.name ?? `${uid.slice(0, 8)}…`}</span>
+      <span class="dim">{one ? modelName(one) : text.servos.unknownModel}</span>
+    </span>
+  );
+}
+
+function Other(props: { uid: string; entry: Entry; onOpen: () => void; onWiggle: () => void }) {
+  const { uid, entry } = props;
+  const one = servo(uid);
+  const name = nameOf(one);
+  const given = entry.state === "given";
+  return (
+    <li class="c-row" data-testid={`unit-${uid}`} data-state={entry.state}>
+      <span class={given ? "dot given" : "dot"} aria-hidden="true" />
+      <Who uid={uid} one={one} />
+      <span class={given ? "c-id" : "c-id second"}>
+        {given ? words.find.id(entry.servoId) : entry.state === "skipped" ? said.skipped : said.noId}
+      </span>
+      <span class="c-label">
+        {one?.online === false ? <span class="k-failure">{said.offline}</span> : entry.label}
+      </span>
+      {entry.state === "open" ? (
+        <button
+          type="button"
+          class="button"
+          aria-label={said.wiggleName(name)}
+          disabled={!up.value || stopped.value || wiggling.value}
+          onClick={props.onWiggle}
+        >
+          <Icon name="wiggle" /> {said.wiggle}
+        </button>
+      ) : (
+        <button type="button" class="button" aria-label={said.changeName(name)} onClick={props.onOpen}>
+          {said.change}
+        </button>
+      )}
+    </li>
+  );
+}
+
+interface ActiveProps {
+  uid: string;
+  entry: Entry;
+  place: string;
+  last: boolean;
+  onGive: () => void;
+  onSkip: () => void;
+}
+
+function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
+  const box = useRef<HTMLLIElement>(null);
+  const wanted = useSignal(false);
+  const fold = useSignal(entry.nodeId !== "");
+  const labelId = useId();
+  const idId = useId();
+  const nodeId = useId();
+  const wrongId = useId();
+  useEffect(() => watch(uid), [uid]);
+  // Its limits stand on the dial.
+  useEffect(() => {
+    void sheetOf(uid).load();
+  }, [uid]);
+  useEffect(() => {
+    suggest(uid);
+    box.current?.scrollIntoView({ block: "nearest" });
+    // The next of a row: its wiggle is what is pressed next, by hand or by Enter.
+    if (draft.peek().chosen.some(other => draft.peek().entries[other]?.state !== "open"))
+      box.current?.querySelector<HTMLElement>("[data-testid=wiggle]")?.focus();
+  }, []);
+  const one = servo(uid);
+  const wrong = wrongIds(draft.value, uid, owners.value);
+  const shown = wanted.value || entry.servoId !== "" ? wrong.servoId : null;
+  const tried = wiggled.value?.uid === uid;
+  const give = () => {
+    wanted.value = true;
+    if (wrong.nodeId !== null) fold.value = true;
+    if (wrong.servoId === null && wrong.nodeId === null) onGive();
+  };
+  const step = (by: number) => {
+    const next = (wholeNumber(entry.servoId) ?? Number.NaN) + by;
+    if (Number.isInteger(next))
+      changeEntry(uid, { servoId: String(Math.min(HIGHEST_ID, Math.max(LOWEST_ID, next))) });
+  };
+  return (
+    <li ref={box} class="c-active" data-testid={`unit-${uid}`} data-state="active" aria-current="true">
+      {one && <LiveDial one={one} size={120} />}
+      <form
+        class="c-form"
+        onSubmit={event => {
+          event.preventDefault();
+          give();
+        }}
+      >
+        <div class="c-title">
+          <h2>{one?.serial ?? one?.name ?? uid.slice(0, 8)}</h2>
+          <span class="dim">
+            {one ? modelName(one) : text.servos.unknownModel}, {`…${uid.slice(-4)}`}
+          </span>
+          <span class="second place">{place}</span>
+        </div>
+        <Wiggling uid={uid} />
+        <div class="c-fields">
+          <div class="c-field">
+            <label for={idId}>{said.servoId}</label>
+            <span class="stepper" data-wrong={shown !== null}>
+              <button type="button" aria-label={said.less} onClick={() => step(-1)}>
+                −
+              </button>
+              <input
+                id={idId}
+                data-testid="servo-id"
+                inputMode="numeric"
+                autocomplete="off"
+                value={entry.servoId}
+                aria-invalid={shown !== null}
+                aria-describedby={shown === null ? undefined : wrongId}
+                onInput={event => changeEntry(uid, { servoId: event.currentTarget.value })}
+              />
+              <button type="button" aria-label={said.more} onClick={() => step(1)}>
+                +
+              </button>
+            </span>
+          </div>
+          <div class="c-field wide">
+            <label for={labelId}>{said.label}</label>
+            <input
+              id={labelId}
+              class="field"
+              data-testid="label"
+              autocomplete="off"
+              maxLength={LONGEST_LABEL}
+              placeholder={said.labelHint}
+              value={entry.label}
+              onInput={event => changeEntry(uid, { label: event.currentTarget.value })}
+            />
+          </div>
+        </div>
+        {shown !== null && (
+          <p id={wrongId} class="refusal" role="alert">
+            <Glyph kind="failure" size={14} /> {shown}
+          </p>
+        )}
+        <div class="c-do">
+          <button
+            type="button"
+            class="button"
+            data-testid="wiggle"
+            disabled={!up.value || stopped.value || wiggling.value || one?.online === false}
+            onClick={() => void wiggle(uid)}
+          >
+            <Icon name="wiggle" /> {tried ? said.again : said.wiggle}
+          </button>
+          <Button testid="skip" onClick={onSkip}>
+            {said.skip}
+          </Button>
+          <button type="submit" class="button primary" data-testid="give">
+            {last ? said.last : said.next}
+          </button>
+        </div>
+        <button
+          type="button"
+          class="link c-more"
+          aria-expanded={fold.value}
+          data-testid="more"
+          onClick={() => {
+            fold.value = !fold.value;
+          }}
+        >
+          {said.fold}
+        </button>
+        {fold.value && (
+          <div class="c-field">
+            <label for={nodeId}>{said.nodeId}</label>
+            <input
+              id={nodeId}
+              class="field short"
+              data-testid="node-id"
+              inputMode="numeric"
+              autocomplete="off"
+              value={entry.nodeId}
+              aria-invalid={wrong.nodeId !== null}
+              onInput={event => changeEntry(uid, { nodeId: event.currentTarget.value })}
+            />
+            {wrong.nodeId === null ? (
+              <small class="second">{said.nodeHint}</small>
+            ) : (
+              <p class="refusal" role="alert">
+                <Glyph kind="failure" size={14} /> {wrong.nodeId}
+              </p>
+            )}
+          </div>
+        )}
+      </form>
+    </li>
+  );
+}
+
+/** What the horn does, said as it does it. */
+function Wiggling({ uid }: { uid: string }) {
+  const last = wiggled.value?.uid === uid ? wiggled.value : null;
+  return (
+    <p class="c-says" role="status" data-testid="wiggle-says" data-phase={last?.phase ?? "none"}>
+      {stopped.value ? (
+        <>
+          <Glyph kind="warning" /> <span>{said.stopped}</span>
+        </>
+      ) : last === null ? (
+        <>
+          <span class="dot" aria-hidden="true" /> <span class="second">{said.notYet}</span>
+        </>
+      ) : last.phase === "asking" || last.phase === "moving" ? (
+        <>
+          <span class="k-intent">
+            <Spinner />
+          </span>
+          <span>{last.phase === "asking" ? said.asking : said.moving(angle(last.around))}</span>
+        </>
+      ) : last.phase === "moved" ? (
+        <>
+          <Glyph kind="ok" /> <span>{said.moved(angle(last.low), angle(last.high))}</span>
+        </>
+      ) : (
+        <>
+          <Glyph kind="failure" /> <span>{said.refused(last.why)}</span>
+        </>
+      )}
+    </p>
+  );
+}

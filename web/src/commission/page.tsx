@@ -1,0 +1,116 @@
+/** The Commission page: the steps at the top, the question of each, and which step is shown. */
+import { useEffect } from "preact/hooks";
+import { connection } from "../bench/link";
+import { Icon } from "../kit/icon";
+import { commission as words } from "../text/topics";
+import { CheckStep } from "./check";
+import { change, count, draft, type Step, wanted } from "./draft";
+import { FindStep } from "./find";
+import { IdentifyStep } from "./identify";
+import { ProfileStep } from "./profile";
+import { finished, RunStep } from "./run";
+import {
+  candidates,
+  candidatesProblem,
+  known,
+  mine,
+  recall,
+  underWay,
+  watchCandidates,
+  watchJobs,
+} from "./state";
+import "./commission.css";
+
+type Shown = Step | "run" | "report";
+const ORDER: readonly Shown[] = ["find", "identify", "profile", "check", "run", "report"];
+
+export function CommissionPage() {
+  const round = connection.value;
+  useEffect(() => {
+    const polls = [watchCandidates(), watchJobs()];
+    return () => {
+      for (const one of polls) one.end();
+    };
+  }, []);
+  // Anew after each connection: the server may have been started again meanwhile.
+  useEffect(() => {
+    void recall();
+  }, [round]);
+  const shown = shownNow();
+  return (
+    <div class="page commission" data-testid="commission-page" data-step={shown}>
+      <Steps shown={shown} />
+      {shown === null && (
+        <p class="notice-line">
+          {candidatesProblem.value === null ? words.loading : words.failed(candidatesProblem.value)}
+        </p>
+      )}
+      {shown === "find" && <FindStep />}
+      {shown === "identify" && <IdentifyStep />}
+      {shown === "profile" && <ProfileStep />}
+      {shown === "check" && <CheckStep />}
+      {(shown === "run" || shown === "report") && <RunStep jobs={mine.value} />}
+    </div>
+  );
+}
+
+/** A job comes before the draft it was started from; null while neither is known. */
+function shownNow(): Shown | null {
+  if (known.value === null || candidates.value === null) return null;
+  if (underWay.value) return "run";
+  if (mine.value.length > 0) return "report";
+  return draft.value.step;
+}
+
+/** What can be gone back to without a job: the steps of the draft as far as they have been reached. */
+function reachable(step: Shown): step is Step {
+  if (step === "find") return true;
+  if (draft.value.chosen.length === 0) return false;
+  const ready = count(draft.value).open === 0 && wanted(draft.value).length > 0;
+  return step === "identify" || ((step === "profile" || step === "check") && ready);
+}
+
+function Steps({ shown }: { shown: Shown | null }) {
+  const at = shown === null ? -1 : ORDER.indexOf(shown);
+  const locked = shown === "run" || shown === "report";
+  return (
+    <nav class="wizard-steps" aria-label={words.steps}>
+      <ol>
+        {ORDER.map((step, place) => {
+          // Writing is behind only once ROM holds it; what is in RAM only leaves the report open, too.
+          const past = place < ORDER.indexOf("run") ? at > place : shown === "report" && finished(mine.value);
+          const open = !locked && place !== at && place < at && reachable(step);
+          const face = (
+            <>
+              <span class="n">
+                {past && (
+                  <span class="k-ok">
+                    <Icon name="tick" size={14} />
+                    <span class="hidden-text">{words.stepDone}</span>
+                  </span>
+                )}
+                {words.step(place + 1)}
+              </span>
+              <span class="w">{words.names[step]}</span>
+            </>
+          );
+          return (
+            <li key={step} aria-current={place === at ? "step" : undefined} class={past ? "past" : ""}>
+              {open ? (
+                <button
+                  type="button"
+                  data-testid={`go-${step}`}
+                  onClick={() => change({ step: step as Step })}
+                >
+                  {face}
+                </button>
+              ) : (
+                <span class="face">{face}</span>
+              )}
+            </li>
+          );
+        })}
+      </ol>
+    </nav>
+  );
+}

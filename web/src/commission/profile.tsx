@@ -1,0 +1,121 @@
+/** The third step: which profile, if any, and what it sets. */
+import { useEffect } from "preact/hooks";
+import type { Profile } from "../api/config-types";
+import { servo } from "../bench/fleet";
+import { date } from "../bench/format";
+import { pathOf } from "../bench/route";
+import { ProfileValues } from "../change/profile-values";
+import { follow } from "../frame/rail";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Scroll } from "../kit/scroll";
+import { commission as words } from "../text/topics";
+import { change, draft, wanted } from "./draft";
+import { Actions, Question } from "./parts";
+import { loadProfiles, profiles, profilesProblem } from "./state";
+
+const said = words.profile;
+
+export function ProfileStep() {
+  useEffect(() => {
+    void loadProfiles();
+  }, []);
+  const list = profiles.value;
+  const chosen = draft.value.profile;
+  useEffect(() => {
+    if (list && chosen !== null && !list.some(one => one.name === chosen)) change({ profile: null });
+  }, [list, chosen]);
+  const records = pathOf("records", null, "profiles");
+  return (
+    <>
+      <Question title={said.title}>
+        <p>{said.lead}</p>
+      </Question>
+      <Scroll label={said.title} testid="profile-step">
+        {profilesProblem.value !== null && (
+          <p class="refusal w-line" role="alert">
+            <Glyph kind="failure" size={14} /> {words.failed(profilesProblem.value)}
+          </p>
+        )}
+        <div role="radiogroup" aria-label={said.choose}>
+          <Choice
+            name={said.none}
+            line={said.noneLine}
+            on={chosen === null}
+            onChoose={() => change({ profile: null, confirm: [] })}
+          />
+          {(list ?? []).map(one => (
+            <div key={one.name}>
+              <Choice
+                name={one.name}
+                line={[one.description, facts(one)].filter(Boolean).join(" · ")}
+                on={chosen === one.name}
+                testid={`profile-${one.name}`}
+                onChoose={() => change({ profile: one.name, confirm: [] })}
+              />
+              {chosen === one.name && <Sets one={one} />}
+            </div>
+          ))}
+        </div>
+        {list !== null && list.length === 0 && (
+          <div class="w-empty">
+            <p class="strong">{said.empty}</p>
+            <p class="second">{said.emptyLine}</p>
+            <a class="button" href={records} onClick={event => follow(event, records)}>
+              {said.toRecords}
+            </a>
+          </div>
+        )}
+      </Scroll>
+      <Actions>
+        <Button onClick={() => change({ step: "identify" })}>{words.back}</Button>
+        <span class="grow" />
+        <Button look="primary" testid="profile-go" onClick={() => change({ step: "check" })}>
+          {said.go}
+        </Button>
+      </Actions>
+    </>
+  );
+}
+
+function facts(one: Profile): string {
+  const rows = said.rows(Object.keys(one.values).length);
+  return `${one.model == null ? said.anyModel : said.made(one.model)}, ${rows}, ${date(one.updated_at)}`;
+}
+
+interface ChoiceProps {
+  name: string;
+  line: string;
+  on: boolean;
+  onChoose: () => void;
+  testid?: string;
+}
+
+function Choice({ name, line, on, onChoose, testid }: ChoiceProps) {
+  return (
+    <label class="c-row pick" data-chosen={on} {...(testid ? { "data-testid": testid } : {})}>
+      <input type="radio" name="profile" checked={on} onChange={onChoose} />
+      <span class="c-who">
+        <span class="serial">{name}</span>
+        <span class="dim">{line}</span>
+      </span>
+    </label>
+  );
+}
+
+function Sets({ one }: { one: Profile }) {
+  const other = wanted(draft.value).flatMap(uid => {
+    const model = servo(uid)?.model;
+    return one.model != null && model && model !== one.model ? [model] : [];
+  });
+  return (
+    <div class="c-sets">
+      {other.length > 0 && (
+        <p class="c-warn">
+          <Glyph kind="warning" /> {said.otherModel(other.length, [...new Set(other)].join(", "))}
+        </p>
+      )}
+      <ProfileValues one={one} label={said.sets(one.name)} head={said.head} />
+    </div>
+  );
+}

@@ -1,0 +1,374 @@
+/** The last two steps: the job servo by servo while it runs, and what became of each when it has ended. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import type { Job } from "../api/types";
+import { stopped } from "../bench/bench";
+import type { Kind } from "../bench/condition";
+import { failureText } from "../bench/facts";
+import { nameOf, servo } from "../bench/fleet";
+import { NONE } from "../bench/format";
+import { connection } from "../bench/link";
+import { readSheet, sheetOf } from "../bench/parameters";
+import { JobSteps } from "../change/job-steps";
+import { ReportLinks } from "../change/report-links";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { lazy } from "../kit/lazy";
+import { Scroll } from "../kit/scroll";
+import { text } from "../text";
+import { commission as words } from "../text/topics";
+import { draft, startAnew } from "./draft";
+import { Actions, Question } from "./parts";
+import { asking, cancel, recall, refused, resume, retry, underWay } from "./state";
+import { merged, type Place, placeOf, resumableOf, type Tally, tally, type Unit } from "./units";
+
+const PlanDialog = lazy<{
+  uids: readonly string[];
+  saveOnly: boolean;
+  onClose: () => void;
+  onRefused: (why: string) => void;
+}>(() => import("../change/batch-dialog").then(file => file.PlanDialog));
+
+const said = words.run;
+const done = words.report;
+
+export function RunStep({ jobs }: { jobs: readonly Job[] }) {
+  const stopping = useSignal(false);
+  const saving = useSignal(false);
+  // A refusal is about what was tried before.
+  useEffect(() => {
+    refused.value = null;
+  }, []);
+  const units = merged(jobs);
+  const running = underWay.value;
+  const uids = units.map(one => one.uid);
+  const load = () => {
+    for (const uid of uids) readSheet(uid);
+  };
+  // After the job the servos themselves say where its values are.
+  const over = running === null;
+  const round = connection.value;
+  useEffect(() => {
+    if (over) load();
+  }, [over, round, uids.join(" ")]);
+  const sums = tally(units, placeNow);
+  const inRam = units.filter(one => one.verdict === "done" && placeNow(one) === "ram").map(one => one.uid);
+  const left = running ? null : resumableOf(jobs);
+  const all = units.length;
+  const problem = refused.value;
+  return (
+    <>
+      <Question title={running ? said.title(sums.done + sums.ram, all) : reportTitle(sums, all)}>
+        <p>{running ? `${said.lead} ${said.keep}` : leadOf(sums, all, jobs.at(-1)?.state === "cancelled")}</p>
+        <Progress sums={sums} of={all} />
+      </Question>
+      <Scroll label={said.units} testid="run-step">
+        {problem && (
+          <div class="c-note bad" role="alert">
+            <Glyph kind="failure" />
+            <p class="grow">{problem.text}</p>
+          </div>
+        )}
+        <ul class="c-units" aria-label={running ? said.units : done.table}>
+          {units.map(unit => (
+            <UnitRow key={unit.uid} unit={unit} over={running === null} />
+          ))}
+        </ul>
+        {running === null && (
+          <div class="c-reports">
+            {jobs.map((job, place) => (
+              <ReportLinks
+                key={job.id}
+                job={job.id}
+                title={jobs.length === 1 ? done.files : done.filesOf(place + 1)}
+              />
+            ))}
+          </div>
+        )}
+      </Scroll>
+      <Actions>
+        {running ? (
+          <>
+            <span class="grow" />
+            <Button
+              live
+              testid="cancel-job"
+              onClick={() => {
+                stopping.value = true;
+              }}
+            >
+              {said.cancel}
+            </Button>
+          </>
+        ) : (
+          <>
+            <span class="grow" />
+            {left && sums.failed + sums.rest > 0 && (
+              <Button live testid="resume" disabled={asking.value} onClick={() => void resume(left)}>
+                {done.resume}
+              </Button>
+            )}
+            <Button
+              {...(inRam.length === 0 ? { look: "primary" as const } : {})}
+              testid="more-servos"
+              onClick={() => {
+                startAnew();
+                void recall();
+              }}
+            >
+              {done.more}
+            </Button>
+            {inRam.length > 0 && (
+              <Button
+                look="primary"
+                live
+                testid="report-save"
+                disabled={stopped.value}
+                onClick={() => {
+                  refused.value = null;
+                  saving.value = true;
+                }}
+              >
+                {text.save.saveOnly}
+              </Button>
+            )}
+          </>
+        )}
+      </Actions>
+      {saving.value && (
+        <PlanDialog
+          uids={inRam}
+          saveOnly
+          onRefused={why => {
+            saving.value = false;
+            refused.value = { text: why, uid: null, confirm: [] };
+          }}
+          onClose={() => {
+            saving.value = false;
+            load();
+          }}
+        />
+      )}
+      {stopping.value && running && (
+        <CancelDialog
+          job={running}
+          onClose={() => {
+            stopping.value = false;
+          }}
+        />
+      )}
+    </>
+  );
+}
+
+function placeNow(unit: Unit): Place {
+  return placeOf(unit, servo(unit.uid), key => sheetOf(unit.uid).reading(key).value);
+}
+
+/** Whether ROM of every servo is known to hold what these jobs wrote. */
+export function finished(jobs: readonly Job[]): boolean {
+  const units = merged(jobs);
+  return tally(units, placeNow).done === units.length;
+}
+
+function reportTitle(sums: Tally, of: number): string {
+  if (sums.done === of) return done.allWell(of);
+  if (sums.lost > 0) return done.notFinishedLost(sums.lost);
+  return sums.ram > 0 ? done.notFinished(sums.ram) : done.some(sums.done, of);
+}
+
+function leadOf(sums: Tally, of: number, cancelled: boolean): string {
+  if (sums.done === of) return done.leadRom;
+  const parts = [
+    cancelled ? done.cancelled : "",
+    sums.ram > 0 ? done.leadRam : "",
+    sums.lost > 0 ? done.leadLost : "",
+    sums.failed + sums.rest > 0 ? done.leadFailed(sums.failed, sums.rest) : "",
+  ];
+  return parts.filter(Boolean).join(" ");
+}
+
+/** A ruled scale: a tick for each servo. Ink is in ROM, blue in RAM only, red failed. */
+function Progress({ sums, of }: { sums: Tally; of: number }) {
+  const width = 600;
+  const at = (n: number) => (of === 0 ? 0 : (n * width) / of);
+  const inRam = sums.done + sums.ram;
+  const parts = [
+    { ink: "var(--ink)", from: 0, to: sums.done },
+    { ink: "var(--intent)", from: sums.done, to: inRam },
+    { ink: "var(--failure)", from: inRam, to: inRam + sums.lost + sums.failed },
+  ];
+  let path = `M0 9H${width}`;
+  for (let i = 0; i <= of; i++) path += `M${at(i)} ${i === 0 || i === of ? 0 : 4}V9`;
+  return (
+    <svg
+      class="c-progress"
+      viewBox={`-1 0 ${width + 2} 15`}
+      preserveAspectRatio="none"
+      role="img"
+      aria-label={reportTitle(sums, of)}
+    >
+      <path d={path} stroke="var(--edge)" fill="none" vector-effect="non-scaling-stroke" />
+      {parts.map(one => (
+        <path key={one.ink} d={`M${at(one.from)} 12H${at(one.to)}`} stroke={one.ink} stroke-width="4" />
+      ))}
+    </svg>
+  );
+}
+
+const GLYPH: Record<Unit["verdict"], Kind | null> = {
+  waiting: null,
+  running: "busy",
+  done: "ok",
+  failed: "failure",
+  not_tried: "offline",
+};
+
+function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
+  const opened = useSignal<boolean | null>(null);
+  const { uid, sheet, steps, verdict } = unit;
+  const one = servo(uid);
+  const entry = draft.value.entries[uid];
+  const name = sheet?.label || entry?.label || nameOf(one) || sheet?.serial || uid.slice(0, 8);
+  const serial = sheet?.serial ?? one?.serial ?? "";
+  const active = verdict === "running" || verdict === "failed";
+  const open = opened.value ?? active;
+  const step = steps.find(each => each.state === "running");
+  const id = sheet?.verdict === "done" ? sheet.servo_id : (one?.servo_id ?? sheet?.servo_id);
+  const node = one?.online ? one.node_id : sheet?.node_id;
+  const place = verdict === "done" ? placeNow(unit) : null;
+  const glyph = place === "lost" ? "failure" : place === "ram" ? null : GLYPH[verdict];
+  const line =
+    place !== null && sheet
+      ? `${done.held[place]}, ${done.values(Object.keys(sheet.values).length)}`
+      : verdict === "running" && step
+        ? (said.now[step.code] ?? step.text)
+        : "";
+  return (
+    <li class="c-unit" data-testid={`run-${uid}`} data-verdict={verdict} data-place={place ?? ""}>
+      <button
+        type="button"
+        class="c-row unit-head"
+        aria-expanded={open}
+        aria-label={said.showSteps(name)}
+        onClick={() => {
+          opened.value = !open;
+        }}
+      >
+        <span class="c-glyph">
+          {place === "ram" ? (
+            <span class="k-intent">
+              <Icon name="half" />
+            </span>
+          ) : glyph ? (
+            <Glyph kind={glyph} />
+          ) : (
+            <span class="ring" aria-hidden="true" />
+          )}
+        </span>
+        <span class="c-who">
+          <span class="serial">{name}</span>
+          <span class="dim">{[serial === name ? "" : serial, sheet?.model].filter(Boolean).join(", ")}</span>
+        </span>
+        {verdict !== "done" && entry?.servoId ? (
+          <span class="c-id k-intent">{words.find.id(entry.servoId)}</span>
+        ) : (
+          <span class="c-id">{words.find.id(String(id || NONE))}</span>
+        )}
+        <span class="c-node second">{words.find.node(String(node ?? NONE))}</span>
+        <span class="c-verdict">
+          <span class={place === "ram" ? "strong k-intent" : active || place === "lost" ? "strong" : ""}>
+            {place === "ram" ? done.ramOnly : place === "lost" ? done.lost : said.verdict[verdict]}
+          </span>
+          <small class="second">{line}</small>
+        </span>
+        <span class="c-chevron" data-open={open}>
+          <Icon name="down" />
+        </span>
+      </button>
+      {verdict === "failed" && (
+        <div class="c-anomaly" role="alert">
+          <p>
+            <b>
+              {sheet?.problem ??
+                (unit.job.error ? failureText(unit.job.error) : undefined) ??
+                said.verdict.failed}
+            </b>
+          </p>
+          {over && entry && (
+            <div class="c-anomaly-do">
+              <span class="second">{said.what}</span>
+              <Retry uid={uid} name={name} />
+            </div>
+          )}
+        </div>
+      )}
+      {place === "lost" && over && entry && (
+        <div class="c-anomaly" role="alert">
+          <div class="c-anomaly-do">
+            <span class="second">{done.lostLine}</span>
+            <Retry uid={uid} name={name} />
+          </div>
+        </div>
+      )}
+      {open && steps.length > 0 && (
+        <JobSteps
+          kind="commissioning"
+          steps={steps}
+          label={said.showSteps(name)}
+          bare
+          inRam={place === "ram" || place === "lost"}
+          over={over}
+        />
+      )}
+    </li>
+  );
+}
+
+function Retry({ uid, name }: { uid: string; name: string }) {
+  return (
+    <button
+      type="button"
+      class="button"
+      aria-label={said.retryName(name)}
+      data-testid={`retry-${uid}`}
+      disabled={asking.value}
+      onClick={() => void retry(uid)}
+    >
+      {said.retry}
+    </button>
+  );
+}
+
+function CancelDialog({ job, onClose }: { job: Job; onClose: () => void }) {
+  return (
+    <Dialog
+      title={said.cancelTitle}
+      testid="cancel-dialog"
+      onClose={onClose}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={onClose}>{said.goOn}</Button>
+          </span>
+          <Button
+            look="danger"
+            live
+            testid="cancel-confirm"
+            onClick={() => {
+              onClose();
+              void cancel(job);
+            }}
+          >
+            {said.cancelConfirm}
+          </Button>
+        </>
+      }
+    >
+      <p>{said.cancelText}</p>
+    </Dialog>
+  );
+}

@@ -1,0 +1,245 @@
+/** The wizard's dealings with the server: candidates, wiggles, the job, and which of them the page shows. */
+
+import { computed, signal } from "@preact/signals";
+import { ask, type Problem, problemOf } from "../api/client";
+import type {
+  Candidates,
+  CommissioningPreview,
+  CommissionPlan,
+  Profile,
+  SafetyWord,
+} from "../api/config-types";
+import type { Job } from "../api/types";
+import { monotonic } from "../bench/clock";
+import { problemText } from "../bench/facts";
+import { all, nameOf, peekServo, pending, servo } from "../bench/fleet";
+import { ended, jobs, setJob } from "../bench/jobs";
+import { leaseHeader } from "../bench/motion";
+import { wholeNumber } from "../bench/number";
+import { type Poll, poll } from "../bench/poll";
+import { whyRefused } from "../change/consequences";
+import { wordsOf } from "../change/safety-words";
+import { change, choose, draft, propose, request, wanted } from "./draft";
+
+const ASK_MS = 2000;
+
+/** Who is there; null until it was read once. */
+export const candidates = signal<Candidates | null>(null);
+export const candidatesProblem = signal<string | null>(null);
+
+async function look(): Promise<void> {
+  try {
+    const answer = await ask<Candidates>("GET", "/commissioning/candidates");
+    const heardAt = monotonic();
+    pending.value = answer.pending.map(one => ({ ...one, heardAt }));
+    candidates.value = answer;
+    candidatesProblem.value = null;
+  } catch (error) {
+    candidatesProblem.value = problemText(problemOf(error));
+  }
+}
+
+export function watchCandidates(): Poll {
+  return poll(ASK_MS, look);
+}
+
+/** Commissioning jobs the server knows, oldest first; null until asked. */
+export const known = signal<readonly string[] | null>(null);
+
+/** Asks for them, and takes up one that is under way: it lives in the server. */
+export async function recall(): Promise<void> {
+  try {
+    const found = await ask<Job[]>("GET", "/jobs?kind=commissioning");
+    for (const job of found) setJob(job);
+    known.value = found.map(job => job.id);
+    const mine = new Set(draft.peek().jobs);
+    const running = found.find(job => !ended(job));
+    const gone = [...mine].filter(id => !found.some(job => job.id === id));
+    if (running && !mine.has(running.id)) change({ jobs: [running.id] });
+    else if (gone.length > 0) change({ jobs: [...mine].filter(id => !gone.includes(id)) });
+  } catch {
+    known.value ??= [];
+  }
+}
+
+/** The jobs of the wizard as far as they are known. */
+export const mine = computed<Job[]>(() => draft.value.jobs.flatMap(id => jobs.value.get(id) ?? []));
+export const underWay = computed(() => mine.value.find(job => !ended(job)) ?? null);
+
+/** The newest job that is not shown and could be gone on with. */
+export const unfinished = computed<Job | null>(() => {
+  const found = (known.value ?? []).flatMap(id => jobs.value.get(id) ?? []);
+  return found.findLast(job => job.resumable && !draft.value.jobs.includes(job.id)) ?? null;
+});
+
+/** Shows a job that was started elsewhere, or before. */
+export function show(job: Job): void {
+  setJob(job);
+  change({ jobs: [job.id] });
+}
+
+/** Chooses servos, in the order of their serials. */
+export function take(uids: readonly string[]): void {
+  const servos = uids.flatMap(uid => {
+    const one = peekServo(uid);
+    return one ? [{ uid, servoId: one.servo_id, label: one.label, serial: one.serial ?? "" }] : [];
+  });
+  servos.sort((a, b) => a.serial.localeCompare(b.serial) || a.uid.localeCompare(b.uid));
+  change(choose(draft.peek(), servos, candidates.peek()?.servos ?? []));
+  suggest(draft.peek().at);
+}
+
+/** Servo ids of servos that are not in the draft, with their names. */
+export const owners = computed<ReadonlyMap<number, string>>(() => {
+  const chosen = new Set(draft.value.chosen);
+  const left = new Set(draft.value.chosen.filter(uid => draft.value.entries[uid]?.state === "skipped"));
+  return new Map(
+    all.value.flatMap(one =>
+      one.servo_id && (!chosen.has(one.uid) || left.has(one.uid))
+        ? ([[one.servo_id, nameOf(one)]] as const)
+        : [],
+    ),
+  );
+});
+
+/** Fills in the id of a servo that has none yet. */
+export function suggest(uid: string | null): void {
+  const entry = uid === null ? undefined : draft.peek().entries[uid];
+  if (uid === null || !entry || entry.state === "given") return;
+  const taken = new Set(owners.peek().keys());
+  if (entry.servoId !== "" && !clashes(uid, entry.servoId)) return;
+  change({
+    entries: {
+      ...draft.peek().entries,
+      [uid]: { ...entry, servoId: propose(draft.peek(), uid, taken) },
+    },
+  });
+}
+
+function clashes(uid: string, id: string): boolean {
+  return Object.entries(draft.peek().entries).some(
+    ([other, entry]) =>
+      other !== uid && entry.state === "given" && wholeNumber(entry.servoId) === wholeNumber(id),
+  );
+}
+
+/** Gives everybody who is open the next free id, unseen. */
+export function giveTheRest(): void {
+  for (const uid of draft.peek().chosen) {
+    if (draft.peek().entries[uid]?.state !== "open") continue;
+    suggest(uid);
+    const entry = draft.peek().entries[uid];
+    if (entry?.servoId) change({ entries: { ...draft.peek().entries, [uid]: { ...entry, state: "given" } } });
+  }
+  change({ at: null });
+}
+
+export const profiles = signal<readonly Profile[] | null>(null);
+export const profilesProblem = signal<string | null>(null);
+
+export async function loadProfiles(): Promise<void> {
+  try {
+    profiles.value = await ask<Profile[]>("GET", "/profiles");
+    profilesProblem.value = null;
+  } catch (error) {
+    profilesProblem.value = problemText(problemOf(error));
+  }
+}
+
+export interface Refused {
+  text: string;
+  uid: string | null;
+  /** What to agree to, where that is all that is missing; one of them where there are several. */
+  confirm: readonly SafetyWord[];
+}
+
+export const refused = signal<Refused | null>(null);
+export const asking = signal(false);
+
+function refusal(problem: Problem): Refused {
+  const { uid } = problem.facts;
+  const named = typeof uid === "string" ? uid : null;
+  const name = nameOf(servo(named));
+  const said = whyRefused(problem);
+  return {
+    text: name !== "" && !said.includes(name) ? `${name}: ${said}` : said,
+    uid: named,
+    confirm: wordsOf(problem),
+  };
+}
+
+async function doing(act: () => Promise<void>): Promise<void> {
+  if (asking.peek()) return;
+  asking.value = true;
+  refused.value = null;
+  try {
+    await act();
+  } catch (error) {
+    refused.value = refusal(problemOf(error));
+  } finally {
+    asking.value = false;
+  }
+}
+
+const once = () => ({ "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` });
+
+/** What the job would do with each servo, by uid; null until the server has checked it all, or where it refuses. */
+export const plans = signal<ReadonlyMap<string, CommissionPlan> | null>(null);
+
+/** Asks the server to check everything, and what would come of it. Nothing is written. */
+export async function plan(): Promise<void> {
+  plans.value = null;
+  const body = { ...request(draft.peek()), dry_run: true };
+  await doing(async () => {
+    const headers = leaseHeader();
+    const options = { body, headers, timeout_ms: 60_000 };
+    const found = await ask<CommissioningPreview>("POST", "/commissioning", options);
+    plans.value = new Map(found.servos.map(one => [one.uid, one]));
+  });
+}
+
+/** Starts the job over everybody of the draft. */
+export const start = () =>
+  doing(async () => {
+    const job = await post(wanted(draft.peek()));
+    change({ jobs: [job.id] });
+  });
+
+/** Does one servo again, by a job of its own. */
+export const retry = (uid: string) =>
+  doing(async () => {
+    const job = await post([uid]);
+    change({ jobs: [...draft.peek().jobs, job.id] });
+  });
+
+async function post(uids: readonly string[]): Promise<Job> {
+  const job = await ask<Job>("POST", "/commissioning", {
+    body: request(draft.peek(), uids),
+    headers: { ...leaseHeader(), ...once() },
+    timeout_ms: 30_000,
+  });
+  setJob(job);
+  return job;
+}
+
+/** Goes on with what a job has not done. */
+export const resume = (job: Job) =>
+  doing(async () => {
+    setJob(await ask<Job>("POST", `/jobs/${job.id}/resume`, { headers: leaseHeader() }));
+  });
+
+export const cancel = (job: Job) =>
+  doing(async () => {
+    setJob(await ask<Job>("DELETE", `/jobs/${job.id}`, { timeout_ms: 30_000 }));
+  });
+
+/** Tells the newest state of the jobs shown, where the socket may have said nothing. */
+export function watchJobs(): Poll {
+  return poll(ASK_MS, async () => {
+    for (const id of draft.peek().jobs) {
+      const present = jobs.peek().get(id);
+      if (present && ended(present)) continue;
+      await ask<Job>("GET", `/jobs/${id}`).then(setJob, () => undefined);
+    }
+  });
+}

@@ -1,0 +1,254 @@
+/** The Faults page: what is wrong with every servo now, what was, what it means, and that somebody has seen it. */
+import { useEffect } from "preact/hooks";
+import { type Kind, ROM_LOST } from "../bench/condition";
+import { all, type KnownServo, loaded, nameOf, servo } from "../bench/fleet";
+import { clock, date, unbroken } from "../bench/format";
+import { who } from "../bench/holder";
+import { connection, up } from "../bench/link";
+import { go, pathOf } from "../bench/route";
+import { follow } from "../frame/rail";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Guides } from "../kit/guide";
+import { Scroll } from "../kit/scroll";
+import { ToSnapshots } from "../servo/condition-lines";
+import { faults as words } from "../text/topics";
+import {
+  acknowledge,
+  faultsOf,
+  type Line,
+  present,
+  readFaults,
+  readServos,
+  troubleOf,
+  unseen,
+} from "./state";
+import "./faults.css";
+
+const KIND: Record<Line["level"], Kind> = { failure: "failure", warning: "warning", notification: "notice" };
+
+export function FaultsPage({ uid }: { uid: string | null }) {
+  const servos = all.value;
+  const chosen = uid === null ? servos : servos.filter(one => one.uid === uid);
+  const uids = chosen.map(one => one.uid);
+  const { now, past } = faultsOf(uids);
+  const open = [...now, ...past].filter(unseen);
+  const waiting = new Set(open.map(one => one.uid));
+  const trouble = troubleOf(uids);
+  const missing = uids.length === 0 ? !loaded.value : readServos.value === 0 && trouble === null;
+  return (
+    <div class="page faults" data-testid="faults-page">
+      <div class="page-head">
+        <h1>{words.title}</h1>
+        <span class="second" data-testid="faults-summary" role="status">
+          {words.summary(now.length, open.length)}
+        </span>
+        <span class="grow" />
+        <label class="faults-servo">
+          <span class="second">{words.servo}</span>
+          <select
+            class="field"
+            data-testid="faults-servo"
+            value={uid ?? ""}
+            onChange={event => go(pathOf("faults", event.currentTarget.value || null))}
+          >
+            <option value="">{words.all}</option>
+            {servos.map(one => (
+              <option key={one.uid} value={one.uid}>
+                {nameOf(one)}
+              </option>
+            ))}
+          </select>
+        </label>
+        <Button
+          testid="acknowledge-all"
+          live
+          disabled={waiting.size === 0}
+          onClick={() => {
+            for (const one of waiting) void acknowledge(one);
+          }}
+        >
+          {words.ackAll}
+        </Button>
+      </div>
+      {servos.map(one => (
+        <Reader key={one.uid} one={one} />
+      ))}
+      <Scroll label={words.title} testid="faults-list">
+        {trouble !== null && (
+          <p class="faults-note" role="alert">
+            <Glyph kind="failure" />
+            <span class="grow">{words.failed(trouble)}</span>
+            <Button
+              live
+              onClick={() => {
+                for (const one of uids) readFaults(one);
+              }}
+            >
+              {words.again}
+            </Button>
+          </p>
+        )}
+        {missing && <p class="notice-line">{words.loading}</p>}
+        {!missing && now.length + past.length === 0 ? (
+          <Empty known={uids.length} />
+        ) : (
+          !missing && (
+            <>
+              <Part title={words.now} lines={now} none={words.noneNow} testid="faults-now" />
+              {past.length > 0 && (
+                <Part title={words.past} lines={past} none={words.nonePast} testid="faults-past" />
+              )}
+              <p class="faults-foot second small">{words.acknowledgeText}</p>
+            </>
+          )
+        )}
+      </Scroll>
+    </div>
+  );
+}
+
+/** Reads one servo's faults again whenever what it tells of them has changed. */
+function Reader({ one }: { one: KnownServo }) {
+  const { failure, warning, notification } = one.faults;
+  useEffect(() => {
+    readFaults(one.uid);
+  }, [one.uid, connection.value, one.online, one.unacknowledged, failure, warning, notification]);
+  return null;
+}
+
+function Empty({ known }: { known: number }) {
+  return (
+    <div class="faults-empty" data-testid="faults-empty">
+      <h2>
+        <Glyph kind="ok" size={18} /> {words.emptyTitle}
+      </h2>
+      <p>{words.emptyText}</p>
+      <p class="second">{words.emptyLive(known, readServos.value)}</p>
+      <Button onClick={() => go(pathOf("servos", null))}>{words.toServos}</Button>
+      <Guides places={["faults"]} />
+    </div>
+  );
+}
+
+function Part({
+  title,
+  lines,
+  none,
+  testid,
+}: {
+  title: string;
+  lines: Line[];
+  none: string;
+  testid: string;
+}) {
+  return (
+    <section class="faults-part" aria-label={title} data-testid={testid}>
+      <h2>
+        {title} {lines.length > 0 && <span class="second">{lines.length}</span>}
+      </h2>
+      {lines.length === 0 && (
+        <p class="faults-none">
+          <Glyph kind="ok" /> {none}
+        </p>
+      )}
+      <ul>
+        {lines.map(one => (
+          <FaultLine key={`${one.uid}/${one.key}`} one={one} />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function FaultLine({ one }: { one: Line }) {
+  const known = servo(one.uid);
+  const name = nameOf(known);
+  const path = pathOf("parameters", one.uid);
+  const open = unseen(one);
+  return (
+    <li
+      class="fault"
+      data-testid={`fault-${one.key}`}
+      data-uid={one.uid}
+      data-level={one.level}
+      data-active={one.active}
+      data-stale={unknown(one)}
+      data-unseen={open}
+    >
+      <span class="fault-glyph">
+        <Glyph kind={KIND[one.level]} size={18} />
+        <span class="small second">{words.level[one.level]}</span>
+      </span>
+      <div class="fault-what">
+        <h3>
+          {one.label}
+          <Chips one={one} />
+        </h3>
+        <p>
+          {unbroken(one.advice)} {one.key === ROM_LOST && <ToSnapshots uid={one.uid} />}
+        </p>
+      </div>
+      <a class="fault-servo" href={path} title={words.open(name)} onClick={event => follow(event, path)}>
+        <span>{name}</span>
+        <small class="second">{known?.model}</small>
+      </a>
+      <dl class="fault-times small">
+        <dt>{words.first}</dt>
+        <dd>{instant(one.first_seen)}</dd>
+        <dt>{words.last}</dt>
+        <dd>{instant(one.last_seen)}</dd>
+        <dt class="hidden-text">{words.how}</dt>
+        <dd class="fault-count">{words.count(one.count)}</dd>
+      </dl>
+      <div class="fault-seen">
+        {open ? (
+          <Button
+            live
+            testid={`acknowledge-${one.key}`}
+            label={words.ackOf(one.label, name)}
+            onClick={() => void acknowledge(one.uid, one.key)}
+          >
+            {words.ack}
+          </Button>
+        ) : (
+          one.acknowledged_at != null && (
+            <small class="second">
+              {words.seenBy(who(one.acknowledged_by ?? ""), instant(one.acknowledged_at))}
+            </small>
+          )
+        )}
+      </div>
+    </li>
+  );
+}
+
+/** It was so when it was last told, and nobody knows whether it still is: the servo is silent, or hornbill is. */
+function unknown(one: Line): boolean {
+  return one.stale || (one.active && !up.value);
+}
+
+function Chips({ one }: { one: Line }) {
+  return (
+    <>
+      {one.latched && <Chip why={words.latchedWhy}>{words.latched}</Chip>}
+      {one.past_event && present(one) && <Chip why={words.pastEventWhy}>{words.pastEvent}</Chip>}
+      {unknown(one) && <Chip why={words.staleWhy}>{words.stale}</Chip>}
+      {!present(one) && <span class="fault-over">{words.over}</span>}
+    </>
+  );
+}
+
+function Chip({ why, children }: { why: string; children: string }) {
+  return (
+    <span class="fault-chip" title={why}>
+      {children}
+    </span>
+  );
+}
+
+/** "14:02:31" of today, "2026-03-01 14:02:31" of another day. */
+function instant(utc: number): string {
+  const day = date(utc);
+  return day === date(Date.now() / 1000) ? clock(utc) : words.at(day, clock(utc));
+}

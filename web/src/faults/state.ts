@@ -1,0 +1,102 @@
+/** What the Faults page knows: the list of every servo as last read, its order, and acknowledging. */
+
+import { computed, signal } from "@preact/signals";
+import { ask, problemOf } from "../api/client";
+import type { Fault, FaultsRead } from "../api/types";
+import { together } from "../bench/batched";
+import { namedFault } from "../bench/catalog";
+import { problemText } from "../bench/facts";
+import { holder } from "../bench/holder";
+import { asProblem } from "../bench/parameters";
+
+export interface Line extends Fault {
+  uid: string;
+}
+
+const kept = signal<ReadonlyMap<string, readonly Fault[]>>(new Map());
+
+/** Why the faults of a servo could not be read or acknowledged, by servo. */
+const troubles = signal<ReadonlyMap<string, string>>(new Map());
+
+/** The first trouble among these servos, in words; null when there is none. */
+export function troubleOf(uids: readonly string[]): string | null {
+  return uids.map(uid => troubles.value.get(uid)).find(one => one !== undefined) ?? null;
+}
+
+function setTrouble(uid: string, why: string | null): void {
+  const next = new Map(troubles.peek());
+  if (why === null) next.delete(uid);
+  else next.set(uid, why);
+  troubles.value = next;
+}
+
+/** How many servos were read at least once. */
+export const readServos = computed(() => kept.value.size);
+
+/** Reads the faults of these servos in one request; one that has a problem keeps what was known of it. */
+async function loadFaults(uids: readonly string[]): Promise<void> {
+  try {
+    const answer = await ask<FaultsRead>("GET", `/faults?uids=${uids.join(",")}`);
+    const next = new Map(kept.peek());
+    for (const [uid, { faults, problem }] of Object.entries(answer.servos)) {
+      if (!problem) next.set(uid, faults.map(namedFault));
+      setTrouble(uid, problem ? problemText(asProblem(problem)) : null);
+    }
+    kept.value = next;
+  } catch (error) {
+    for (const uid of uids) setTrouble(uid, problemText(problemOf(error)));
+  }
+}
+
+/** Reads the faults of a servo, in one request with all that are wanted. */
+export const readFaults = together(loadFaults);
+
+/** Somebody has seen this fault; without a key all of that servo. */
+export async function acknowledge(uid: string, key?: string): Promise<void> {
+  const by = `by=${encodeURIComponent(holder())}`;
+  try {
+    await ask<unknown>(
+      "POST",
+      key === undefined
+        ? `/servos/${uid}/faults/acknowledge?${by}`
+        : `/servos/${uid}/faults/${key}/acknowledge?${by}`,
+    );
+  } catch (error) {
+    setTrouble(uid, problemText(problemOf(error)));
+    return;
+  }
+  readFaults(uid);
+}
+
+/** Whether somebody should still say that they have seen it: notifications come and go in normal use. */
+export function unseen(one: Fault): boolean {
+  return one.acknowledged_at == null && one.level !== "notification";
+}
+
+/** Whether it stands among what is so now: set, or set when the servo said so last. */
+export function present(one: Fault): boolean {
+  return one.active || one.stale;
+}
+
+const RANK = { failure: 0, warning: 1, notification: 2 } as const;
+
+/** Worst first; of the same level what nobody has seen, then what is known to be so, then the newest. */
+export function compare(a: Line, b: Line): number {
+  return (
+    RANK[a.level] - RANK[b.level] ||
+    Number(unseen(b)) - Number(unseen(a)) ||
+    Number(b.active) - Number(a.active) ||
+    b.last_seen - a.last_seen ||
+    a.uid.localeCompare(b.uid) ||
+    a.bit - b.bit
+  );
+}
+
+/** The faults of these servos: those that are, then those that were. */
+export function faultsOf(uids: readonly string[]): { now: Line[]; past: Line[] } {
+  const lines = uids.flatMap(uid => (kept.value.get(uid) ?? []).map(one => ({ ...one, uid })));
+  return {
+    now: lines.filter(present).sort(compare),
+    past: lines.filter(one => !present(one)).sort(compare),
+  };
+}

@@ -1,9 +1,0 @@
-/** What to know before a command, in the page's language; the server's sentence where the page has none. */
-import type { Caution } from "../api/types";
-import { nameOf, servo } from "../state/fleet";
-import { text } from "../text";
-import { factsOf } from "./facts";
-
-export function cautionText(one: Caution, uid: string): string {
-  return text.cautions[one.code]?.({ ...factsOf(one.params), servo: nameOf(servo(uid)) }) ?? one.text;
-}

@@ -1,0 +1,102 @@
+/** The frame: what stands round every page, and which page is inside. */
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { connectOpen } from "../bench/connect-open";
+import { openDrift } from "../bench/drift-open";
+import { servo } from "../bench/fleet";
+import { onKey } from "../bench/keys";
+import { link } from "../bench/link";
+import { route } from "../bench/route";
+import { signedOut } from "../bench/session";
+import { lazy } from "../kit/lazy";
+import { Panel } from "../kit/panel";
+import { MotionPage } from "../motion/page";
+import { ServosPage } from "../servos/page";
+import { Bands } from "./bands";
+import { TopBar } from "./bar";
+import { Foot } from "./foot";
+import { MissingPage, MissingServo } from "./missing";
+import { Rail, SkipLink } from "./rail";
+
+const ApiPage = lazy(() => import("../requests/page").then(file => file.ApiPage));
+const BusPage = lazy<{ hash: string }>(() => import("../bus/page").then(file => file.BusPage));
+const CommissionPage = lazy(() => import("../commission/page").then(file => file.CommissionPage));
+const FaultsPage = lazy<{ uid: string | null }>(() => import("../faults/page").then(file => file.FaultsPage));
+const KeysHelp = lazy<{ onClose: () => void }>(() => import("./keys-help").then(file => file.KeysHelp));
+const LoginPage = lazy(() => import("../login/page").then(file => file.LoginPage));
+const MatrixPage = lazy<{ hash: string }>(() => import("../matrix/page").then(file => file.MatrixPage));
+const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
+  import("../parameters/page").then(file => file.ParametersPage),
+);
+const RecordsPage = lazy<{ hash: string }>(() => import("../records/page").then(file => file.RecordsPage));
+const TunePage = lazy<{ uid: string | null }>(() => import("../tune/page").then(file => file.TunePage));
+const DriftDialog = lazy(() => import("../change/drift-dialog").then(file => file.DriftDialog));
+const ConnectDialog = lazy(() => import("../bus/connect").then(file => file.ConnectDialog));
+
+export function App() {
+  const help = useSignal(false);
+  useEffect(() => {
+    const open = () => {
+      help.value = true;
+    };
+    return onKey("?", open);
+  }, [help]);
+  return (
+    <div class="frame" data-link={link.value.state}>
+      <SkipLink />
+      <TopBar />
+      <Panel>
+        <Bands />
+      </Panel>
+      <Panel>
+        <Rail
+          onKeys={() => {
+            help.value = true;
+          }}
+        />
+      </Panel>
+      <main tabIndex={-1}>
+        {/* Another page begins anew, whatever became of the one before. */}
+        <Panel key={`${route.value.page}/${route.value.uid}`}>
+          {signedOut.value ? <LoginPage /> : <Page />}
+        </Panel>
+      </main>
+      <Panel>
+        <Foot />
+      </Panel>
+      {connectOpen.value && (
+        <Panel>
+          <ConnectDialog />
+        </Panel>
+      )}
+      {openDrift.value !== null && (
+        <Panel>
+          <DriftDialog />
+        </Panel>
+      )}
+      {help.value && (
+        <KeysHelp
+          onClose={() => {
+            help.value = false;
+          }}
+        />
+      )}
+    </div>
+  );
+}
+
+function Page() {
+  const { page, uid, hash } = route.value;
+  if (uid !== null && servo(uid) === undefined) return <MissingServo uid={uid} />;
+  if (page === "parameters" && uid) return <ParametersPage key={uid} uid={uid} hash={hash} />;
+  if (page === "matrix") return <MatrixPage hash={hash} />;
+  if (page === "motion" && uid) return <MotionPage key={uid} uid={uid} />;
+  if (page === "tune") return <TunePage uid={uid} />;
+  if (page === "faults") return <FaultsPage uid={uid} />;
+  if (page === "bus") return <BusPage hash={hash} />;
+  if (page === "commission") return <CommissionPage />;
+  if (page === "api") return <ApiPage />;
+  if (page === "records") return <RecordsPage hash={hash} />;
+  if (page === "missing") return <MissingPage />;
+  return <ServosPage />;
+}

@@ -1,0 +1,50 @@
+/** The latched stop in words: who confirmed, and who is named because nobody knows. */
+import { render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, expect, test } from "vitest";
+import type { Stop } from "../api/types";
+import { stop } from "../bench/bench";
+import { link } from "../bench/link";
+import { Bands } from "./bands";
+
+let host: HTMLElement;
+
+beforeEach(() => {
+  host = document.createElement("div");
+  document.body.append(host);
+  link.value = { state: "up", since: 0 };
+  act(() => render(<Bands />, host));
+});
+
+afterEach(() => {
+  act(() => render(null, host));
+  host.remove();
+  stop.value = null;
+});
+
+const latch = (change: Partial<Stop>) =>
+  act(() => {
+    const plain: Stop = { latched: true, mode: "off", at: 1, by: null, reason: null, servos: [], nodes: [] };
+    stop.value = { ...plain, ...change };
+  });
+const band = () => host.querySelector('[data-testid="stop-band"]')?.textContent ?? "";
+
+test("a servo that did not answer is named, with what to do", () => {
+  latch({
+    servos: [
+      { uid: "a".repeat(32), label: "Gripper", confirmed: true, ms: 4 },
+      { uid: "b".repeat(32), label: "Rudder", confirmed: false, ms: null },
+    ],
+  });
+  expect(band()).toContain("Torque is off on 1 of 2 servos.");
+  expect(band()).toContain("Rudder did not answer: if it can move, cut its supply.");
+});
+
+test("a node that may be a servo counts and is named like one", () => {
+  latch({
+    servos: [{ uid: "a".repeat(32), label: "Gripper", confirmed: true, ms: 4 }],
+    nodes: [{ node_id: 42, confirmed: false, ms: null }],
+  });
+  expect(band()).toContain("Torque is off on 1 of 2 servos.");
+  expect(band()).toContain("Node 42 did not answer");
+});

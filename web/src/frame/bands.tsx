@@ -1,0 +1,244 @@
+/** The bands under the bar: no link, a stop that reached nobody, and the latched stop with its evidence. */
+import { useSignal } from "@preact/signals";
+import type { Stop } from "../api/types";
+import { lease, stop } from "../bench/bench";
+import { now } from "../bench/clock";
+import { nameOf, peekServo } from "../bench/fleet";
+import { clock, number, withUnit } from "../bench/format";
+import { holder, who } from "../bench/holder";
+import { link, up } from "../bench/link";
+import { endMotion, keepMotion, membersOf, motion } from "../bench/motion";
+import { those } from "../bench/release";
+import { route } from "../bench/route";
+import { signedOut } from "../bench/session";
+import { clearStop, unsent } from "../bench/stop";
+import { RestoreButton } from "../change/restore-button";
+import { keptOn, planned, restorable } from "../change/restoring";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { lazy } from "../kit/lazy";
+import { Panel } from "../kit/panel";
+import { text } from "../text";
+
+const RestoreDialog = lazy(() => import("../change/restore-output").then(file => file.RestoreDialog));
+
+export function Bands() {
+  return (
+    <div class="bands">
+      <LinkBand />
+      {unsent.value && (
+        <div class="link-band unsent" role="alert">
+          <Glyph kind="failure" />
+          {up.value ? text.stop.unsentPast : unsent.value}
+          {up.value && (
+            <Button
+              onClick={() => {
+                unsent.value = null;
+              }}
+            >
+              {text.close}
+            </Button>
+          )}
+        </div>
+      )}
+      <SilentBand />
+      {stop.value?.latched && <StopBand stop={stop.value} />}
+      <KeptBand />
+      <AskedBand />
+      {planned.value !== null && (
+        <Panel>
+          <RestoreDialog />
+        </Panel>
+      )}
+      <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
+        {up.value ? text.link.up : text.link.down}
+      </span>
+    </div>
+  );
+}
+
+function LinkBand() {
+  const { state, since } = link.value;
+  // Not signed in is no lost link: the page says what is missing where it can be given.
+  if (state === "up" || signedOut.value) return null;
+  const waited = Math.max(0, Math.floor(now.value - since));
+  if (state === "connecting" && waited < 1) return null;
+  return (
+    <div class="link-band" role="alert">
+      <Glyph kind="warning" />
+      {text.link.lost(waited)}
+    </div>
+  );
+}
+
+/** Who was to let go and has not answered, on whatever page one is by now. A latched stop says so itself. */
+function SilentBand() {
+  const silent = those("silent");
+  if (silent.length === 0 || stop.value?.latched) return null;
+  const names = silent.map(uid => nameOf(peekServo(uid))).join(", ");
+  return (
+    <div class="link-band" role="alert" data-testid="silent-band">
+      <Glyph kind="warning" />
+      {text.motion.letGoSilent(names)}
+    </div>
+  );
+}
+
+/** Outputs that are on under motion control of this page, where the page has no motion of its own to say so. */
+function KeptBand() {
+  const present = motion.value;
+  const { page, uid } = route.value;
+  if (present.phase !== "on" || present.lease !== keptOn.value) return null;
+  if (uid === present.uid && (page === "motion" || page === "tune")) return null;
+  return (
+    <section class="link-band asked" data-testid="kept-band">
+      <Button testid="kept-off" onClick={() => endMotion(null)}>
+        {text.motion.turnOff}
+      </Button>
+      <span>{text.output.keptOn(membersOf(present).length)}</span>
+    </section>
+  );
+}
+
+/** Somebody asks for motion control while it is ours. Its buttons stand at the left: never near Stop. */
+function AskedBand() {
+  const phase = motion.value.phase;
+  const held = lease.value;
+  const asked = held?.request;
+  if ((phase !== "on" && phase !== "held") || !held || !asked) return null;
+  const left = Math.max(0, Math.ceil((held.passesAt ?? now.value) - now.value));
+  return (
+    <section class="link-band asked" data-testid="asked-band" aria-label={text.asked.label}>
+      <span class="asked-buttons">
+        <Button testid="keep-lease" live onClick={() => void keepMotion(asked.id)}>
+          {text.asked.keep}
+        </Button>
+        <Button testid="hand-over" onClick={() => endMotion(text.asked.handed(who(asked.by)))}>
+          {text.asked.hand}
+        </Button>
+      </span>
+      <span>
+        {/* Read aloud once, not with every second. */}
+        <span role="alert">{text.asked.asks(who(asked.by), asked.reason)}</span>{" "}
+        <span class="second" data-testid="asked-left">
+          {text.asked.passes(left)}
+        </span>
+      </span>
+    </section>
+  );
+}
+
+type Stopped = { name: string; confirmed: boolean; ms: number | null };
+
+/** Servos by their names, and nodes that may be servos by their numbers. */
+function everybody(stop: Stop): Stopped[] {
+  return [
+    ...stop.servos.map(one => ({ ...one, name: one.label || one.uid.slice(0, 8) })),
+    ...(stop.nodes ?? []).map(one => ({ ...one, name: text.stop.node(one.node_id) })),
+  ];
+}
+
+function names(stopped: Stopped[]): string {
+  return stopped.map(one => one.name).join(", ");
+}
+
+function StopBand({ stop }: { stop: Stop }) {
+  const asking = useSignal(false);
+  const problem = useSignal<string | null>(null);
+  const all = everybody(stop);
+  const silent = all.filter(one => !one.confirmed);
+  const times = all.flatMap(one => (one.confirmed && one.ms !== null ? [one.ms] : []));
+  const clear = async () => {
+    asking.value = false;
+    problem.value = await clearStop();
+  };
+  return (
+    <section class="stop-band" role="alert" data-testid="stop-band">
+      <Button
+        look="danger"
+        testid="clear-stop"
+        live
+        onClick={() => {
+          asking.value = true;
+        }}
+      >
+        {text.stop.clear}
+      </Button>
+      {restorable.value.length > 0 && (
+        <RestoreButton
+          uids={null}
+          testid="restore-all"
+          onRefused={why => {
+            problem.value = why;
+          }}
+        />
+      )}
+      <div class="said">
+        <h2>
+          {text.stop.headline(
+            clock(stop.at ?? Date.now() / 1000),
+            stop.by ? text.stop.by(stop.by === holder() ? text.stop.you : who(stop.by)) : "",
+            all.length - silent.length,
+            all.length,
+            stop.mode === "brake" ? text.stop.brake : text.stop.off,
+          )}
+        </h2>
+        <p class="second">
+          {silent.length === 1 && text.stop.silent(names(silent))}
+          {silent.length > 1 && text.stop.silentMany(names(silent))}
+          {problem.value ?? text.stop.stays}
+        </p>
+      </div>
+      <p class="evidence touch-hide">
+        {times.length > 0 && (
+          <>
+            {text.stop.first} <b>{ms(Math.min(...times))}</b>
+            <br />
+            {text.stop.last} <b>{ms(Math.max(...times))}</b>
+          </>
+        )}
+        {silent.length > 0 && (
+          <>
+            <br />
+            {text.stop.repeating(names(silent))}
+          </>
+        )}
+      </p>
+      {asking.value && (
+        <Dialog
+          title={text.stop.clearTitle}
+          testid="clear-dialog"
+          onClose={() => {
+            asking.value = false;
+          }}
+          foot={
+            <>
+              <span data-first-focus>
+                <Button
+                  onClick={() => {
+                    asking.value = false;
+                  }}
+                >
+                  {text.cancel}
+                </Button>
+              </span>
+              <Button look="danger" testid="confirm-clear" live onClick={() => void clear()}>
+                {text.stop.clearConfirm}
+              </Button>
+            </>
+          }
+        >
+          <p>{text.stop.clearText}</p>
+          {silent.length > 0 && (
+            <p class="strong">{text.stop.clearSilent(names(silent), silent.length > 1)}</p>
+          )}
+        </Dialog>
+      )}
+    </section>
+  );
+}
+
+function ms(value: number): string {
+  return withUnit(number(value, value < 10 ? 1 : 0), "ms");
+}

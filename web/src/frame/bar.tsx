@@ -1,0 +1,195 @@
+/** The top bar: bus, load on a ruled scale, counts by health, motion control, and Stop at its end. */
+import { useComputed } from "@preact/signals";
+import { bus, lease, stopped } from "../bench/bench";
+import { channelOf, retryIn } from "../bench/bus-now";
+import { now } from "../bench/clock";
+import type { Kind } from "../bench/condition";
+import { all, nameOf, servo, uids } from "../bench/fleet";
+import { number, withUnit } from "../bench/format";
+import { who } from "../bench/holder";
+import { isOfOther, motion } from "../bench/motion";
+import { lastUid, pathOf } from "../bench/route";
+import { narrow, phone } from "../bench/screen";
+import { conditionHere } from "../bench/servo-condition";
+import { Glyph } from "../kit/glyph";
+import { Mark } from "../kit/icon";
+import { Panel } from "../kit/panel";
+import { text } from "../text";
+import { follow } from "./rail";
+import { StopButton } from "./stop-button";
+
+export function TopBar() {
+  return (
+    <header class="bar">
+      {/* First for the keyboard and to be read; where it is seen is the style's. Not among what can fail with the rest. */}
+      <StopButton />
+      <div class="bar-rest">
+        <div class="bar-mark">
+          <Mark />
+          <span>{text.name}</span>
+        </div>
+        <Panel>
+          <BusCell />
+          {!narrow.value && <LoadCell />}
+          <CountsCell />
+          <MotionCell />
+        </Panel>
+        <div class="bar-fill" />
+      </div>
+    </header>
+  );
+}
+
+const BUS = pathOf("bus", null);
+
+function BusCell() {
+  const state = bus.value;
+  if (!state) return null;
+  const name = channelOf(state.address);
+  const load = state.load_pct === null ? null : withUnit(number(state.load_pct, 0), "%");
+  const short = phone.value ? `${name} ${load ?? ""}` : text.bar.busLoad(name, load ?? "");
+  const caption = narrow.value && load !== null ? short : text.bar.bus(name);
+  const rate =
+    state.bitrate === null || narrow.value
+      ? ""
+      : `${text.comma}${text.bar.bitrate(number(state.bitrate / 1e6, state.bitrate % 1e6 ? 2 : 0))}`;
+  // Nothing is wrong with a recording that is over, but nothing comes of it any more.
+  const over = state.state === "active" && state.trouble !== null;
+  const well = state.state === "active" && !over;
+  const nothing = state.trouble_code === "nothing_received";
+  const word = over ? text.bar.over : nothing ? text.bar.nothing : text.bar.busState[state.state];
+  const waits = retryIn.value;
+  return (
+    <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)} data-testid="bar-bus">
+      <span class="cap">{caption}</span>
+      <span class={`val ${well ? (phone.value ? "hidden-text" : "") : "strong k-warning"}`}>
+        {waits === null || narrow.value ? word : text.bar.retry(word, Math.ceil(waits))}
+        {well && rate}
+      </span>
+    </a>
+  );
+}
+
+const SCALE = 130;
+
+function LoadCell() {
+  const load = bus.value?.load_pct ?? null;
+  const cap = bus.value?.load_cap_pct ?? null;
+  if (!bus.value || bus.value.state === "disconnected") return null;
+  const shown = load === null ? text.bar.loadUnknown : text.bar.load(withUnit(number(load, 0), "%"));
+  const words =
+    load !== null && cap !== null
+      ? text.bar.loadLimit(withUnit(number(load, 0), "%"), withUnit(number(cap, 0), "%"))
+      : shown;
+  return (
+    <a class="bar-cell" href={BUS} onClick={event => follow(event, BUS)}>
+      <span class="cap">{words}</span>
+      <svg class="ruled" width={SCALE + 2} height="16" viewBox={`-1 0 ${SCALE + 2} 16`} aria-hidden="true">
+        <path d={ruler(SCALE, 20)} stroke="var(--edge)" stroke-width="1" fill="none" />
+        {load !== null && (
+          <path d={`M0 13.5H${(SCALE * Math.min(100, load)) / 100}`} stroke="var(--ink)" stroke-width="4" />
+        )}
+        {cap !== null && <path d={`M${(SCALE * cap) / 100} 0V16`} stroke="var(--limit)" stroke-width="2" />}
+      </svg>
+    </a>
+  );
+}
+
+function ruler(width: number, parts: number): string {
+  let path = `M0 10.5H${width}`;
+  for (let i = 0; i <= parts; i++)
+    path += `M${(i * width) / parts} ${i % 10 === 0 ? 3 : i % 5 === 0 ? 5 : 7}V10.5`;
+  return path;
+}
+
+const ORDER: readonly { kind: Exclude<Kind, "protected">; worst: number }[] = [
+  { kind: "ok", worst: 0 },
+  { kind: "notice", worst: 2 },
+  { kind: "busy", worst: 1 },
+  { kind: "identifying", worst: 1 },
+  { kind: "warning", worst: 4 },
+  { kind: "failure", worst: 5 },
+  { kind: "offline", worst: 3 },
+];
+
+function CountsCell() {
+  const counts = useComputed(() => {
+    const found = new Map<Kind, number>();
+    for (const one of all.value) {
+      const kind = conditionHere(one).kind;
+      const shown = kind === "protected" ? "warning" : kind;
+      found.set(shown, (found.get(shown) ?? 0) + 1);
+    }
+    return found;
+  }).value;
+  const shown = ORDER.filter(one => counts.has(one.kind));
+  const count = (kind: keyof typeof text.state.counts, worded: boolean) => {
+    const words = text.state.counts[kind](counts.get(kind) ?? 0);
+    return (
+      <span key={kind} title={words}>
+        <Glyph kind={kind} size={worded ? 16 : 12} />
+        {worded ? words : counts.get(kind)}
+        {!worded && <span class="hidden-text">{words}</span>}
+      </span>
+    );
+  };
+  // Narrow: only the two worst keep their words, on a phone none; the others keep shape and figure, beside the caption.
+  const words = phone.value ? 0 : narrow.value ? 2 : ORDER.length;
+  const worded = new Set([...shown].sort((a, b) => b.worst - a.worst).slice(0, words));
+  return (
+    <div class="bar-cell">
+      <span class="cap counts">
+        <span class={phone.value ? "hidden-text" : ""}>{text.bar.servos}</span>
+        {shown.map(one => !worded.has(one) && count(one.kind, false))}
+      </span>
+      <span class="val counts">
+        {shown.length === 0 && text.bar.noServos}
+        {shown.map(one => worded.has(one) && count(one.kind, true))}
+      </span>
+    </div>
+  );
+}
+
+function MotionCell() {
+  const uid = lastUid.value ?? uids.value[0];
+  const path = pathOf("motion", uid ?? null);
+  const held = lease.value;
+  const asked = held?.request && held.endsAt > now.value ? held.request : null;
+  const left = Math.max(0, Math.ceil((held?.passesAt ?? now.value) - now.value));
+  // On a phone there is room for it only while it says something that no band says.
+  if (phone.value && !asked && (stopped.value || motionWords() === text.bar.nobody)) return null;
+  return (
+    <a class="bar-cell" href={path} onClick={event => follow(event, path)} data-testid="bar-motion">
+      <span class="cap">{asked ? text.bar.asks(who(asked.by), left) : motionCaption()}</span>
+      <span class="val" title={motionWords()}>
+        {motionWords()}
+      </span>
+    </a>
+  );
+}
+
+/** The seconds another holder has left; the time of our own stands on the Motion page. */
+function leftOfOther(): number | null {
+  const held = lease.value;
+  if (!held || stopped.value || !isOfOther(held)) return null;
+  const left = Math.ceil(held.endsAt - now.value);
+  return left > 0 ? left : null;
+}
+
+/** Narrow: the name below may need both its lines, so the seconds stand up here. */
+function motionCaption(): string {
+  const left = leftOfOther();
+  return narrow.value && left !== null ? text.bar.motionLeft(left) : text.bar.motion;
+}
+
+function motionWords(): string {
+  const mine = motion.value;
+  if (mine.phase === "on") return narrow.value ? text.bar.you : text.bar.youFor(nameOf(servo(mine.uid)));
+  if (stopped.value) return text.bar.refused;
+  const held = lease.value;
+  if (!held) return text.bar.nobody;
+  const left = Math.ceil(held.endsAt - now.value);
+  if (left <= 0) return text.bar.nobody;
+  if (!isOfOther(held)) return text.bar.you;
+  return narrow.value ? who(held.holder) : text.bar.held(who(held.holder), left);
+}

@@ -1,0 +1,212 @@
+/** The left rail: the pages that exist, in the order of work, with what needs a look at their right. */
+import { useSignalEffect } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { stopped } from "../bench/bench";
+import { complaints } from "../bench/doctor";
+import { all, nameOf, servo, uids } from "../bench/fleet";
+import { up } from "../bench/link";
+import { motion } from "../bench/motion";
+import { go, lastUid, type Page, pathOf, route } from "../bench/route";
+import { choose, type Wish, wish } from "../bench/theme";
+import { Glyph } from "../kit/glyph";
+import { guideAt } from "../kit/guide";
+import { Icon, type IconName } from "../kit/icon";
+import { Segments } from "../kit/segments";
+import { text } from "../text";
+import {
+  choose as chooseLanguage,
+  chosen as chosenLanguage,
+  LANGUAGES,
+  type Language,
+} from "../text/language";
+
+function nameOfPage(page: Page): string {
+  if (page === "missing") return text.missing.page;
+  return text.nav[page === "matrix" ? "servos" : page];
+}
+
+/** What the tab of the browser says: the page, and whose it is. */
+function nameTab(): void {
+  const { page, uid } = route.value;
+  const one = uid === null ? undefined : servo(uid);
+  const words = [nameOfPage(page), ...(one ? [nameOf(one)] : [])];
+  document.title = `${words.join(", ")} \u2013 ${text.name}`;
+}
+
+export function Rail({ onKeys }: { onKeys: () => void }) {
+  const known = uids.value;
+  const uid =
+    lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : (known[0] ?? route.value.uid);
+  useSignalEffect(nameTab);
+  const language = chosenLanguage();
+  const unsaved = all.value.reduce((sum, one) => sum + one.unsaved.length, 0);
+  return (
+    <aside class="rail" aria-label={text.nav.label}>
+      <nav>
+        <Item page="servos" uid={null} icon="servos" label={text.nav.servos}>
+          {known.length > 0 && <span class="badge">{known.length}</span>}
+        </Item>
+        <Item page="commission" uid={null} icon="commission" label={text.nav.commission} />
+        {uid !== null && (
+          <>
+            <Item page="parameters" uid={uid} icon="parameters" label={text.nav.parameters}>
+              {unsaved > 0 && (
+                <span class="badge">
+                  <span class="k-intent">
+                    <Icon name="half" size={14} />
+                  </span>
+                  {unsaved}
+                  <span class="hidden-text">{text.servos.ramOnly(unsaved)}</span>
+                </span>
+              )}
+            </Item>
+            <Item page="motion" uid={uid} icon="motion" label={text.nav.motion}>
+              {motion.value.phase === "on" ? (
+                <span class="badge intent">
+                  ●<span class="word">{text.nav.on}</span>
+                </span>
+              ) : (
+                stopped.value && (
+                  <span class="badge">
+                    <span class="word">{text.nav.stopped}</span>
+                  </span>
+                )
+              )}
+            </Item>
+            <Item page="tune" uid={uid} icon="tune" label={text.nav.tune} />
+          </>
+        )}
+        <Item page="faults" uid={null} icon="faults" label={text.nav.faults}>
+          <FaultsBadge />
+        </Item>
+        <Item page="bus" uid={null} icon="bus" label={text.nav.bus}>
+          <BusBadge />
+        </Item>
+        <Item page="records" uid={null} icon="records" label={text.nav.records} />
+        <Item page="api" uid={null} icon="api" label={text.nav.api} />
+      </nav>
+      <div class="rail-foot">
+        <button type="button" class="rail-item" onClick={onKeys} data-testid="keys">
+          <Icon name="keys" />
+          <span>{text.keys}</span>
+          <kbd class="badge-key">?</kbd>
+        </button>
+        <a
+          class="rail-item"
+          href={guideAt("contents")}
+          target="_blank"
+          rel="noreferrer"
+          aria-label={text.docsLabel}
+          data-testid="docs"
+        >
+          <Icon name="docs" />
+          <span>{text.docs}</span>
+        </a>
+        <Segments<Wish>
+          label={text.theme.label}
+          chosen={wish.value}
+          onChoose={choose}
+          options={[
+            { key: "light", label: text.theme.light },
+            { key: "dark", label: text.theme.dark },
+            { key: "auto", label: text.theme.auto },
+          ]}
+        />
+        <Segments<Language>
+          label={text.language}
+          chosen={language}
+          onChoose={chooseLanguage}
+          // The page loads again in it, which takes the server.
+          locked={!up.value}
+          options={[
+            { key: "en", label: LANGUAGES.en.name, lang: "en" },
+            { key: "ja", label: LANGUAGES.ja.name, lang: "ja" },
+          ]}
+        />
+      </div>
+    </aside>
+  );
+}
+
+/** For the keyboard: past bar and rail. A button, for what stands behind the # is a part of the page. */
+export function SkipLink() {
+  return (
+    <button type="button" class="skip" onClick={() => document.querySelector("main")?.focus()}>
+      {text.skip}
+    </button>
+  );
+}
+
+/** Faults that nobody has acknowledged yet. */
+function FaultsBadge() {
+  const open = all.value.filter(one => (one.unacknowledged ?? 0) > 0);
+  if (open.length === 0) return null;
+  const total = open.reduce((sum, one) => sum + (one.unacknowledged ?? 0), 0);
+  return (
+    <span class="badge" data-testid="faults-badge">
+      <Glyph kind={open.some(one => one.faults.failure) ? "failure" : "warning"} size={12} />
+      {total}
+      <span class="hidden-text">{text.nav.unseen}</span>
+    </span>
+  );
+}
+
+/** What the doctor finds, from any page. */
+function BusBadge() {
+  const { failure, warning } = complaints.value;
+  if (failure + warning === 0) return null;
+  return (
+    <span class="badge" data-testid="bus-badge">
+      {failure > 0 && (
+        <>
+          <Glyph kind="failure" size={12} />
+          {failure}
+          <span class="hidden-text">{text.state.counts.failure(failure)}</span>
+        </>
+      )}
+      {warning > 0 && (
+        <span class={failure > 0 ? "badge-part word" : "badge-part"}>
+          <Glyph kind="warning" size={12} />
+          {warning}
+          <span class="hidden-text">{text.state.counts.warning(warning)}</span>
+        </span>
+      )}
+    </span>
+  );
+}
+
+interface ItemProps {
+  page: Page;
+  uid: string | null;
+  icon: IconName;
+  label: string;
+  children?: ComponentChildren;
+}
+
+function Item({ page, uid, icon, label, children }: ItemProps) {
+  const path = pathOf(page, uid);
+  return (
+    <a
+      class="rail-item"
+      href={path}
+      aria-current={shownBy(route.value.page) === page ? "page" : undefined}
+      onClick={event => follow(event, path)}
+    >
+      <Icon name={icon} />
+      <span>{label}</span>
+      {children}
+    </a>
+  );
+}
+
+/** The item a page belongs to: the matrix is reached from Servos and has none of its own. */
+function shownBy(page: Page): Page {
+  return page === "matrix" ? "servos" : page;
+}
+
+/** Follows a link inside the page, unless it was asked to open elsewhere. */
+export function follow(event: MouseEvent, path: string): void {
+  if (event.button !== 0 || event.ctrlKey || event.metaKey || event.shiftKey) return;
+  event.preventDefault();
+  go(path);
+}

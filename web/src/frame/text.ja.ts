@@ -1,0 +1,135 @@
+/** The Japanese sentences of the frame: rail, top bar, Stop, bands, events. */
+import type { Text } from "../text/language";
+
+export const frame = {
+  nav: {
+    servos: "サーボ",
+    commission: "初期設定",
+    parameters: "パラメーター",
+    motion: "動作",
+    tune: "調整",
+    faults: "異常",
+    unseen: "未確認",
+    bus: "バス",
+    records: "記録",
+    api: "API",
+    label: "ページ",
+    on: "動作中",
+    stopped: "停止中",
+  },
+  theme: { label: "配色", light: "明", dark: "暗", auto: "自動" },
+  language: "言語",
+  skip: "本文へ移動",
+  bar: {
+    bus: address => `バス ${address}`.trim(),
+    busLoad: (address, load) => `バス ${address}、負荷 ${load}`,
+    busState: {
+      disconnected: "未接続",
+      connecting: "接続中",
+      active: "アクティブ",
+      passive: "エラーパッシブ",
+      bus_off: "バスオフ",
+      lost: "アダプター喪失",
+    },
+    over: "再生終了",
+    nothing: "受信なし",
+    bitrate: mbit => `${mbit}\u202fMbit/s`,
+    retry: (word, s) => `${word}、${s}\u202fs後に再試行`,
+    load: pct => `負荷 ${pct}`,
+    loadLimit: (pct, cap) => `負荷 ${pct}、上限 ${cap}`,
+    loadUnknown: "負荷不明",
+    servos: "サーボ",
+    noServos: "なし",
+    motion: "動作権",
+    nobody: "なし",
+    you: "自分",
+    youFor: name => `自分、${name}`,
+    held: (holder, left) => `${holder}、残り${left}\u202fs`,
+    motionLeft: left => `動作権、残り${left}\u202fs`,
+    asks: (by, left) => `${by}が要求中、${left}\u202fs`,
+    refused: "不可: 停止中",
+  },
+  link: {
+    lost: s =>
+      `hornbillとの接続が${s}\u202fs途切れています。表示値は古く、操作はできません。自動で再接続します。`,
+    up: "hornbillに接続中",
+    down: "hornbillに未接続",
+  },
+  asked: {
+    label: "動作権の要求",
+    asks: (by, reason) =>
+      `${by}が動作権を求めています${reason ? `: ${reason.replace(/[。.\s]+$/, "")}。` : "。"}`,
+    passes: left => `拒否しなければ${left}\u202fs後に移ります。先にトルクが切れます。`,
+    keep: "渡さない",
+    hand: "渡す",
+    handed: by => `動作を終了: ${by}に渡しました。トルクはオフです。`,
+  },
+  stop: {
+    word: "停止",
+    keys: { on: "EscまたはSpace", moving: "Esc", still: "Escを2回", again: "もう一度Esc" },
+    reach: n => `全${n}台を直ちに停止`,
+    stopped: "停止中",
+    again: "押すと再送信",
+    noLink: "接続なし",
+    cut: "電源を切ること",
+    label: "停止: 全サーボのトルクをオフ",
+    unsent: why => `停止がhornbillに届きませんでした。電源を切ってください。${why}`,
+    headline: (at, by, done, all, mode) => {
+      const what =
+        all === 0
+          ? "既知のサーボはありません。"
+          : done === all && all > 1
+            ? `全${all}台のトルクは${mode}です。`
+            : done === 0
+              ? `${all}台からまだ応答がありません。`
+              : all === 1
+                ? `サーボのトルクは${mode}です。`
+                : `${all}台中${done}台のトルクは${mode}です。`;
+      return `${at}${by}停止。${what}`;
+    },
+    by: who => `、${who}により`,
+    node: id => `ノード${id}`,
+    you: "自分",
+    silent: names => `${names}が応答しません。動く可能性があれば電源を切ってください。`,
+    silentMany: names => `${names}が応答しません。動く可能性があれば電源を切ってください。`,
+    stays: "停止を解除するまで動作はできません。解除しても何も動きません。",
+    first: "最初の応答まで",
+    last: "最後の応答まで",
+    repeating: names => `${names}へ再送信中`,
+    clear: "停止を解除…",
+    clearTitle: "停止を解除しますか？",
+    clearText: "解除しても何も動きません。誰かがトルクをオンにするまで、全サーボのトルクはオフのままです。",
+    unsentPast: "停止がhornbillに届かなかったことがあります。必要ならもう一度停止を押してください。",
+    clearSilent: names => `${names}はトルクオフを確認できていません。`,
+    clearConfirm: "停止を解除",
+    brake: "ブレーキ",
+    off: "オフ",
+    confirmed: ms => `トルクオフを${ms}で確認`,
+    noAnswer: "停止に応答なし",
+  },
+  panel: {
+    failed: why => `ページのこの部分で問題が起きました: ${why}。他の部分は動いています。`,
+    again: "もう一度表示",
+  },
+  missing: {
+    page: "このアドレスにページはありません",
+    pageLine: "アドレスを確認するか、サーボの一覧から始めてください。",
+    servo: "不明なサーボ",
+    uid: "ユニークID",
+    servoLine:
+      "このユニークIDのサーボは、このサーバーでは検出されていません。アドレスを確認するか、サーボを選んでください。",
+  },
+  lazy: {
+    link: "ページのこの部分はまだ読み込まれていません。hornbillに接続できません。接続が戻ると表示されます。",
+    updated: "このページを開いた後にhornbillが更新されました。続けるにはページを再読み込みしてください。",
+    refused: "ページのこの部分を読み込めませんでした。サーバーから届きません。再試行しています。",
+    reload: "再読み込み",
+  },
+  events: {
+    title: "イベント",
+    all: n => `全${n}件のイベント`,
+    none: "ページを開いてからイベントはありません。",
+    hide: "イベントを隠す",
+  },
+  keys: "キー操作",
+} satisfies Partial<Text>;

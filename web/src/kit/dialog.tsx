@@ -1,0 +1,88 @@
+/** The dialog: below the top bar, so that Stop is never covered; Esc closes it without acting. */
+import type { ComponentChildren } from "preact";
+import { useEffect, useId, useRef } from "preact/hooks";
+import { onKey } from "../bench/keys";
+
+interface Props {
+  title: string;
+  subtitle?: ComponentChildren;
+  children: ComponentChildren;
+  foot: ComponentChildren;
+  onClose: () => void;
+  testid?: string;
+}
+
+const FOCUSABLE =
+  "button:not(:disabled), input:not(:disabled), select:not(:disabled), textarea:not(:disabled), a[href], summary, [tabindex='0']";
+
+export function Dialog({ title, subtitle, children, foot, onClose, testid }: Props) {
+  const box = useRef<HTMLDivElement>(null);
+  const body = useRef<HTMLDivElement>(null);
+  const heading = useId();
+  const close = useRef(onClose);
+  close.current = onClose;
+
+  useEffect(() => {
+    const before = document.activeElement;
+    const wish = box.current?.querySelector<HTMLElement>("[data-first-focus] button");
+    (wish ?? box.current)?.focus();
+    const forget = onKey("Escape", () => close.current());
+    return () => {
+      forget();
+      // What opened it may be gone by now, or be off: the page is next to it then.
+      if (before instanceof HTMLElement && before.isConnected) before.focus();
+      if (document.activeElement === document.body) document.querySelector("main")?.focus();
+    };
+  }, []);
+
+  // What scrolls must scroll by keys alone, though it may hold nothing else to stop at. Words may come after the frame.
+  useEffect(() => {
+    const inner = body.current;
+    if (!inner) return;
+    const look = () => {
+      if (inner.scrollHeight > inner.clientHeight) inner.tabIndex = 0;
+      else inner.removeAttribute("tabindex");
+    };
+    look();
+    const observer = new ResizeObserver(look);
+    observer.observe(inner);
+    return () => observer.disconnect();
+  });
+
+  // Keeps Tab inside; Stop stays in reach by Esc, Space and pointer.
+  const cycle = (event: KeyboardEvent) => {
+    if (event.key !== "Tab" || !box.current) return;
+    const all = [...box.current.querySelectorAll<HTMLElement>(FOCUSABLE)].filter(
+      one => one.getClientRects().length > 0,
+    );
+    const edge = event.shiftKey ? all[0] : all.at(-1);
+    if (document.activeElement === edge || !box.current.contains(document.activeElement)) {
+      event.preventDefault();
+      (event.shiftKey ? all.at(-1) : all[0])?.focus();
+    }
+  };
+
+  return (
+    <div class="scrim">
+      <div
+        ref={box}
+        class="dialog"
+        role="dialog"
+        aria-modal="true"
+        aria-labelledby={heading}
+        tabIndex={-1}
+        onKeyDown={cycle}
+        {...(testid ? { "data-testid": testid } : {})}
+      >
+        <div class="dialog-head">
+          <h2 id={heading}>{title}</h2>
+          {subtitle && <p class="second">{subtitle}</p>}
+        </div>
+        <div ref={body} class="dialog-body">
+          {children}
+        </div>
+        <div class="dialog-foot">{foot}</div>
+      </div>
+    </div>
+  );
+}

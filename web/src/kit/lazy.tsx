@@ -1,0 +1,127 @@
+/** Parts of the page in files of their own: shown when they are there, and fetched before they are needed. */
+import { type Signal, signal } from "@preact/signals";
+import type { ComponentType } from "preact";
+import { useEffect } from "preact/hooks";
+import { ROOT } from "../api/root";
+import { connection, up } from "../bench/link";
+import { reload } from "../bench/reload";
+import { text } from "../text";
+import { topicsLoaded } from "../text/language";
+import { Button } from "./button";
+
+/** Why a part is not there: the server cannot be reached, it serves another version now, or it does not deliver. */
+type Cause = "link" | "updated" | "refused";
+
+/** Parts that are not fetched yet. Those inside another part are added when that one comes. */
+const waiting = new Set<() => Promise<boolean>>();
+
+const AGAIN_MS = 2000;
+
+/** A component that is fetched by `load`: with all others when the page is idle, or when it is first shown. */
+export function lazy<Props extends object>(load: () => Promise<ComponentType<Props>>): ComponentType<Props> {
+  const found: Signal<ComponentType<Props> | null> = signal(null);
+  const cause = signal<Cause | null>(null);
+  let coming: Promise<boolean> | null = null;
+  const get = async (): Promise<boolean> => {
+    try {
+      await topicsLoaded();
+      await styles();
+      found.value = await load();
+      cause.value = null;
+      waiting.delete(fetchIt);
+      return true;
+    } catch {
+      cause.value = await why();
+      return false;
+    }
+  };
+  const fetchIt = () => {
+    coming ??= get().finally(() => {
+      coming = null;
+    });
+    return coming;
+  };
+  waiting.add(fetchIt);
+  return function Fetched(props: Props) {
+    const round = connection.value;
+    const missing = found.value === null;
+    useEffect(() => {
+      if (!missing) return undefined;
+      void fetchIt();
+      const again = setInterval(() => {
+        if (up.peek() && cause.peek() !== "updated") void fetchIt();
+      }, AGAIN_MS);
+      return () => clearInterval(again);
+    }, [round, missing]);
+    const Component = found.value;
+    if (Component) return <Component {...props} />;
+    return cause.value === null ? null : <Missing cause={cause.value} />;
+  };
+}
+
+function Missing({ cause }: { cause: Cause }) {
+  return (
+    <p class="notice-line" role="alert" data-testid="not-loaded" data-cause={cause}>
+      {text.lazy[cause]} {cause !== "link" && <Button onClick={() => reload()}>{text.lazy.reload}</Button>}
+    </p>
+  );
+}
+
+/** Fetches every part, one after the other, while the page has nothing else to do. Answers whether all are there. */
+export async function fetchAll(): Promise<boolean> {
+  let all = true;
+  for (const fetchIt of waiting) {
+    await idle();
+    if (!up.peek()) return false;
+    if (!(await fetchIt())) all = false;
+  }
+  return all;
+}
+
+function idle(): Promise<void> {
+  return new Promise(resolve => {
+    if ("requestIdleCallback" in window) requestIdleCallback(() => resolve(), { timeout: 5000 });
+    else setTimeout(resolve, 50);
+  });
+}
+
+/** Style sheets that did not come: the loader asks for each once, so they are asked for again here. */
+async function styles(): Promise<void> {
+  const links = [...document.querySelectorAll<HTMLLinkElement>("link[rel=stylesheet][data-failed]")];
+  await Promise.all(
+    links.map(failed => {
+      const next = document.createElement("link");
+      next.rel = "stylesheet";
+      next.href = failed.href;
+      return new Promise<void>((resolve, reject) => {
+        next.onload = () => resolve();
+        next.onerror = () => reject(new Error(next.href));
+        failed.replaceWith(next);
+      });
+    }),
+  );
+}
+
+/** Marks style sheets that did not come, wherever they were asked for. */
+export function watchStyles(): void {
+  addEventListener(
+    "error",
+    event => {
+      if (event.target instanceof HTMLLinkElement) event.target.dataset.failed = "";
+    },
+    true,
+  );
+}
+
+/** Asks the server for the page itself: it names the first script, whose name is another in another version. */
+async function why(): Promise<Cause> {
+  const script = document.querySelector<HTMLScriptElement>("script[type=module][src]");
+  try {
+    const answer = await fetch(`${ROOT}/`, { cache: "no-store", signal: AbortSignal.timeout(5000) });
+    if (!answer.ok || script === null) return "refused";
+    const name = new URL(script.src).pathname.split("/").at(-1) ?? "";
+    return (await answer.text()).includes(name) ? "refused" : "updated";
+  } catch {
+    return "link";
+  }
+}

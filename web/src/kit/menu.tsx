@@ -1,0 +1,101 @@
+/** A button that opens a menu of actions: by pointer, touch and keys, each with a line that says what it does. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useId, useRef } from "preact/hooks";
+import { onKey } from "../bench/keys";
+import { Button } from "./button";
+import { Icon } from "./icon";
+import "./menu.css";
+
+export interface Item {
+  key: string;
+  label: string;
+  /** What it does, in a few words. */
+  line: string;
+  /** Cannot be undone: set apart, in the colour of a failure. */
+  grave?: boolean;
+  act: () => void;
+}
+
+interface Props {
+  /** For screen readers; `word` is what is seen. */
+  label: string;
+  word: string;
+  testid: string;
+  children: readonly Item[];
+}
+
+export function Menu({ label, word, testid, children }: Props) {
+  const open = useSignal(false);
+  const box = useRef<HTMLDivElement>(null);
+  const button = useRef<HTMLButtonElement>(null);
+  const id = useId();
+  const close = (back: boolean) => {
+    open.value = false;
+    if (back) button.current?.focus();
+  };
+  useEffect(() => {
+    if (!open.value) return undefined;
+    box.current?.querySelector<HTMLElement>("[role=menuitem]")?.focus();
+    const away = (event: Event) => {
+      if (!box.current?.contains(event.target as Node)) close(false);
+    };
+    const forget = onKey("Escape", () => close(true));
+    document.addEventListener("pointerdown", away, true);
+    document.addEventListener("focusin", away);
+    return () => {
+      forget();
+      document.removeEventListener("pointerdown", away, true);
+      document.removeEventListener("focusin", away);
+    };
+  }, [open.value]);
+  const move = (event: KeyboardEvent) => {
+    const all = [...(box.current?.querySelectorAll<HTMLElement>("[role=menuitem]") ?? [])];
+    const at = all.indexOf(document.activeElement as HTMLElement);
+    const to: Readonly<Record<string, number>> = {
+      ArrowDown: (at + 1) % all.length,
+      ArrowUp: (at - 1 + all.length) % all.length,
+      Home: 0,
+      End: all.length - 1,
+    };
+    const next = to[event.key];
+    if (next === undefined) return;
+    event.preventDefault();
+    all[next]?.focus();
+  };
+  return (
+    <div ref={box} class="menu">
+      <Button
+        refTo={button}
+        testid={testid}
+        label={label}
+        popup={{ open: open.value, id }}
+        onClick={() => {
+          open.value = !open.peek();
+        }}
+      >
+        {word} <Icon name="down" size={16} />
+      </Button>
+      {open.value && (
+        <div id={id} class="menu-items" role="menu" tabIndex={-1} aria-label={label} onKeyDown={move}>
+          {children.map(one => (
+            <button
+              key={one.key}
+              type="button"
+              role="menuitem"
+              tabIndex={-1}
+              class={one.grave ? "grave" : ""}
+              data-testid={`menu-${one.key}`}
+              onClick={() => {
+                close(true);
+                one.act();
+              }}
+            >
+              <span>{one.label}</span>
+              <small>{one.line}</small>
+            </button>
+          ))}
+        </div>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,86 @@
+/** Signing in and out: where a token is given, and the name it stands for at the foot of the page. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { problemText } from "../bench/facts";
+import { refused, session, signedOut, signIn, signOut } from "../bench/session";
+import { Glyph } from "../kit/glyph";
+import { login as said } from "../text/topics";
+import "./login.css";
+
+export function LoginPage() {
+  const token = useSignal("");
+  const busy = useSignal(false);
+  const box = useRef<HTMLInputElement>(null);
+  useEffect(() => box.current?.focus(), []);
+  const enter = async (event: Event) => {
+    event.preventDefault();
+    if (busy.peek() || token.peek().trim() === "") return;
+    busy.value = true;
+    if (!(await signIn(token.peek().trim()))) box.current?.select();
+    busy.value = false;
+  };
+  const problem = refused.value;
+  return (
+    <section class="login" aria-labelledby="login-title">
+      <form class="login-box" onSubmit={event => void enter(event)} data-testid="login">
+        <h1 id="login-title">{said.title}</h1>
+        <p class="second">{said.why}</p>
+        <label class="login-field">
+          <span>{said.token}</span>
+          <input
+            ref={box}
+            class="field"
+            type="password"
+            autocomplete="current-password"
+            spellcheck={false}
+            value={token.value}
+            aria-invalid={problem !== null}
+            aria-describedby={problem === null ? undefined : "login-refusal"}
+            data-testid="login-token"
+            onInput={event => {
+              token.value = event.currentTarget.value;
+            }}
+          />
+        </label>
+        {problem && (
+          <p class="refusal" role="alert" id="login-refusal" data-testid="login-refusal">
+            <Glyph kind="failure" size={14} />{" "}
+            {problem.code === "unauthorized"
+              ? said.unknown
+              : problem.code === "too_many_attempts"
+                ? said.tooMany(Number(problem.facts.retry_after_s))
+                : problemText(problem)}
+          </p>
+        )}
+        <button
+          type="submit"
+          class="button primary"
+          disabled={busy.value || token.value.trim() === ""}
+          data-testid="login-enter"
+        >
+          {said.enter}
+        </button>
+        <p class="second">{said.stop}</p>
+        <p class="second">
+          {said.how} <code class="mono">hornbill token add NAME --role operate</code>
+        </p>
+      </form>
+    </section>
+  );
+}
+
+/** Who is signed in, and the way out; nothing where nobody has to be. */
+export function SignedIn() {
+  const name = session.value?.name;
+  const role = session.value?.role;
+  if (!name || !role || signedOut.value) return null;
+  return (
+    <span class="signed-in" data-testid="signed-in">
+      <span class="dim">{said.as(name, said.roles[role])}</span>
+      <button type="button" class="link" onClick={() => void signOut()} data-testid="sign-out">
+        {said.leave}
+      </button>
+    </span>
+  );
+}

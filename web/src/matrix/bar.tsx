@@ -1,0 +1,79 @@
+/** The bar of the matrix: what is staged on how many servos, and the ways on. */
+import { all } from "../bench/fleet";
+import { up } from "../bench/link";
+import { sheetOf } from "../bench/parameters";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { useKeys } from "../kit/use-keys";
+import { matrix } from "../text/topics";
+import { stagedOn, wrongOn } from "./state";
+
+const said = matrix.bar;
+
+interface Props {
+  uids: readonly string[];
+  /** Why what was asked for last was refused. */
+  problem: string | null;
+  onReview: () => void;
+  onSave: () => void;
+}
+
+export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
+  const values = stagedOn(uids);
+  const count = [...values.values()].reduce((sum, one) => sum + one.size, 0);
+  const bad = wrongOn(uids);
+  const unsaved = all.value.filter(one => uids.includes(one.uid) && one.unsaved.length > 0);
+  const ramOnly = unsaved.reduce((sum, one) => sum + one.unsaved.length, 0);
+  const savable = unsaved.filter(one => one.online).length;
+  const mayReview = up.value && count > 0;
+  const maySave = up.value && savable > 0 && count === 0;
+  useKeys({
+    "Ctrl+Enter": () => mayReview && onReview(),
+    // What is staged goes through the review, where saving is a tick.
+    "Ctrl+S": () => (maySave ? onSave() : mayReview && onReview()),
+  });
+  if (count + bad + ramOnly === 0) return null;
+  const nothing = count + bad === 0;
+  const label = nothing ? said.ramOnly(ramOnly) : said.label(count, values.size);
+  return (
+    <section class="save-bar" data-testid="matrix-bar" aria-label={label}>
+      <div class="said">
+        <p class="headline">
+          {label}
+          {bad > 0 && <span class="k-failure plain">, {said.wrong(bad)}</span>}
+        </p>
+        {problem !== null && (
+          <p class="problem small" role="alert" data-testid="matrix-refused">
+            <Glyph kind="failure" size={13} /> {problem}
+          </p>
+        )}
+        <p class="second small">
+          {nothing ? said.ramLine : ramOnly > 0 && `${said.ramOnly(ramOnly)}. `}
+          {bad > 0 && said.never}
+        </p>
+      </div>
+      <Button
+        look="plain"
+        testid="matrix-discard"
+        disabled={nothing}
+        onClick={() => {
+          for (const uid of uids) {
+            const sheet = sheetOf(uid);
+            sheet.drafts.clear();
+            sheet.setOutcomes([...sheet.outcomes.peek().keys()].map(key => [key, null]));
+          }
+        }}
+      >
+        {said.discard}
+      </Button>
+      <Button look="two" testid="matrix-save" live disabled={!maySave} onClick={onSave}>
+        {said.save}
+        <small>{said.saveSub(savable)}</small>
+      </Button>
+      <Button look="two primary" testid="matrix-review" live disabled={!mayReview} onClick={onReview}>
+        {said.review}
+        <small>{said.reviewSub}</small>
+      </Button>
+    </section>
+  );
+}

@@ -1,0 +1,186 @@
+/** A cell of the matrix: a servo's value of a row, how it stands among the others, and its editing. */
+import { useSignal } from "@preact/signals";
+import { useLayoutEffect, useRef } from "preact/hooks";
+import type { Row } from "../api/types";
+import { now } from "../bench/clock";
+import { nameOf, servo } from "../bench/fleet";
+import { full, NONE } from "../bench/format";
+import { up } from "../bench/link";
+import { sheetOf } from "../bench/parameters";
+import { spanOf, viewOf } from "../bench/row-state";
+import { Marker } from "../change/marker";
+import { NumberBox } from "../change/number-box";
+import { text } from "../text";
+import { matrix as said } from "../text/topics";
+import { type Odd, stage } from "./state";
+
+interface Props {
+  uid: string;
+  row: Row;
+  odd: Odd | undefined;
+}
+
+export function MatrixCell({ uid, row, odd }: Props) {
+  const cell = useRef<HTMLTableCellElement>(null);
+  const editing = useSignal(false);
+  const sheet = sheetOf(uid);
+  const one = servo(uid);
+  const reading = sheet.reading(row.key).value;
+  const draft = sheet.drafts.get(row.key);
+  const outcome = sheet.outcomes.value.get(row.key);
+  const span = spanOf(row, reading);
+  const view = viewOf({
+    row,
+    reading,
+    draft,
+    outcome,
+    unsaved: one?.unsaved.includes(row.key) ?? false,
+    reachable: up.value && one?.online === true,
+    now: () => now.value,
+  });
+  const has = sheet.keys.value?.includes(row.key) ?? false;
+  const held = reading?.raw === null ? undefined : reading?.value;
+  const able =
+    has &&
+    !row.expert &&
+    sheet.busy.value === null &&
+    held !== undefined &&
+    held !== null &&
+    one?.online === true;
+  const open = editing.value && able;
+  // Before the next key: what is typed right after Enter belongs into the box.
+  useLayoutEffect(() => {
+    if (open) cell.current?.querySelector<HTMLElement>("input, select")?.focus();
+  }, [open]);
+
+  const verdict = draft?.verdict;
+  const wrong = verdict && !verdict.ok ? verdict : null;
+  const shown = wrong ? (draft?.text ?? "") : full(verdict?.ok ? verdict.value : held, span);
+  const state = !has ? "absent" : view.state;
+  const failed = outcome?.kind === "failed" ? `${outcome.what} ${outcome.rest}` : "";
+  const notes = [
+    has ? "" : said.absent,
+    wrong ? `${wrong.what} ${wrong.remedy}` : failed,
+    state === "staged" ? said.staged(full(held, span)) : view.words,
+    odd?.kind === "outlier" ? said.outlier(full(odd.usual, { ...span, unit: odd.unit })) : "",
+    odd?.kind === "apart" ? said.apart : "",
+    row.expert ? said.locked : "",
+  ].filter(Boolean);
+  const begin = () => {
+    if (able) editing.value = true;
+  };
+  const end = () => {
+    editing.value = false;
+    cell.current?.focus();
+  };
+  const onKeyDown = (event: KeyboardEvent) => {
+    if (!open) {
+      if (event.key !== "Enter" && event.key !== "F2") return;
+      event.preventDefault();
+      begin();
+      return;
+    }
+    if (event.key === "Enter" || event.key === "Escape") {
+      event.preventDefault();
+      end();
+    }
+  };
+  return (
+    <td
+      ref={cell}
+      data-stop={open ? undefined : ""}
+      tabIndex={-1}
+      data-state={state}
+      data-odd={odd?.kind}
+      data-testid={`cell-${uid}-${row.key}`}
+      class={able ? "able" : ""}
+      title={notes.join(". ")}
+      {...(able ? {} : { "aria-disabled": true })}
+      aria-label={open ? undefined : said.cell(row.label, nameOf(one), shown, notes.join(". "))}
+      onClick={begin}
+      onKeyDown={onKeyDown}
+    >
+      {open ? (
+        <Editor
+          {...{ uid, row, span, draft, held }}
+          onDone={() => {
+            editing.value = false;
+          }}
+        />
+      ) : (
+        <span class="m-value">
+          <span class="m-mark">{has && <Marker state={view.state} />}</span>
+          <span class={draft ? "strong" : ""}>{has ? shown : NONE}</span>
+          {odd?.kind === "outlier" && <span class="m-odd">≠ {said.outlierWord}</span>}
+          {odd?.kind === "apart" && <span class="m-apart">≠</span>}
+          {wrong && <small class="k-failure">{wrong.what}</small>}
+          {failed !== "" && <small class="k-failure">{outcome?.kind === "failed" && outcome.what}</small>}
+        </span>
+      )}
+    </td>
+  );
+}
+
+interface EditorProps {
+  uid: string;
+  row: Row;
+  span: ReturnType<typeof spanOf>;
+  draft: ReturnType<ReturnType<typeof sheetOf>["drafts"]["get"]>;
+  held: boolean | number | string;
+  onDone: () => void;
+}
+
+function Editor({ uid, row, span, draft, held, onDone }: EditorProps) {
+  const sheet = sheetOf(uid);
+  const label = said.cell(row.label, nameOf(servo(uid)), full(held, span), "");
+  if (row.kind === "number") {
+    return (
+      <NumberBox
+        id={`box-${uid}-${row.key}`}
+        row={`${uid}-${row.key}`}
+        label={label}
+        span={span}
+        held={typeof held === "number" ? held : null}
+        draft={draft}
+        locked={false}
+        describedBy=""
+        onDraft={next => {
+          sheet.setOutcomes([[row.key, null]]);
+          sheet.drafts.put(row.key, next);
+        }}
+        onCommit={() => sheet.drafts.commit(row.key, sheet.held(row.key))}
+        onRevert={() => sheet.drafts.revert(row.key)}
+        onBeginning={() => undefined}
+        onLeave={onDone}
+      />
+    );
+  }
+  const options =
+    row.kind === "switch"
+      ? [
+          { key: "true", label: text.on },
+          { key: "false", label: text.off },
+        ]
+      : row.choices;
+  const wish = draft?.verdict.ok ? draft.verdict.value : held;
+  return (
+    <select
+      class="field"
+      aria-label={label}
+      data-testid={`input-${uid}-${row.key}`}
+      value={String(wish)}
+      onBlur={onDone}
+      onChange={event => {
+        const key = event.currentTarget.value;
+        const value = row.kind === "switch" ? key === "true" : key;
+        stage(sheet, row.key, { text: key, verdict: { ok: true, value } });
+      }}
+    >
+      {options.map(one => (
+        <option key={one.key} value={one.key}>
+          {one.label}
+        </option>
+      ))}
+    </select>
+  );
+}

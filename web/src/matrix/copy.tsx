@@ -1,0 +1,84 @@
+/** Copying a servo's column to others: what differs is staged on them, identity and torque mode never. */
+import { useSignal } from "@preact/signals";
+import type { Row } from "../api/types";
+import { nameOf, servo } from "../bench/fleet";
+import { sheetOf } from "../bench/parameters";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { text } from "../text";
+import { matrix } from "../text/topics";
+import { copyOf, stage } from "./state";
+
+const said = matrix.copying;
+
+interface Props {
+  from: string;
+  uids: readonly string[];
+  rows: readonly Row[];
+  onClose: () => void;
+}
+
+export function CopyDialog({ from, uids, rows, onClose }: Props) {
+  const source = servo(from);
+  const others = uids.filter(uid => uid !== from && servo(uid)?.online === true);
+  const chosen = useSignal<ReadonlySet<string>>(
+    new Set(others.filter(uid => servo(uid)?.model === source?.model)),
+  );
+  const plans = others.map(uid => ({ uid, plan: copyOf(sheetOf(from), sheetOf(uid), rows) }));
+  const going = plans.filter(one => chosen.value.has(one.uid));
+  const total = going.reduce((sum, one) => sum + one.plan.drafts.size, 0);
+  return (
+    <Dialog
+      title={said.title(nameOf(source))}
+      subtitle={said.kept}
+      testid="copy-dialog"
+      onClose={onClose}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={onClose}>{text.cancel}</Button>
+          </span>
+          <Button
+            look="primary"
+            testid="copy-go"
+            disabled={total === 0}
+            onClick={() => {
+              for (const { uid, plan } of going) {
+                for (const [key, draft] of plan.drafts) stage(sheetOf(uid), key, draft);
+              }
+              onClose();
+            }}
+          >
+            {said.go(total)}
+          </Button>
+        </>
+      }
+    >
+      <fieldset class="m-who">
+        <legend class="second">{said.who}</legend>
+        {plans.map(({ uid, plan }) => (
+          <label key={uid} class="tick" data-testid={`copy-to-${uid}`}>
+            <input
+              type="checkbox"
+              checked={chosen.value.has(uid)}
+              onChange={event => {
+                const next = new Set(chosen.peek());
+                if (event.currentTarget.checked) next.add(uid);
+                else next.delete(uid);
+                chosen.value = next;
+              }}
+            />
+            <span class="grow">
+              {nameOf(servo(uid))}
+              {servo(uid)?.model !== source?.model && <small class="dim"> {said.otherModel}</small>}
+            </span>
+            <span class="small second">
+              {said.differing(plan.drafts.size)}
+              {plan.left > 0 && `. ${said.skipped(plan.left)}`}
+            </span>
+          </label>
+        ))}
+      </fieldset>
+    </Dialog>
+  );
+}

@@ -1,0 +1,232 @@
+/** The matrix page: parameters of many servos side by side, staged cell by cell, applied as one. */
+
+import { useComputed, useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { problemOf } from "../api/client";
+import type { Row } from "../api/types";
+import { type Catalog, catalog } from "../bench/catalog";
+import { problemText } from "../bench/facts";
+import { all, servo } from "../bench/fleet";
+import { connection, up } from "../bench/link";
+import { loadSheets, sheetOf } from "../bench/parameters";
+import { go, inAddress, oneInAddress, pathOf, wordInAddress } from "../bench/route";
+import { PlanDialog } from "../change/batch-dialog";
+import { Button } from "../kit/button";
+import { Search } from "../kit/search";
+import { Segments } from "../kit/segments";
+import { matrix as said } from "../text/topics";
+import { MatrixBar } from "./bar";
+import { CopyDialog } from "./copy";
+import { type Group, MatrixGrid } from "./grid";
+import { SetDialog } from "./set";
+import { oddRow, uidsIn } from "./state";
+import "./matrix.css";
+
+const FILTERS = ["all", "differ", "changed"] as const;
+type Filter = (typeof FILTERS)[number];
+
+const listed = inAddress("uids", uidsIn, uids => uids.join(","));
+const wanted = wordInAddress("q");
+const filter = oneInAddress("filter", FILTERS);
+type Open = { what: "set"; row: Row } | { what: "copy"; uid: string } | { what: "apply" | "save" };
+
+export function MatrixPage({ hash }: { hash: string }) {
+  // Only the list goes down: cells redraw themselves.
+  // In the order of the address, which is what somebody wrote down; without one, in that of the list.
+  const shownIn = useComputed(() => {
+    if (listed.value.length > 0) return listed.value.filter(uid => servo(uid) !== undefined).join(" ");
+    return all.value
+      .filter(one => one.online)
+      .map(one => one.uid)
+      .join(" ");
+  });
+  const shown = shownIn.value;
+  const uids = useMemo(() => split(shown), [shown]);
+  const open = useSignal<Open | null>(null);
+  const problem = useSignal<string | null>(null);
+  const refused = useSignal<string | null>(null);
+  const reading = useSignal(false);
+  const round = connection.value;
+
+  const load = async (refresh = false) => {
+    reading.value = true;
+    problem.value = null;
+    try {
+      await loadSheets(uids, refresh);
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+    }
+    reading.value = false;
+  };
+  useEffect(() => {
+    if (round > 0) void load();
+  }, [round, shown]);
+  const known = catalog.value;
+  const [differ = "0", changed = "0"] = split(
+    useComputed(() => countRows(catalog.value, split(shownIn.value)).join(" ")).value,
+  );
+  if (uids.length === 0) return <Nobody />;
+  const groups = known ? grouped(known, uids, wanted.value, filter.value) : [];
+  const close = () => {
+    open.value = null;
+  };
+  const present = open.value;
+  return (
+    <div class="page">
+      <div class="page-head">
+        <h1>{said.title}</h1>
+        <span class="dim">{said.servos(uids.length)}</span>
+        <Search
+          label={said.search}
+          value={wanted.value}
+          onInput={value => {
+            wanted.value = value;
+          }}
+        />
+        <Segments<Filter>
+          label={said.filter}
+          chosen={filter.value}
+          onChoose={key => {
+            filter.value = key;
+          }}
+          options={[
+            { key: "all", label: said.all },
+            { key: "differ", label: said.differ(Number(differ)) },
+            { key: "changed", label: said.changed(Number(changed)) },
+          ]}
+        />
+        <Button onClick={() => go(pathOf("servos", null))}>{said.choose}</Button>
+      </div>
+      {problem.value !== null && (
+        <p class="notice-line" role="alert">
+          {said.failed(problem.value)}{" "}
+          <Button live onClick={() => void load(true)}>
+            {said.again}
+          </Button>
+        </p>
+      )}
+      {known === null ? (
+        <p class="notice-line">{said.reading}</p>
+      ) : (
+        <MatrixGrid
+          uids={uids}
+          groups={groups}
+          hash={hash}
+          onSet={row => {
+            open.value = { what: "set", row };
+          }}
+          onCopy={uid => {
+            open.value = { what: "copy", uid };
+          }}
+        >
+          {groups.length === 0 && (
+            <p class="notice-line">{wanted.value === "" ? said.none : said.noneFound(wanted.value)}</p>
+          )}
+          <p class="below small dim">
+            <button
+              type="button"
+              class="link small"
+              disabled={!up.value || reading.value}
+              onClick={() => void load(true)}
+            >
+              {said.refresh}
+            </button>{" "}
+            <span class="touch-hide">{said.keys}</span>
+          </p>
+        </MatrixGrid>
+      )}
+      <MatrixBar
+        uids={uids}
+        problem={refused.value}
+        onReview={() => {
+          refused.value = null;
+          open.value = { what: "apply" };
+        }}
+        onSave={() => {
+          refused.value = null;
+          open.value = { what: "save" };
+        }}
+      />
+      {present?.what === "set" && <SetDialog uids={uids} row={present.row} onClose={close} />}
+      {present?.what === "copy" && known && (
+        <CopyDialog from={present.uid} uids={uids} rows={settable(known)} onClose={close} />
+      )}
+      {(present?.what === "apply" || present?.what === "save") && (
+        <PlanDialog
+          uids={present.what === "save" ? uids.filter(uid => (servo(uid)?.unsaved.length ?? 0) > 0) : uids}
+          saveOnly={present.what === "save"}
+          onRefused={why => {
+            close();
+            refused.value = why;
+          }}
+          onClose={() => {
+            close();
+            void load();
+          }}
+        />
+      )}
+    </div>
+  );
+}
+
+function Nobody() {
+  return (
+    <div class="page">
+      <section class="empty">
+        <div>
+          <h1>{said.nobody}</h1>
+          <p class="second">{said.nobodyLine}</p>
+          <p class="below-line">
+            <Button look="primary" onClick={() => go(pathOf("servos", null))}>
+              {said.toServos}
+            </Button>
+          </p>
+        </div>
+      </section>
+    </div>
+  );
+}
+
+function settable(known: Catalog): Row[] {
+  return known.tabs.flatMap(tab => tab.rows.filter(row => row.access === "rw"));
+}
+
+function isChanged(row: Row, uids: readonly string[]): boolean {
+  return uids.some(
+    uid => sheetOf(uid).drafts.get(row.key) !== undefined || servo(uid)?.unsaved.includes(row.key) === true,
+  );
+}
+
+function split(joined: string): string[] {
+  return joined === "" ? [] : joined.split(" ");
+}
+
+/** How many rows differ among servos of one model, and how many are changed on any. */
+function countRows(known: Catalog | null, uids: readonly string[]): [number, number] {
+  const rows = known ? settable(known) : [];
+  return [
+    rows.filter(row => oddRow(row, uids).size > 0).length,
+    rows.filter(row => isChanged(row, uids)).length,
+  ];
+}
+
+function grouped(known: Catalog, uids: readonly string[], wanted: string, filter: Filter): Group[] {
+  const words = wanted.trim().toLowerCase();
+  const passes = (row: Row) => {
+    if (row.access !== "rw") return false;
+    if (words !== "") {
+      return [row.label, row.name, row.key].some(fact => fact.toLowerCase().includes(words));
+    }
+    if (filter === "differ") return oddRow(row, uids).size > 0;
+    return filter === "all" || isChanged(row, uids);
+  };
+  return known.tabs
+    .map(tab => ({
+      key: tab.key,
+      label: tab.label,
+      rows: tab.rows
+        .filter(passes)
+        .filter(row => uids.some(uid => sheetOf(uid).keys.value?.includes(row.key) ?? false)),
+    }))
+    .filter(group => group.rows.length > 0);
+}

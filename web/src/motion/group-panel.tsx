@@ -1,0 +1,142 @@
+/** Move several servos together on the Motion page: who comes along, and their dials while they do. */
+
+import { useEffect } from "preact/hooks";
+import { all, nameOf, servo } from "../bench/fleet";
+import { age, angle, number } from "../bench/format";
+import { angleNow } from "../bench/fresh";
+import { membersOf, motion, setpoint, together } from "../bench/motion";
+import { readSheet } from "../bench/parameters";
+import { limitsOf } from "../bench/servo-condition";
+import { Button } from "../kit/button";
+import { Dial } from "../kit/dial";
+import { Glyph } from "../kit/glyph";
+import { Segments } from "../kit/segments";
+import { enableAll } from "../servo/motion-gate";
+import { jogging as words } from "../text/topics";
+import {
+  against,
+  beginAgain,
+  chosen,
+  enableGroup,
+  type Manner,
+  manner,
+  offsets,
+  setManner,
+  stream,
+} from "./group";
+import { sweep } from "./sweep";
+import "./jog.css";
+
+/** Before motion: a box to tick for each other servo that can be told together with this one. */
+export function GroupChoice({ uid }: { uid: string }) {
+  const first = servo(uid);
+  const others = all.value.filter(one => one.uid !== uid && one.online);
+  const why = first ? against(first) : null;
+  const able = why === null ? others.filter(one => against(one) === null) : [];
+  const ticked = able.map(one => one.uid).filter(each => chosen.value.includes(each));
+  const key = ticked.join();
+  useEffect(() => {
+    for (const each of ticked) readSheet(each);
+    const act = () => void enableGroup(uid, ticked);
+    enableAll.value = ticked.length === 0 ? null : { label: words.enable(ticked.length + 1), act };
+    return () => {
+      enableAll.value = null;
+    };
+  }, [uid, key]);
+  if (others.length === 0) return null;
+  const tick = (each: string) => {
+    const before = chosen.value;
+    chosen.value = before.includes(each) ? before.filter(one => one !== each) : [...before, each];
+  };
+  return (
+    <details class="group-choice" data-testid="group" open={ticked.length > 0}>
+      <summary>{words.with}</summary>
+      {why !== null && <p class="small second">{words.firstNot(why)}</p>}
+      <ul>
+        {others.map(one => {
+          const hindered = why ?? against(one);
+          return (
+            <li key={one.uid}>
+              <label>
+                <input
+                  type="checkbox"
+                  data-testid={`group-${one.uid}`}
+                  disabled={hindered !== null}
+                  checked={ticked.includes(one.uid)}
+                  onChange={() => tick(one.uid)}
+                />
+                <span>{nameOf(one)}</span>
+              </label>
+              {why === null && hindered !== null && <span class="small second">{hindered}</span>}
+            </li>
+          );
+        })}
+      </ul>
+    </details>
+  );
+}
+
+/** While motion is on: how they go together, and a dial for each of the others. */
+export function Members() {
+  const present = motion.value;
+  const members = membersOf(present);
+  const group = together.value;
+  if (members.length < 2 || group === null || present.phase !== "on") return null;
+  const told = stream.value;
+  const ended = told?.ended ?? null;
+  return (
+    <section class="members" aria-label={words.members} data-testid="members">
+      <Segments<Manner>
+        label={words.manner}
+        chosen={manner.value}
+        onChoose={next => {
+          if (sweep.peek() === null) setManner(next, members);
+        }}
+        options={[
+          { key: "same", label: words.same },
+          { key: "apart", label: words.apart },
+        ]}
+      />
+      <p class="small second">{manner.value === "same" ? words.sameHint : words.apartHint}</p>
+      <div class="member-dials">
+        {members.slice(1).map(uid => (
+          <Member key={uid} uid={uid} />
+        ))}
+      </div>
+      {told !== null && ended === null && (
+        <p class="small second" data-testid="group-beat">
+          {words.beat(number(told.rate_hz, 0), String(told.misses))}
+        </p>
+      )}
+      {ended !== null && (
+        <>
+          <p class="refusal small" data-testid="group-ended">
+            <Glyph kind="failure" size={14} /> {words.ended(ended)}
+          </p>
+          <Button testid="group-again" live onClick={() => void beginAgain(group)}>
+            {words.again}
+          </Button>
+        </>
+      )}
+    </section>
+  );
+}
+
+function Member({ uid }: { uid: string }) {
+  const one = servo(uid);
+  if (!one) return null;
+  const at = angleNow(one);
+  const { stale } = at;
+  const wanted = setpoint.value;
+  const goal = wanted === null ? null : wanted + (offsets.value.get(uid) ?? 0);
+  return (
+    <figure class="member" data-testid={`member-${uid}`} data-stale={stale}>
+      <Dial size={104} angle={at.value} command={goal} limits={limitsOf(uid)} stale={stale} />
+      <figcaption>
+        <b>{nameOf(one)}</b>
+        <span class={stale ? "dim" : ""}>{angle(at.value)}</span>
+        {stale && at.age !== null && <span class="small strong">{words.silent(age(at.age))}</span>}
+      </figcaption>
+    </figure>
+  );
+}

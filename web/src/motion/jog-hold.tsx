@@ -1,0 +1,191 @@
+/** Speed and torque on the jog pad: how much, what must be known before, and two buttons that run while held. */
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { ask } from "../api/client";
+import type { Caution } from "../api/types";
+import { catalog } from "../bench/catalog";
+import { cautionText } from "../bench/caution-text";
+import { servo } from "../bench/fleet";
+import { number, withUnit } from "../bench/format";
+import { held, type Kind, letGo, pressByKey, pressByPointer } from "../bench/hold-to-run";
+import { up } from "../bench/link";
+import { together } from "../bench/motion";
+import { check } from "../bench/number";
+import { sheetOf } from "../bench/parameters";
+import { pathOf } from "../bench/route";
+import { follow } from "../frame/rail";
+import { Glyph } from "../kit/glyph";
+import { jogging as words } from "../text/topics";
+
+const UNIT = { speed: "rpm", torque: "%" } as const;
+const FIRST = { speed: "20", torque: "10" } as const;
+/** The document allows 10 to 150 rpm; a limit that was not read is taken for none of its own. */
+const MOST = { speed: 150, torque: 100 } as const;
+
+/** Whether a servo takes speed and torque now, or the sentence that says why not. */
+function Refused({ uid }: { uid: string }) {
+  const sheet = sheetOf(uid);
+  const one = servo(uid);
+  if (together.value !== null) return <p class="second">{words.alone}</p>;
+  const has = sheet.keys.value?.includes("speed_torque_control") ?? true;
+  if (!has) return <p class="second">{words.notHere(one?.firmware ?? "")}</p>;
+  const path = pathOf("parameters", uid, "speed_torque_control");
+  return (
+    <p class="no-effect" data-testid="hold-no-effect">
+      <span aria-hidden="true">⊘</span> {words.noEffect}{" "}
+      <a href={path} onClick={event => follow(event, path)}>
+        {words.goTo}
+      </a>
+    </p>
+  );
+}
+
+/** What has to be said of any speed or torque is asked for at the least that is usable, not to hear that it is too small. */
+const SMALLEST = 10;
+
+export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: boolean }) {
+  const sheet = sheetOf(uid);
+  const typed = useSignal<string>(FIRST[kind]);
+  const free = useSignal(false);
+  const said = useSignal<readonly Caution[]>([]);
+  const allowed = sheet.held("speed_torque_control") === true && together.value === null;
+  const limits = { cw: limit(uid, kind, "cw"), ccw: limit(uid, kind, "ccw") };
+  const most = Math.max(limits.cw, limits.ccw);
+  const verdict = check(typed.value, { unit: UNIT[kind], perUnit: 1, minimum: 0, maximum: most });
+  const value = verdict.ok && verdict.value > 0 ? verdict.value : null;
+  const why = verdict.ok ? (verdict.value > 0 ? null : words.least) : `${verdict.what} ${verdict.remedy}`;
+  useEffect(() => {
+    if (!allowed) return;
+    ask<Caution[]>("GET", `/servos/${uid}/cautions?type=${kind}&value=${SMALLEST}`).then(
+      found => {
+        said.value = found;
+      },
+      () => undefined,
+    );
+  }, [uid, kind, allowed]);
+  useEffect(() => letGo, [uid, kind]);
+  if (!allowed) return <Refused uid={uid} />;
+
+  const runs = (way: 1 | -1) =>
+    able && up.value && free.value && value !== null && value <= (way > 0 ? limits.cw : limits.ccw);
+  const keys = (event: KeyboardEvent) => {
+    const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    const onButton = (event.target as HTMLElement).dataset.way;
+    const pressed = event.key === "Enter" || event.key === " " ? Number(onButton ?? 0) : way;
+    if (pressed === 0 || (event.target as HTMLElement).tagName === "INPUT" || event.ctrlKey || event.metaKey)
+      return;
+    event.stopPropagation();
+    if (value !== null && runs(pressed > 0 ? 1 : -1)) pressByKey(event, kind, pressed * value);
+    else event.preventDefault();
+  };
+  const going = held.value;
+  return (
+    <div
+      class="hold"
+      role="group"
+      aria-label={words.tab[kind]}
+      onKeyDown={keys}
+      data-testid="hold"
+      data-running={going !== null}
+    >
+      <div class="hold-how">
+        <label>
+          <span class="small second">{words.value[kind]}</span>
+          <span class="box wide">
+            <input
+              type="text"
+              inputMode="decimal"
+              autocomplete="off"
+              data-testid="hold-value"
+              aria-invalid={why !== null}
+              value={typed.value}
+              onFocus={event => event.currentTarget.select()}
+              onInput={event => {
+                letGo();
+                typed.value = event.currentTarget.value;
+              }}
+            />
+            <span class="unit">{UNIT[kind]}</span>
+          </span>
+        </label>
+        <p class="small second">
+          {words.range(shown(limits.ccw, kind), shown(limits.cw, kind))} {words.hint[kind]}
+        </p>
+      </div>
+      {why !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {why}
+        </p>
+      )}
+      <div class="hold-said" data-testid="hold-said">
+        {said.value.map(one => (
+          <p key={one.code} class="refusal mild">
+            <Glyph kind={one.level} size={14} /> {cautionText(one, uid)}
+          </p>
+        ))}
+        {said.value.length === 0 && (
+          <p class="refusal mild">
+            <Glyph kind="warning" size={14} /> {words.endless}
+          </p>
+        )}
+      </div>
+      <label class="tick">
+        <input
+          type="checkbox"
+          data-testid="hold-free"
+          checked={free.value}
+          onChange={event => {
+            letGo();
+            free.value = event.currentTarget.checked;
+          }}
+        />
+        <span>{words.free}</span>
+      </label>
+      <div class="hold-buttons">
+        {([-1, 1] as const).map(way => (
+          <button
+            key={way}
+            type="button"
+            class="button hold-button"
+            data-way={way}
+            data-testid={way > 0 ? "hold-cw" : "hold-ccw"}
+            data-held={going !== null && Math.sign(going.value) === way}
+            aria-pressed={going !== null && Math.sign(going.value) === way}
+            disabled={!runs(way)}
+            onPointerDown={event => {
+              if (value !== null) pressByPointer(event, kind, way * value);
+            }}
+            onLostPointerCapture={letGo}
+            onBlur={letGo}
+            onContextMenu={event => event.preventDefault()}
+          >
+            <b>
+              {way < 0 && <kbd>←</kbd>} {way > 0 ? words.cw : words.ccw} {way > 0 && <kbd>→</kbd>}
+            </b>
+            <small>
+              {going !== null && Math.sign(going.value) === way
+                ? words.runs(shown(Math.abs(going.value), kind))
+                : words.hold}
+            </small>
+          </button>
+        ))}
+      </div>
+      <p class="small second">
+        {words.released} {words.keys}
+      </p>
+    </div>
+  );
+}
+
+/** The most that may be asked for one way: the row's own range, cut by the servo's limit. */
+function limit(uid: string, kind: Kind, way: "cw" | "ccw"): number {
+  const row = catalog.value?.rows.get(`command_${kind}`);
+  const reading = sheetOf(uid).reading(`command_${kind}`).value;
+  const range = reading?.maximum ?? (row?.maximum ?? MOST[kind]) / (row?.per_unit ?? 1);
+  const own = sheetOf(uid).held(`${kind}_limit_${way}`);
+  return Math.floor(typeof own === "number" ? Math.min(range, Math.abs(own)) : range);
+}
+
+function shown(value: number, kind: Kind): string {
+  return withUnit(number(value, 0), UNIT[kind]);
+}

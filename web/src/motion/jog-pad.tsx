@@ -1,0 +1,366 @@
+/** The jog pad: what is commanded (angle, speed, torque, sweep), the dial, the readouts, and torque. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import type { TorqueMode } from "../api/types";
+import { driveText } from "../bench/activity";
+import { catalog } from "../bench/catalog";
+import { type KnownServo, servo } from "../bench/fleet";
+import { angle, number, withUnit } from "../bench/format";
+import { angleNow, figureNow } from "../bench/fresh";
+import { held, letGo } from "../bench/hold-to-run";
+import { up } from "../bench/link";
+import {
+  dragTo,
+  membersOf,
+  motion,
+  moveTo,
+  question,
+  refusal,
+  setpoint,
+  setTorque,
+  together,
+  warnings,
+} from "../bench/motion";
+import { check, type Refused, type Span } from "../bench/number";
+import { pathOf } from "../bench/route";
+import { touch } from "../bench/screen";
+import { limitsOf } from "../bench/servo-condition";
+import { follow } from "../frame/rail";
+import { Button } from "../kit/button";
+import type { Limits } from "../kit/dial";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Segments } from "../kit/segments";
+import { JogDial } from "../servo/command-dial";
+import { UnitMark } from "../servo/unit-mark";
+import { text } from "../text";
+import { jogging as words } from "../text/topics";
+import { limitsOfAll, stream } from "./group";
+import { Members } from "./group-panel";
+import { JogAngle } from "./jog-angle";
+import { JogHold } from "./jog-hold";
+import { JogSweep } from "./jog-sweep";
+import { sweep } from "./sweep";
+import "./jog.css";
+
+/** Closer than this is there: one step of the register and the sensor's noise. */
+const THERE_DEG = 0.3;
+
+type Tab = "angle" | "speed" | "torque" | "sweep";
+const TABS: readonly Tab[] = ["angle", "speed", "torque", "sweep"];
+
+export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
+  const tab = useSignal<Tab>("angle");
+  const complaint = useSignal<Complaint | null>(null);
+  const unlocked = useSignal(false);
+  const pad = useRef<HTMLElement>(null);
+  const one = servo(uid);
+  const members = membersOf(motion.value);
+  const limits = together.value === null ? limitsOf(uid) : limitsOfAll(members);
+  const ready = limits !== null;
+  // The button that turned motion on is gone: the keys go on where the hands are.
+  useEffect(() => {
+    if (ready) pad.current?.querySelector<SVGElement>("[role=slider]")?.focus({ preventScroll: true });
+  }, [ready]);
+  if (!one) return null;
+  const present = angleNow(one);
+  const { stale } = present;
+  const on = torque === "on";
+  const sweeping = sweep.value !== null;
+  const shown = sweeping ? "sweep" : tab.value;
+  const parted = together.value !== null && stream.value?.ended != null;
+  const able = on && up.value && limits !== null && !sweeping && !parted;
+  const jogs = able && shown === "angle";
+  const span: Span = { unit: "°", perUnit: 10, minimum: limits?.ccw ?? null, maximum: limits?.cw ?? null };
+
+  const command = (value: number) => {
+    complaint.value = null;
+    void moveTo(value);
+  };
+  const jog = (step: number) => {
+    if (!jogs || !limits) return;
+    const from = setpoint.peek() ?? present.value;
+    if (from === null) return;
+    const wanted = Math.round((from + step) * 10) / 10;
+    const inside = Math.min(limits.cw, Math.max(limits.ccw, wanted));
+    if (inside === from) {
+      const verdict = check(number(wanted, 1), span);
+      if (!verdict.ok) complaint.value = complaintOf(verdict, wanted, limits, members.length > 1);
+    } else command(inside);
+  };
+  const keys = (event: KeyboardEvent) => {
+    if (!jogs || (event.target as HTMLElement).tagName === "INPUT" || event.ctrlKey || event.metaKey) return;
+    const way = WAYS[event.key] ?? 0;
+    if (event.key === "0" && !event.altKey && !event.repeat) command(0);
+    else if (way !== 0)
+      jog(way * (event.shiftKey || event.key.startsWith("Page") ? 10 : event.altKey ? 0.1 : 1));
+    else return;
+    event.preventDefault();
+  };
+
+  return (
+    <div class="jog-wrap" data-group={members.length > 1}>
+      <section
+        ref={pad}
+        class="jog"
+        data-tab={shown}
+        role="group"
+        aria-label={text.motion.jog}
+        data-testid="jog-pad"
+        onKeyDown={keys}
+      >
+        <Segments<Tab>
+          label={words.tabs}
+          chosen={shown}
+          onChoose={next => {
+            if (sweep.peek() !== null) return;
+            letGo();
+            complaint.value = null;
+            refusal.value = null;
+            warnings.value = [];
+            tab.value = next;
+          }}
+          options={TABS.map(key => ({ key, label: words.tab[key] }))}
+        />
+        <JogDial
+          angle={present.value}
+          command={on ? setpoint.value : null}
+          limits={limits}
+          stale={stale}
+          locked={touch.value && !unlocked.value}
+          onDrag={jogs ? dragTo : undefined}
+        />
+        <Note uid={uid} on={on} complaint={complaint.value} limits={limits} angles={shown === "angle"} />
+        <Figures one={one} angle={present.value} stale={stale} on={on} />
+        <Agree />
+        <div class="jog-panel">
+          {shown === "angle" && (
+            <JogAngle
+              span={span}
+              able={jogs}
+              onJog={jog}
+              onCommand={command}
+              onWrong={(verdict, value) => {
+                complaint.value = verdict && complaintOf(verdict, value, limits, members.length > 1);
+              }}
+            >
+              <Torque on={on} />
+            </JogAngle>
+          )}
+          {(shown === "speed" || shown === "torque") && (
+            <JogHold key={shown} uid={uid} kind={shown} able={on && up.value} />
+          )}
+          {shown === "sweep" && <JogSweep limits={limits} able={on && !parted} />}
+          <div class="jog-foot small second">
+            {shown === "angle" && touch.value && (
+              <Button
+                testid="unlock-drag"
+                pressed={unlocked.value}
+                onClick={() => {
+                  unlocked.value = !unlocked.value;
+                }}
+              >
+                {unlocked.value ? text.motion.unlocked : text.motion.locked}
+              </Button>
+            )}
+            <span class="grow" />
+            {shown !== "angle" && <Torque on={on} />}
+          </div>
+        </div>
+      </section>
+      <Members />
+    </div>
+  );
+}
+
+/** Why what was asked for is not sent. */
+interface Complaint {
+  text: string;
+  /** The row to change, where one servo's own limit is in the way. */
+  row: "angle_limit_cw" | "angle_limit_ccw" | null;
+}
+
+function complaintOf(
+  verdict: Refused,
+  value: number | null,
+  limits: Limits | null,
+  many: boolean,
+): Complaint {
+  const past = verdict.code === "above" || verdict.code === "below";
+  if (!past || value === null || limits === null || many) {
+    return { text: `${verdict.what} ${verdict.remedy} ${text.motion.notSent}`, row: null };
+  }
+  const above = verdict.code === "above";
+  const row = above ? "angle_limit_cw" : "angle_limit_ccw";
+  const name = catalog.peek()?.rows.get(row)?.name ?? "";
+  const limit = angle(above ? limits.cw : limits.ccw);
+  return { text: `${text.motion.pastLimit[row](angle(value), limit, name)} ${text.motion.notSent}`, row };
+}
+
+/**
+ * What is to be said of the last command, or else how to give one. Its place is kept, so that nothing moves under a
+ * hand; what does not fit stands over the foot of the dial.
+ */
+function Note({
+  uid,
+  on,
+  complaint,
+  limits,
+  angles,
+}: {
+  uid: string;
+  on: boolean;
+  complaint: Complaint | null;
+  limits: Limits | null;
+  angles: boolean;
+}) {
+  const wrong = refusal.value ?? complaint?.text ?? null;
+  const row = refusal.value === null ? (complaint?.row ?? null) : null;
+  const path = row && pathOf("parameters", uid, row);
+  const quiet = wrong === null && warnings.value.length === 0;
+  return (
+    <div class="jog-note">
+      <div>
+        {wrong !== null && (
+          <p class="refusal" role="alert" data-testid="jog-refusal">
+            <Glyph kind="failure" size={14} />
+            <span>
+              {wrong}{" "}
+              {path && (
+                <a href={path} data-testid="change-limit" onClick={event => follow(event, path)}>
+                  {text.motion.changeLimit}
+                </a>
+              )}
+            </span>
+          </p>
+        )}
+        {warnings.value.map(said => (
+          <p key={said} class="refusal mild" role="status" data-testid="jog-warning">
+            <Glyph kind="warning" size={14} /> {said}
+          </p>
+        ))}
+        {quiet && !on && <p class="second">{text.motion.torqueIsOff}</p>}
+        {quiet && limits === null && (
+          <p class="second">{together.value === null ? text.motion.limitsUnknown : words.noSpan}</p>
+        )}
+        {quiet && on && limits !== null && angles && (
+          <p class="jog-hint small second">
+            {!touch.value && <KeyHint />}
+            <span class="grow" />
+            <span class="whole">{text.motion.limits(angle(limits.ccw), angle(limits.cw))}</span>
+          </p>
+        )}
+      </div>
+    </div>
+  );
+}
+
+function Torque({ on }: { on: boolean }) {
+  return on ? (
+    <Button look="danger" testid="jog-torque-off" onClick={() => void setTorque("off")}>
+      {text.motion.torqueOff}
+    </Button>
+  ) : (
+    <Button testid="jog-torque-on" live onClick={() => void setTorque("on")}>
+      {text.motion.torqueOn}
+    </Button>
+  );
+}
+
+function KeyHint() {
+  return (
+    <>
+      <kbd>←</kbd> <kbd>→</kbd> {text.motion.keyHint[0]} <kbd>Shift</kbd> {text.motion.keyHint[1]}{" "}
+      <kbd>Alt</kbd> {text.motion.keyHint[2]} <kbd>0</kbd> 0°
+    </>
+  );
+}
+
+const WAYS: Readonly<Record<string, number>> = { ArrowRight: 1, ArrowLeft: -1, PageUp: 1, PageDown: -1 };
+
+/** What will happen, asked before a move that somebody has to agree to. */
+function Agree() {
+  const asked = question.value;
+  if (asked === null) return null;
+  const close = () => {
+    question.value = null;
+  };
+  return (
+    <Dialog
+      title={text.motion.question}
+      testid="move-dialog"
+      onClose={close}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={close}>{text.motion.questionNot}</Button>
+          </span>
+          <Button
+            look="danger"
+            testid="move-anyway"
+            live
+            onClick={() => void moveTo(asked.angle, asked.words)}
+          >
+            {text.motion.questionDo}
+          </Button>
+        </>
+      }
+    >
+      {asked.said.map(said => (
+        <p key={said} class="refusal mild">
+          <Glyph kind="warning" size={14} /> {said}
+        </p>
+      ))}
+    </Dialog>
+  );
+}
+
+function Figures({
+  one,
+  angle: present,
+  stale,
+  on,
+}: {
+  one: KnownServo;
+  angle: number | null;
+  stale: boolean;
+  on: boolean;
+}) {
+  const wanted = setpoint.value;
+  const going = held.value;
+  const gap = wanted !== null && present !== null ? Math.abs(wanted - present) : null;
+  const speed = figureNow(one.uid, "current_speed");
+  const torque = figureNow(one.uid, "current_torque");
+  return (
+    <div class="figures">
+      <span>
+        <small class="second">{text.motion.angle}</small>
+        <b class={stale ? "dim" : ""} data-testid="jog-angle">
+          {angle(present)}
+        </b>
+        <UnitMark one={one} />
+      </span>
+      <span class="between small second">
+        {on &&
+          gap !== null &&
+          (gap > THERE_DEG ? text.motion.toGo(withUnit(number(gap, 1), "°")) : text.motion.there)}
+        <br />
+        {speed.value !== null && torque.value !== null && (
+          <span class={speed.stale || torque.stale ? "dim" : ""}>
+            {text.motion.drive(
+              withUnit(number(speed.value, 0), "rpm"),
+              withUnit(number(torque.value, 0), "%"),
+            )}
+          </span>
+        )}
+      </span>
+      <span class="right">
+        <small class="k-intent">{text.motion.command}</small>
+        <b class="k-intent" data-testid="jog-command">
+          {going !== null ? driveText(going.kind, going.value) : angle(on ? wanted : null)}
+        </b>
+      </span>
+    </div>
+  );
+}

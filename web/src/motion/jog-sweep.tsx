@@ -1,0 +1,147 @@
+/** The sweep on the jog pad: its ends, speed, pause and count, what it will do in words, and how far it is. */
+import { type Signal, useSignal } from "@preact/signals";
+import { angle, number, withUnit } from "../bench/format";
+import { up } from "../bench/link";
+import { check, type Span } from "../bench/number";
+import { Button } from "../kit/button";
+import type { Limits } from "../kit/dial";
+import { Glyph } from "../kit/glyph";
+import { jogging as words } from "../text/topics";
+import { endSweep, lasts, startSweep, sweep, sweepSaid } from "./sweep";
+
+const SPEED: Span = { unit: "°/s", perUnit: 10, minimum: 1, maximum: 360 };
+const PAUSE: Span = { unit: "s", perUnit: 10, minimum: 0, maximum: 60 };
+const COUNT: Span = { unit: "", perUnit: 1, minimum: 1, maximum: 10_000 };
+/** Half of what the limits allow, and not more than this: a first sweep is a small one. */
+const FIRST_DEG = 30;
+
+export function JogSweep({ limits, able }: { limits: Limits | null; able: boolean }) {
+  const span: Span = {
+    unit: "°",
+    perUnit: 10,
+    minimum: limits?.ccw ?? null,
+    maximum: limits?.cw ?? null,
+    limits: "angle",
+  };
+  const from = useSignal(number(Math.max(-FIRST_DEG, (limits?.ccw ?? 0) / 2), 1));
+  const to = useSignal(number(Math.min(FIRST_DEG, (limits?.cw ?? 0) / 2), 1));
+  const speed = useSignal("60");
+  const pause = useSignal("0.5");
+  const count = useSignal("5");
+  const free = useSignal(false);
+  const going = sweep.value;
+  const verdicts = [
+    check(from.value, span),
+    check(to.value, span),
+    check(speed.value, SPEED),
+    check(pause.value, PAUSE),
+    check(count.value, COUNT),
+  ];
+  const wrong = verdicts.find(one => !one.ok);
+  const [a = 0, b = 0, fast = 0, rest = 0, times = 0] = verdicts.map(one => (one.ok ? one.value : 0));
+  const wish = { from: a, to: b, speed: fast, pause_s: rest, count: times };
+  const ready = able && up.value && limits !== null && wrong === undefined && a !== b;
+
+  if (going !== null) {
+    return (
+      <div class="sweep" data-testid="sweep" data-running="true">
+        <p class="sweep-progress" role="status" data-testid="sweep-progress">
+          <b>{words.progress(going.done, going.count)}</b>{" "}
+          <span class="second">{words.going(angle(going.goal))}</span>
+        </p>
+        <progress max={going.count} value={going.done} aria-label={words.tab.sweep} />
+        <p class="small second">{words.sweepEnds}</p>
+        <Button testid="sweep-end" onClick={() => void endSweep()}>
+          {words.stop}
+        </Button>
+      </div>
+    );
+  }
+  return (
+    <div class="sweep" data-testid="sweep" data-running="false">
+      <div class="sweep-form">
+        <Field label={words.from} unit="°" testid="sweep-from" text={from} />
+        <Field label={words.to} unit="°" testid="sweep-to" text={to} />
+        <Field label={words.speed} unit="°/s" testid="sweep-speed" text={speed} />
+        <Field label={words.pause} unit="s" testid="sweep-pause" text={pause} />
+        <Field label={words.count} unit="×" testid="sweep-count" text={count} />
+      </div>
+      {wrong !== undefined && !wrong.ok ? (
+        <p class="refusal" role="alert" data-testid="sweep-against">
+          <Glyph kind="failure" size={14} /> {wrong.what} {wrong.remedy}
+        </p>
+      ) : (
+        <p data-testid="sweep-moves">
+          {words.moves(
+            angle(a),
+            angle(b),
+            times,
+            `${withUnit(number(fast, 0), "°")}/s`,
+            words.seconds(number(Math.ceil(lasts(wish)), 0)),
+          )}{" "}
+          {limits && words.within(angle(limits.ccw), angle(limits.cw))}
+        </p>
+      )}
+      {sweepSaid.value !== null && (
+        <p class="strong" role="status" data-testid="sweep-said">
+          {sweepSaid.value}
+        </p>
+      )}
+      <div class="sweep-go">
+        <label class="tick">
+          <input
+            type="checkbox"
+            data-testid="sweep-free"
+            checked={free.value}
+            onChange={event => {
+              free.value = event.currentTarget.checked;
+            }}
+          />
+          <span>{words.sweepFree}</span>
+        </label>
+        <Button
+          look="primary"
+          testid="sweep-start"
+          live
+          disabled={!ready || !free.value}
+          onClick={() => void startSweep(wish)}
+        >
+          {words.start}
+        </Button>
+      </div>
+      <p class="small second">{words.sweepEnds}</p>
+    </div>
+  );
+}
+
+function Field({
+  label,
+  unit,
+  testid,
+  text,
+}: {
+  label: string;
+  unit: string;
+  testid: string;
+  text: Signal<string>;
+}) {
+  return (
+    <label class="sweep-field">
+      <span class="small second">{label}</span>
+      <span class="box wide">
+        <input
+          type="text"
+          inputMode="decimal"
+          autocomplete="off"
+          data-testid={testid}
+          value={text.value}
+          onFocus={event => event.currentTarget.select()}
+          onInput={event => {
+            text.value = event.currentTarget.value;
+          }}
+        />
+        <span class="unit">{unit}</span>
+      </span>
+    </label>
+  );
+}

@@ -1,0 +1,35 @@
+/** RAM values that a restart took from a servo, as the server tells them: staged again, or dismissed. */
+import { ask } from "../api/client";
+import type { Servo } from "../api/types";
+import { catalog } from "../bench/catalog";
+import type { Sheet } from "../bench/parameters";
+import { draftFor, stage } from "../matrix/state";
+
+export type Lost = NonNullable<Servo["lost"]>;
+
+/** Those that are not staged yet and can be. */
+export function stageable(sheet: Sheet, lost: Lost): Lost {
+  return lost.filter(one => {
+    const draft = sheet.drafts.get(one.key);
+    return draftOf(sheet, one) !== null && !(draft?.verdict.ok && draft.verdict.value === one.value);
+  });
+}
+
+export function stageAgain(sheet: Sheet, lost: Lost): void {
+  for (const one of lost) {
+    const draft = draftOf(sheet, one);
+    if (draft) stage(sheet, one.key, draft);
+  }
+}
+
+/** Forgets them on the server; the servo is not told. */
+export function dismiss(uid: string): Promise<void> {
+  return ask<void>("DELETE", `/servos/${uid}/lost`);
+}
+
+function draftOf(sheet: Sheet, one: Lost[number]) {
+  const row = catalog.value?.rows.get(one.key);
+  if (!row || one.value === null) return null;
+  const draft = draftFor(sheet, row, one.value);
+  return "why" in draft ? null : draft;
+}

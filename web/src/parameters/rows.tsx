@@ -1,0 +1,197 @@
+/** The table of rows: those of a tab, or those that were searched for or changed. */
+
+import { type Signal, useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import type { Row } from "../api/types";
+import { type Catalog, catalog } from "../bench/catalog";
+import { problemText } from "../bench/facts";
+import { servo } from "../bench/fleet";
+import { up } from "../bench/link";
+import { readOnly } from "../bench/model";
+import type { Sheet } from "../bench/parameters";
+import { type Choice, change } from "../bench/route";
+import { adviceOn } from "../bench/row-help";
+import { ParameterRow } from "../change/row";
+import { Button } from "../kit/button";
+import { Icon } from "../kit/icon";
+import { text } from "../text";
+import { editing } from "../text/topics";
+
+const said = editing.fold;
+
+interface Props {
+  sheet: Sheet;
+  tab: string;
+  hash: string;
+  wanted: Choice<string>;
+  changedOnly: boolean;
+  onRetry: () => void;
+}
+
+export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) {
+  const table = useRef<HTMLDivElement>(null);
+  const unlocked = useSignal(false);
+  const unfolded = useSignal(false);
+  const known = catalog.value;
+  const has = sheet.keys.value;
+
+  useEffect(() => {
+    const row = known && (known.rows.get(hash) ?? [...known.rows.values()].find(one => one.name === hash));
+    if (!row || !has) return;
+    const target = table.current?.querySelector<HTMLElement>(`#row-${row.key}`);
+    target?.scrollIntoView({ block: "center" });
+    target?.querySelector<HTMLElement>("input, button[role=switch]")?.focus();
+  }, [hash, tab, has, known]);
+
+  if (sheet.problem.value && !has) {
+    return (
+      <div class="scroll">
+        <p class="notice-line">
+          {text.params.notRead(problemText(sheet.problem.value))}{" "}
+          <Button live onClick={() => void sheet.load(true)}>
+            {text.params.readAgain}
+          </Button>
+        </p>
+      </div>
+    );
+  }
+  const fixed = readOnly(servo(sheet.uid));
+  if (!known || !has) return <p class="notice-line scroll">{text.params.reading}</p>;
+
+  const rows = choose(known, sheet, tab, wanted.value, changedOnly).filter(row => has.includes(row.key));
+  const goTo = (name: string) => {
+    const row = [...known.rows.values()].find(one => one.name === name);
+    change({ q: "", filter: "", tab: "" }, row?.key);
+  };
+  const experts = rows.filter(row => row.expert);
+  // Whoever looks for one, or changed one, sees it; a tab that is just looked through keeps them folded.
+  const sought =
+    wanted.value !== "" || changedOnly || experts.some(row => row.key === hash || row.name === hash);
+  const folded = !unfolded.value && !sought;
+  return (
+    <div class="scroll" ref={table}>
+      <div role="table" class="params" aria-label={text.params.title}>
+        <Head />
+        {rows.map(row => (
+          <>
+            {row === experts[0] && (
+              <Experts
+                rows={experts}
+                folded={folded}
+                fixed={sought}
+                unfolded={unfolded}
+                unlocked={unlocked}
+              />
+            )}
+            {!(row.expert && folded) && (
+              <ParameterRow
+                key={row.key}
+                sheet={sheet}
+                row={fixed ? { ...row, access: "r" } : row}
+                onGoTo={goTo}
+                onRetry={onRetry}
+                locked={row.expert && !unlocked.value}
+              />
+            )}
+          </>
+        ))}
+      </div>
+      {rows.length === 0 && (
+        <p class="notice-line">
+          {wanted.value === "" ? text.params.noneChanged : text.params.noneFound(wanted.value)}
+        </p>
+      )}
+      <p class="below">
+        <button type="button" class="link small" disabled={!up.value} onClick={() => void sheet.load(true)}>
+          {text.params.refresh}
+        </button>
+      </p>
+    </div>
+  );
+}
+
+function choose(known: Catalog, sheet: Sheet, tab: string, wanted: string, changedOnly: boolean): Row[] {
+  const all = known.tabs.flatMap(one => one.rows);
+  const words = wanted.trim().toLowerCase();
+  if (words !== "") {
+    return all.filter(row => [row.label, row.name, row.key].some(fact => fact.toLowerCase().includes(words)));
+  }
+  if (changedOnly) {
+    const unsaved = servo(sheet.uid)?.unsaved ?? [];
+    return all.filter(row => sheet.drafts.get(row.key) !== undefined || unsaved.includes(row.key));
+  }
+  return [...(known.tabs.find(one => one.key === tab)?.rows ?? [])];
+}
+
+function Head() {
+  const head = text.params.head;
+  return (
+    <div role="row" class="prow params-head">
+      <span class="p-mark" role="presentation" />
+      <span role="columnheader" class="p-name">
+        {head.parameter}
+      </span>
+      <span role="columnheader" class="p-box">
+        {head.value}
+      </span>
+      <span role="columnheader" class="p-range">
+        {head.range}
+      </span>
+      <span role="columnheader" class="p-held">
+        {head.ram}
+      </span>
+      <span role="columnheader" class="p-held">
+        {head.rom}
+      </span>
+      <span role="columnheader" class="p-held">
+        {head.default}
+      </span>
+    </div>
+  );
+}
+
+interface ExpertsProps {
+  rows: readonly Row[];
+  folded: boolean;
+  /** Somebody looks for one of them: nothing to fold. */
+  fixed: boolean;
+  unfolded: Signal<boolean>;
+  unlocked: Signal<boolean>;
+}
+
+/** What stands before rows the maker advises not to change: which they are, folded; why, and the lock, unfolded. */
+function Experts({ rows, folded, fixed, unfolded, unlocked }: ExpertsProps) {
+  return (
+    <div role="row" class="locked small second" data-testid="experts">
+      <Icon name="lock" size={16} />
+      <span role="cell">
+        {said.what(rows.map(row => row.label).join(", "))} {rows[0] && adviceOn(rows[0])}
+      </span>
+      <span role="cell" class="plain-cell">
+        {!fixed && (
+          <button
+            type="button"
+            class="button"
+            aria-expanded={!folded}
+            data-testid="unfold-expert"
+            onClick={() => {
+              unfolded.value = folded;
+            }}
+          >
+            {folded ? said.show(rows.length) : said.hide}
+          </button>
+        )}
+        {!folded && !unlocked.value && (
+          <Button
+            testid="unlock-expert"
+            onClick={() => {
+              unlocked.value = true;
+            }}
+          >
+            {text.params.unlock}
+          </Button>
+        )}
+      </span>
+    </div>
+  );
+}

@@ -1,0 +1,128 @@
+/** The plot of one servo: angle and command at first, any channel it has beside them, or a recording of them. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import type { TelemetryGrant } from "../api/types";
+import { catalog } from "../bench/catalog";
+import { monotonic } from "../bench/clock";
+import { nameOf, servo } from "../bench/fleet";
+import { number } from "../bench/format";
+import { figureNow } from "../bench/fresh";
+import { noteText } from "../bench/note-text";
+import { sheetOf } from "../bench/parameters";
+import { CHANNELS, RATE_HZ, watched, wish } from "../bench/telemetry-subscription";
+import { telemetry } from "../telemetry/store";
+import { plots as words } from "../text/topics";
+import { channelsOf, curvesOf } from "./channels";
+import { lanesOf } from "./lane";
+import { PlotPanel } from "./panel";
+import { PlotPicker } from "./picker";
+import { type Recording, RecordingFile, RecordingPlot } from "./recording";
+import { Span } from "./span";
+
+const FIRST = ["current_angle", "command_angle"];
+
+export function AnglePlot({ uid }: { uid: string }) {
+  const span = useMemo(() => new Span(() => telemetry.serverTime(monotonic())), [uid]);
+  const chosen = useSignal<readonly string[]>(FIRST);
+  const hz = useSignal(RATE_HZ);
+  const open = useSignal(false);
+  const recording = useSignal<Recording | null>(null);
+  const grant = useWish(uid, chosen.value, hz.value);
+  const one = servo(uid);
+  const has = sheetOf(uid).keys.value;
+  const known = catalog.value;
+  const offered = useMemo(() => channelsOf(known?.rows.values() ?? [], has), [known, has]);
+  const lanes = useMemo(() => {
+    const drawn = offered.filter(channel => chosen.value.includes(channel.key));
+    return lanesOf(curvesOf(uid, drawn));
+  }, [uid, offered, chosen.value]);
+  const quiet = grant !== null && figureNow(uid, "current_angle").stale;
+  const name = nameOf(one);
+  if (recording.value) {
+    return (
+      <RecordingPlot
+        recording={recording.value}
+        onClose={() => {
+          recording.value = null;
+        }}
+      />
+    );
+  }
+  const nothing = grant !== null && grant.note !== null && grant.channels.length === 0;
+  const title = lanes.flatMap(lane => lane.curves.map(curve => curve.name)).join(", ");
+  const measured = lanes.flatMap(lane => lane.curves.filter(curve => !curve.dashed)).map(curve => curve.name);
+  return (
+    <PlotPanel
+      title={measured.join(", ") || words.angle}
+      note={nothing ? "" : rateOf(grant, quiet)}
+      lanes={lanes}
+      span={span}
+      label={words.label(title || words.angle, name)}
+      file={name}
+      testid="plot-angle"
+      tools={
+        <button
+          type="button"
+          class="tool"
+          data-testid="plot-channels"
+          aria-expanded={open.value}
+          onClick={() => {
+            open.value = !open.value;
+          }}
+        >
+          {words.channels}
+        </button>
+      }
+      {...(nothing
+        ? {
+            instead: (
+              <p class="plot plot-note second" data-testid="plot-note">
+                {noteOf(grant)}
+              </p>
+            ),
+          }
+        : {})}
+    >
+      {open.value && (
+        <PlotPicker
+          {...{ offered, name, chosen, hz }}
+          file={
+            <RecordingFile
+              onOpen={found => {
+                recording.value = found;
+                open.value = false;
+              }}
+            />
+          }
+        />
+      )}
+    </PlotPanel>
+  );
+}
+
+function rateOf(grant: TelemetryGrant | null, quiet: boolean): string {
+  if (grant?.note) return noteOf(grant);
+  if (quiet) return words.noData;
+  return grant ? words.rate(number(grant.granted_hz, 0), number(grant.requested_hz, 0)) : words.waiting;
+}
+
+/** What the panel asks for anyway is enough for most plots; for more there is a wish as long as the plot wants it. */
+function useWish(uid: string, channels: readonly string[], hz: number): TelemetryGrant | null {
+  const own = useSignal<TelemetryGrant | null>(null);
+  const more = hz !== RATE_HZ || channels.some(key => !CHANNELS.includes(key));
+  const wanted = channels.join(" ");
+  useEffect(() => {
+    own.value = null;
+    if (!more || wanted === "") return undefined;
+    return wish(uid, wanted.split(" "), hz, grant => {
+      own.value = grant;
+    });
+  }, [uid, wanted, hz, more]);
+  const usual = watched.value?.uid === uid ? watched.value : null;
+  return more ? own.value : usual;
+}
+
+function noteOf(grant: TelemetryGrant): string {
+  return noteText(grant.note ?? "", grant.note_code, grant.note_params);
+}

@@ -1,0 +1,100 @@
+/** What is marked in plots: faults, stops, restarts, writes and refusals, at the times they happened. */
+import { computed, signal } from "@preact/signals";
+import { ask } from "../api/client";
+import type { AuditRow } from "../api/config-types";
+import { type BenchEvent, events } from "../bench/bench";
+import { catalog } from "../bench/catalog";
+import { onRefusal } from "../bench/link";
+import { poll } from "../bench/poll";
+import { KEPT_S, telemetry } from "../telemetry/store";
+import { plots as words } from "../text/topics";
+import type { MarkAt } from "./live-plot";
+
+export interface PlotMark {
+  /** Seconds since 1970 UTC. */
+  at: number;
+  /** null: of everybody on the bus. */
+  uid: string | null;
+  word: string;
+}
+
+const PERIOD_MS = 2000;
+const WRITES = new Set(["write", "torque", "save", "restart", "factory_reset"]);
+
+const done = signal<readonly AuditRow[]>([]);
+const refused = signal<readonly PlotMark[]>([]);
+
+/** Of the events those that a curve may show a trace of. */
+export function markOfEvent(one: BenchEvent): PlotMark | null {
+  const word = words.mark.event[one.code];
+  return word === undefined ? null : { at: one.at, uid: one.uid, word };
+}
+
+/** What was asked of a servo, and what came of it. */
+export function markOfRow(one: AuditRow, address: (key: string) => string): PlotMark | null {
+  if (!WRITES.has(one.action)) return null;
+  const what = one.key === null ? (words.mark.done[one.action] ?? one.action) : address(one.key);
+  const word =
+    one.outcome === "refused" || one.outcome === "no_answer"
+      ? words.mark.refused(what)
+      : one.key === null
+        ? what
+        : words.mark.write(what);
+  return { at: one.at, uid: one.uid, word };
+}
+
+function addressOf(key: string): string {
+  const row = catalog.value?.rows.get(key);
+  return row ? `0x${row.address.toString(16).toUpperCase().padStart(2, "0")}` : key;
+}
+
+const all = computed<readonly PlotMark[]>(() =>
+  [...events.value.map(markOfEvent), ...done.value.map(one => markOfRow(one, addressOf)), ...refused.value]
+    .filter(one => one !== null)
+    .sort((a, b) => a.at - b.at),
+);
+
+/** The marks of these servos on the server's clock, oldest first. */
+export function marksOf(uids: ReadonlySet<string>): MarkAt[] {
+  const offset = telemetry.utcOffset;
+  if (Number.isNaN(offset)) return [];
+  return all
+    .peek()
+    .filter(one => one.uid === null || uids.has(one.uid))
+    .map(one => ({ t: one.at - offset, word: one.word }));
+}
+
+let watchers = 0;
+let stopWatching: () => void = () => undefined;
+
+/** Looks for writes and refusals while a plot is seen; the answer ends it. */
+export function watchMarks(): () => void {
+  if (watchers++ === 0) {
+    const looked = poll(PERIOD_MS, look);
+    const forget = onRefusal(error => {
+      const at = telemetry.serverTime(performance.now() / 1000) + telemetry.utcOffset;
+      if (Number.isNaN(at)) return;
+      const mark = { at, uid: error.uid ?? null, word: words.mark.refused(words.mark.command) };
+      refused.value = [...refused.peek(), mark].filter(one => one.at > at - KEPT_S);
+    });
+    stopWatching = () => {
+      looked.end();
+      forget();
+    };
+  }
+  let over = false;
+  return () => {
+    if (!over && --watchers === 0) stopWatching();
+    over = true;
+  };
+}
+
+async function look(): Promise<void> {
+  const since = telemetry.serverTime(performance.now() / 1000) + telemetry.utcOffset - KEPT_S;
+  if (Number.isNaN(since)) return;
+  try {
+    done.value = await ask<AuditRow[]>("GET", `/audit?since=${since.toFixed(0)}&limit=200`);
+  } catch {
+    // Marks of writes are missing then; the curves are not.
+  }
+}

@@ -1,0 +1,177 @@
+/** Recordings in the plot: telemetry.csv from the disk is drawn here; a bundle goes to Records, where it opens. */
+
+import { effect, useSignal } from "@preact/signals";
+import { useEffect, useId, useMemo } from "preact/hooks";
+import { ask, problemOf } from "../api/client";
+import type { Bundle } from "../api/lab-types";
+import { catalog } from "../bench/catalog";
+import { problemText } from "../bench/facts";
+import { motion } from "../bench/motion";
+import { go, pathOf } from "../bench/route";
+import { Icon } from "../kit/icon";
+import { fromCsv, type Recorded } from "../telemetry/csv";
+import { TelemetryStore } from "../telemetry/store";
+import { plots as words } from "../text/topics";
+import { isZip } from "./bundle";
+import { type Channel, channelsOf, curvesOf } from "./channels";
+import { lanesOf } from "./lane";
+import { PlotPanel } from "./panel";
+import { replayed, Scrub, tracksOf } from "./scrub";
+import { ScrubBar } from "./scrub-bar";
+import { Span } from "./span";
+
+export interface Recording {
+  name: string;
+  content: Recorded;
+}
+
+const CARRY_MS = 120_000;
+
+export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }) {
+  const id = useId();
+  const problem = useSignal<string | null>(null);
+  const carrying = useSignal<string | null>(null);
+  const take = async (file: File) => {
+    problem.value = null;
+    if (!isZip(file.name)) {
+      const content = fromCsv(await file.text());
+      if (content) onOpen({ name: file.name, content });
+      else problem.value = words.notRead(file.name);
+      return;
+    }
+    carrying.value = file.name;
+    try {
+      const made = await ask<Bundle>("PUT", `/recorder/bundles/${encodeURIComponent(file.name)}`, {
+        file: { text: file, type: "application/zip" },
+        timeout_ms: CARRY_MS,
+      });
+      go(pathOf("records", null, `recorder/${made.name}`));
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+    } finally {
+      carrying.value = null;
+    }
+  };
+  return (
+    <>
+      {carrying.value !== null && <span class="small second">{words.carried(carrying.value)}</span>}
+      {problem.value !== null && (
+        <span class="small k-failure" role="alert" data-testid="plot-file-problem">
+          {problem.value}
+        </span>
+      )}
+      <label class="tool plot-file" for={id} title={words.fileTitle}>
+        <Icon name="records" size={15} />
+        {words.file}
+        <input
+          id={id}
+          class="hidden-text"
+          type="file"
+          accept=".csv,.zip"
+          aria-label={words.fileTitle}
+          data-testid="plot-file"
+          onChange={event => {
+            const file = event.currentTarget.files?.[0];
+            event.currentTarget.value = "";
+            if (file) void take(file);
+          }}
+        />
+      </label>
+    </>
+  );
+}
+
+/** A recording drawn like what is live: the same lanes, cursors and files, of a store of its own. While it is open the
+ * 3D view beside it shows what it says, unless somebody would rather see the servo. */
+export function RecordingPlot({ recording, onClose }: { recording: Recording; onClose: () => void }) {
+  const rows = catalog.value?.rows;
+  const inView = useSignal(true);
+  const { store, span, lanes, scrub } = useMemo(() => {
+    const known = new Map(channelsOf(rows?.values() ?? [], null).map(one => [one.key, one]));
+    const setting = (key: string) => rows?.has(key) === true && !known.has(key);
+    return drawn(recording.content, known, setting);
+  }, [recording, rows]);
+  useEffect(
+    () =>
+      effect(() => {
+        span.head.value = scrub.at.value;
+      }),
+    [scrub],
+  );
+  const has = scrub.tracks.length > 0;
+  const shown = has && inView.value;
+  useEffect(() => {
+    if (!shown) return undefined;
+    replayed.value = scrub;
+    return () => {
+      replayed.value = null;
+    };
+  }, [scrub, shown]);
+  return (
+    <PlotPanel
+      title={words.opened(recording.name)}
+      note=""
+      lanes={lanes}
+      span={span}
+      store={store}
+      label={words.opened(recording.name)}
+      file={recording.name.replace(/\.csv$/i, "")}
+      testid="plot-recording"
+      tools={
+        <button type="button" class="tool plot-back" data-testid="plot-close-file" onClick={onClose}>
+          {words.closeFile}
+        </button>
+      }
+      foot={
+        <ScrubBar
+          scrub={scrub}
+          note={!has ? words.scrub.noAngle : motion.value.phase === "off" ? null : words.scrub.motionOn}
+        >
+          {has && (
+            <button
+              type="button"
+              class="tool"
+              data-testid="scrub-view"
+              aria-pressed={inView.value}
+              onClick={() => {
+                inView.value = !inView.peek();
+              }}
+            >
+              {words.scrub.inView}
+            </button>
+          )}
+        </ScrubBar>
+      }
+    />
+  );
+}
+
+function drawn(content: Recorded, known: ReadonlyMap<string, Channel>, setting: (key: string) => boolean) {
+  const store = new TelemetryStore();
+  store.utcOffset = content.utcOffset;
+  let from = Number.POSITIVE_INFINITY;
+  let to = Number.NEGATIVE_INFINITY;
+  const curves = content.columns.map((one, place) => {
+    // "Elevator L/current_angle" where there are several servos.
+    const cut = one.head.lastIndexOf("/");
+    const key = one.head.slice(cut + 1);
+    const whose = cut < 0 ? "" : one.head.slice(0, cut);
+    store.keep(whose, key, one.t, one.v);
+    from = Math.min(from, one.t[0] ?? from);
+    to = Math.max(to, one.t.at(-1) ?? to);
+    // What a servo is set to is a level line that says nothing, unless it was changed in that time.
+    if (setting(key) && one.v.every(value => value === one.v[0])) return [];
+    const channel = known.get(key) ?? { key, label: key.replaceAll("_", " "), unit: "", decimals: 2 };
+    const [curve] = curvesOf(whose, [channel]);
+    return curve && whose !== "" ? [{ ...curve, name: `${whose} ${channel.label}`, colour: place }] : [curve];
+  });
+  const most = { from, to: Math.max(to, from + 0.01), zero: from };
+  const span = new Span(() => Number.NaN, most);
+  const scrub = new Scrub(
+    tracksOf(content.columns),
+    { from, to: most.to, start: from, origin: from, utc: content.utcOffset },
+    null,
+    content.columns[0],
+  );
+  return { store, span, scrub, lanes: lanesOf(curves.flat().filter(one => one !== undefined)) };
+}

@@ -1,0 +1,182 @@
+/** The audit: who did what to which servo and what came of it, newest first, with filters. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { API, ask } from "../api/client";
+import type { AuditRow } from "../api/config-types";
+import { Asked, auditQuery } from "../bench/asked";
+import { catalog } from "../bench/catalog";
+import { all, nameOf, servo } from "../bench/fleet";
+import { who } from "../bench/holder";
+import { connection } from "../bench/link";
+import { wordInAddress } from "../bench/route";
+import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { Button } from "../kit/button";
+import { Icon } from "../kit/icon";
+import { Choice, Empty, instant, Unread } from "../kit/loaded";
+import { Scroll } from "../kit/scroll";
+import { records as words } from "../text/topics";
+import { auditedReason, auditWord } from "./audit-text";
+
+const said = words.audit;
+const PAGE = 200;
+
+const uid = wordInAddress("servo");
+const key = wordInAddress("parameter");
+const action = wordInAddress("action");
+
+export function Audit() {
+  const list = useMemo(() => new Asked<AuditRow[]>(), []);
+  const seen = useSignal<readonly string[]>([]);
+  const filters = { uid: uid.value, key: key.value, action: action.value };
+  const query = auditQuery(filters);
+  const load = () => void list.load(() => ask<AuditRow[]>("GET", `/audit${query}`));
+  const round = connection.value;
+  useEffect(load, [query, round]);
+  const found = list.value.value;
+  // Actions are words of the server: those that were met can be asked for.
+  useEffect(() => {
+    const next = new Set([...seen.peek(), ...(found ?? []).map(one => one.action)]);
+    if (next.size !== seen.peek().length) seen.value = [...next].sort();
+  }, [found]);
+  const older = () => {
+    const last = found?.at(-1);
+    if (!found || !last) return;
+    void list.load(async () => {
+      const more = await ask<AuditRow[]>(
+        "GET",
+        `/audit${auditQuery({ ...filters, before_id: String(last.id) })}`,
+      );
+      return [...found, ...more];
+    });
+  };
+  const any = { key: "", label: said.any };
+  const actions = action.value === "" || seen.value.includes(action.value) ? seen.value : [action.value];
+  return (
+    <>
+      <div class="r-bar r-tools">
+        <Choice
+          label={said.servo}
+          value={uid.value}
+          testid="audit-servo"
+          options={[any, ...all.value.map(one => ({ key: one.uid, label: nameOf(one) }))]}
+          onChoose={value => {
+            uid.value = value;
+          }}
+        />
+        <Choice
+          label={said.key}
+          value={key.value}
+          testid="audit-key"
+          options={[
+            any,
+            ...[...(catalog.value?.rows.values() ?? [])]
+              .filter(row => row.access !== "r")
+              .map(row => ({ key: row.key, label: `${row.label} ${row.name}` })),
+          ]}
+          onChoose={value => {
+            key.value = value;
+          }}
+        />
+        <Choice
+          label={said.action}
+          value={action.value}
+          testid="audit-action"
+          options={[any, ...actions.map(word => ({ key: word, label: auditWord(word) }))]}
+          onChoose={value => {
+            action.value = value;
+          }}
+        />
+        <span class="grow" />
+        <a class="button" href={`${API}/audit.csv${query}`} download="" data-testid="audit-csv">
+          <Icon name="download" size={15} /> {said.csv}
+        </a>
+      </div>
+      <Scroll label={words.auditTab} testid="audit">
+        <Unread why={list.problem.value} onAgain={load} />
+        {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+        {found?.length === 0 &&
+          (query === "" ? (
+            <Empty title={said.empty}>{said.emptyLine}</Empty>
+          ) : (
+            <p class="w-line second">{said.nothing}</p>
+          ))}
+        {found !== null && found.length > 0 && (
+          <table class="c-table r-audit" aria-label={words.auditTab}>
+            <thead>
+              <tr>
+                <th>{said.head.at}</th>
+                <th>{said.head.what}</th>
+                <th>{said.head.servo}</th>
+                <th>{said.head.change}</th>
+                <th>{said.head.outcome}</th>
+              </tr>
+            </thead>
+            <tbody>
+              {found.map(one => (
+                <Row key={one.id} one={one} />
+              ))}
+            </tbody>
+          </table>
+        )}
+        {found !== null && found.length >= PAGE && found.length % PAGE === 0 && (
+          <p class="w-line">
+            <Button live onClick={older}>
+              {said.more}
+            </Button>
+          </p>
+        )}
+      </Scroll>
+    </>
+  );
+}
+
+const WELL = new Set([
+  "taken",
+  "released",
+  "accepted",
+  "applied",
+  "succeeded",
+  "verified",
+  "unchanged",
+  "ok",
+  "done",
+]);
+
+const SNAPSHOT = new Set(["save", "restart", "factory_reset", "snapshot"]);
+
+function Row({ one }: { one: AuditRow }) {
+  const known = servo(one.uid);
+  const key = one.key ?? "";
+  const show = (value: unknown) => valueText(key, value);
+  // What stands there is the number of a snapshot, not a value that was changed.
+  const changed = !(key === "" && SNAPSHOT.has(one.action)) && (one.after != null || one.before != null);
+  return (
+    <tr data-testid={`audit-${one.id}`}>
+      <td class="r-when">
+        {instant(one.at)}
+        <small>{who(one.by)}</small>
+      </td>
+      <td>
+        {auditWord(one.action)}
+        {key !== "" && (
+          <small>
+            {labelOf(key)} {addressOf(key)}
+          </small>
+        )}
+      </td>
+      <td class="r-when">{one.uid === null ? "" : nameOf(known) || `${one.uid.slice(0, 8)}…`}</td>
+      <td class="r-values">
+        {changed
+          ? said.changed(show(one.before), show(one.after))
+          : one.requested != null && one.action !== "snapshot" && show(one.requested)}
+        {changed && one.requested != null && show(one.requested) !== show(one.after) && (
+          <small>{said.asked(show(one.requested))}</small>
+        )}
+      </td>
+      <td>
+        <span class={WELL.has(one.outcome) ? "" : "strong"}>{auditWord(one.outcome)}</span>
+        {one.detail !== "" && <small>{one.action === "snapshot" ? auditedReason(one) : one.detail}</small>}
+      </td>
+    </tr>
+  );
+}

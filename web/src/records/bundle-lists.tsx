@@ -1,0 +1,147 @@
+/** The lists of an open bundle: what was told, and what was written. */
+import { useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import type { BundleContent } from "../api/lab-types";
+import type { BenchEvent } from "../bench/bench";
+import { eventText } from "../bench/event-text";
+import { full, MINUS } from "../bench/format";
+import { Glyph } from "../kit/glyph";
+import type { Line } from "../plots/bundle";
+import { recorder as words } from "../text/topics";
+import { labelOf, relative, rowOf } from "./bundle-text";
+
+const said = words.bundle;
+const SHOWN = 200;
+
+interface ListProps {
+  content: BundleContent;
+  line: Line;
+  title: (uid: string | null | undefined) => string;
+}
+
+const LEVELS: Readonly<Record<string, "failure" | "warning" | "notice" | "ok">> = {
+  failure: "failure",
+  error: "failure",
+  warning: "warning",
+  notice: "notice",
+  info: "ok",
+};
+
+export function Events({ content, line, title }: ListProps) {
+  const most = useSignal(SHOWN);
+  const head = said.eventHead;
+  return (
+    <details class="rec-list" open data-testid="bundle-events">
+      <summary>{said.events(content.events.length)}</summary>
+      {content.events.length === 0 && <p class="w-line second">{said.noEvents}</p>}
+      {content.events.length > 0 && (
+        <table class="c-table">
+          <thead>
+            <tr>
+              <th scope="col">{head.time}</th>
+              <th scope="col">{head.what}</th>
+              <th scope="col">{head.servo}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {content.events.slice(0, most.value).map((one, place) => (
+              <tr key={place}>
+                <td class="r-when">
+                  {typeof one.time === "number" ? relative(one.time - line.zero, 2) : ""}
+                </td>
+                <td>
+                  <span class="rec-what">
+                    <Glyph kind={LEVELS[String(one.level)] ?? "ok"} size={14} />
+                    <span>{whatText(one)}</span>
+                  </span>
+                </td>
+                <td class="second">{title(typeof one.uid === "string" ? one.uid : null)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+      <More total={content.events.length} most={most} />
+    </details>
+  );
+}
+
+export function Writes({ content, line, title }: ListProps) {
+  const most = useSignal(SHOWN);
+  const head = said.writeHead;
+  return (
+    <details class="rec-list" data-testid="bundle-writes">
+      <summary>{said.writes(content.writes.length)}</summary>
+      {content.writes.length === 0 && <p class="w-line second">{said.noWrites}</p>}
+      {content.writes.length > 0 && (
+        <table class="c-table">
+          <thead>
+            <tr>
+              <th scope="col">{head.time}</th>
+              <th scope="col">{head.servo}</th>
+              <th scope="col">{head.what}</th>
+              <th scope="col" class="right">
+                {head.value}
+              </th>
+            </tr>
+          </thead>
+          <tbody>
+            {content.writes.slice(0, most.value).map((one, place) => (
+              <tr key={place}>
+                <td class="r-when">{relative(Number(one.time) - line.zero, 2)}</td>
+                <td class="second">{one.uid ? title(one.uid) : one.name}</td>
+                <td>{written(one)}</td>
+                <td class="right">{shownValue(one)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+      <More total={content.writes.length} most={most} />
+    </details>
+  );
+}
+
+function written(one: Record<string, string>): ComponentChildren {
+  if (one.kind === "parameter") {
+    return (
+      <>
+        {one.key ? labelOf(one.key) : one.name} {one.key && <small>{one.name}</small>}
+      </>
+    );
+  }
+  return said.kind[one.kind ?? ""] || `${one.kind} ${one.key}`.trim();
+}
+
+function shownValue(one: Record<string, string>): string {
+  const value = Number(one.value);
+  const row = one.key ? rowOf(one.key) : undefined;
+  if (!one.value || Number.isNaN(value)) return one.value || (one.raw ?? "");
+  if (!row) return one.value.replace("-", MINUS);
+  if (row.kind === "number") return full(value, { ...row, perUnit: row.per_unit });
+  return row.choices.find(each => each.raw === value)?.label ?? one.value;
+}
+
+function More({ total, most }: { total: number; most: { value: number } }) {
+  if (total <= most.value) return null;
+  return (
+    <p class="w-line">
+      <button
+        type="button"
+        class="link"
+        onClick={() => {
+          most.value += 5 * SHOWN;
+        }}
+      >
+        {said.more(Math.min(5 * SHOWN, total - most.value))}
+      </button>
+    </p>
+  );
+}
+
+/** A line of the events of a bundle, which may be of another version: an event, or what changed by its type. */
+function whatText(one: Readonly<Record<string, unknown>>): string {
+  const { code, text, params, type } = one as Partial<BenchEvent> & { type?: string };
+  if (code === undefined || text === undefined) return String(text ?? code ?? type ?? "");
+  return eventText({ code, text, ...(params && { params }) });
+}

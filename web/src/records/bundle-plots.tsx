@@ -1,0 +1,178 @@
+/** The plots of an open bundle: channels of a chosen servo over the time from the first mark. */
+import { effect, useSignal } from "@preact/signals";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import "uplot/dist/uPlot.min.css";
+import type { BundleContent } from "../api/lab-types";
+import { decimalsOf, number, withUnit } from "../bench/format";
+import { Choice } from "../kit/loaded";
+import { type Line, type Panel, panelsOf, USUAL } from "../plots/bundle";
+import type { Scrub } from "../plots/scrub";
+import { ScrubBar } from "../plots/scrub-bar";
+import { samples } from "../plots/trace";
+import { type Curve, TracePlot } from "../plots/trace-plot";
+import { recorder as words } from "../text/topics";
+import { ReplayView } from "../view3d/replay";
+import { labelOf, relative, rowOf } from "./bundle-text";
+
+const said = words.bundle;
+/** Of this many channels a plot is drawn before anybody chooses. */
+const DRAWN = 4;
+
+interface ChannelsProps {
+  content: BundleContent;
+  line: Line;
+  uid: string;
+  title: string;
+  scrub: Scrub;
+}
+
+export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
+  const panels = useMemo(() => panelsOf(content.telemetry, uid), [content, uid]);
+  // Of another servo the usual ones are drawn again; its 3D view stays as it is.
+  const picked = useSignal<{ uid: string; keys: ReadonlySet<string> } | null>(null);
+  const chosen = picked.value?.uid === uid ? picked.value.keys : usualOf(panels);
+  const toggle = (key: string) => {
+    const keys = new Set(chosen);
+    if (!keys.delete(key)) keys.add(key);
+    picked.value = { uid, keys };
+  };
+  // Every row that was read meanwhile is a channel, too; after somebody looked at Parameters that is all of them.
+  const rest = panels.filter(panel => !isUsual(panel));
+  const pick = (panel: Panel) => (
+    <label key={panel.key} class="rec-pick">
+      <input
+        type="checkbox"
+        data-testid={`channel-${panel.key}`}
+        checked={chosen.has(panel.key)}
+        onChange={() => toggle(panel.key)}
+      />
+      {labelOf(panel.key)}
+    </label>
+  );
+  return (
+    <section class="rec-channels" aria-label={said.channels}>
+      <div class="r-bar">
+        <Choice
+          label={said.servo}
+          testid="bundle-servo"
+          value={uid}
+          options={content.about.servos.map(one => ({ key: one.uid, label: one.title }))}
+          onChoose={other => {
+            scrub.front.value = other;
+          }}
+        />
+        <div class="rec-picks" role="group" aria-label={said.channels}>
+          {panels.filter(isUsual).map(pick)}
+          {rest.length > 0 && (
+            <details class="rec-more" open={rest.length === panels.length} data-testid="bundle-more">
+              <summary>{said.moreChannels(rest.length)}</summary>
+              <div class="rec-picks">{rest.map(pick)}</div>
+            </details>
+          )}
+        </div>
+      </div>
+      <div class="rec-split">
+        <div class="rec-plots">
+          <p class="w-line second small">{panels.length === 0 ? said.noTelemetry : said.channelsLine}</p>
+          {panels
+            .filter(panel => chosen.has(panel.key))
+            .map(panel => (
+              <ChannelPlot key={`${uid}/${panel.key}`} {...{ panel, content, line, title, scrub }} />
+            ))}
+        </div>
+        <ReplayView scrub={scrub} />
+      </div>
+      <ScrubBar scrub={scrub} />
+    </section>
+  );
+}
+
+const isUsual = (panel: Panel) => USUAL.includes(panel.key);
+
+function usualOf(panels: readonly Panel[]): Set<string> {
+  const usual = panels.filter(isUsual).map(one => one.key);
+  return new Set(usual.slice(0, DRAWN));
+}
+
+interface PlotProps {
+  panel: Panel;
+  content: BundleContent;
+  line: Line;
+  title: string;
+  scrub: Scrub;
+}
+
+function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
+  const box = useRef<HTMLDivElement>(null);
+  const readout = useRef<HTMLSpanElement>(null);
+  const row = rowOf(panel.key);
+  const unit = row?.unit ?? "";
+  const decimals = row ? decimalsOf(row.per_unit) : 2;
+  useEffect(() => {
+    if (!box.current) return undefined;
+    const plot = new TracePlot(
+      box.current,
+      readout.current,
+      {
+        x: (value, step) => relative(value, step % 1 === 0 ? 0 : step < 0.1 ? 2 : 1),
+        y: (value, step) => withUnit(number(value, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit),
+        at: (time, values) =>
+          said.at(
+            relative(time, 2),
+            values.map(one => said.one(one.name, withUnit(number(one.value, decimals), unit))).join(", "),
+          ),
+      },
+      "bundle",
+    );
+    const curves: Curve[] = [];
+    if (panel.command) {
+      curves.push({
+        samples: samples(panel.command.t, panel.command.v, line.zero),
+        colour: "intent",
+        dashed: true,
+        held: true,
+        name: said.command,
+      });
+    }
+    if (panel.measured) {
+      curves.push({
+        samples: samples(panel.measured.t, panel.measured.v, line.zero),
+        colour: "ink",
+        // A row keeps what was written; what is measured moves between two samples.
+        held: !panel.key.startsWith("current_"),
+        name: panel.key === "current_angle" ? said.current : labelOf(panel.key),
+      });
+    }
+    plot.show({
+      curves,
+      marks: content.about.marks
+        .slice(0, 40)
+        .map((mark, place) => ({ t: mark.at - line.zero, label: String(place + 1) })),
+      from: line.from,
+      to: line.to,
+      least: (row?.per_unit ?? 1) >= 10 ? 2 : 10,
+    });
+    const follow = effect(() => plot.head(scrub.at.value));
+    return () => {
+      follow();
+      plot.destroy();
+    };
+  }, [panel, content, line, unit, decimals, scrub]);
+  const label = panel.key === "current_angle" && panel.command ? said.angle : labelOf(panel.key);
+  return (
+    <figure class="rec-plot">
+      <figcaption>
+        <b>{label}</b>
+        <span class="grow" />
+        <span ref={readout} class="second small" aria-hidden="true" />
+      </figcaption>
+      <div
+        ref={box}
+        class="record-plot"
+        role="img"
+        data-testid={`plot-${panel.key}`}
+        aria-label={said.plot(label, title)}
+      />
+    </figure>
+  );
+}

@@ -1,0 +1,197 @@
+/** A bundle that is open: what it is of, its marks on a time line; plots, events and writes below. No bus. */
+import { useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { useEffect, useMemo } from "preact/hooks";
+import { API, ask } from "../api/client";
+import type { BundleContent } from "../api/lab-types";
+import { Asked } from "../bench/asked";
+import { channelOf } from "../bench/bus-now";
+import { markText } from "../bench/event-text";
+import { clock, grouped, number, withUnit } from "../bench/format";
+import { go, pathOf } from "../bench/route";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { instant, Unread } from "../kit/loaded";
+import { Scroll } from "../kit/scroll";
+import { firstServo, type Line, lineOf, ticksOf } from "../plots/bundle";
+import { scrubOf } from "../plots/scrub";
+import { recorder as words } from "../text/topics";
+import { GLYPHS } from "./bundle-glyph";
+import { Events, Writes } from "./bundle-lists";
+import { Channels } from "./bundle-plots";
+import { relative } from "./bundle-text";
+import { PlayDialog } from "./play";
+
+const said = words.bundle;
+const READ_MS = 120_000;
+
+export function BundleView({ name }: { name: string }) {
+  const content = useMemo(() => new Asked<BundleContent>(), [name]);
+  const playing = useSignal(false);
+  const load = () =>
+    void content.load(() =>
+      ask<BundleContent>("GET", `/recorder/bundles/${encodeURIComponent(name)}/content`, {
+        timeout_ms: READ_MS,
+      }),
+    );
+  useEffect(load, [content]);
+  const found = content.value.value;
+  return (
+    <>
+      <div class="r-bar">
+        <Button testid="bundles-back" onClick={() => go(pathOf("records", null, "recorder"))}>
+          {said.back}
+        </Button>
+        <h2 class="grow rec-name">{name}</h2>
+        <a class="button" href={`${API}/recorder/bundles/${encodeURIComponent(name)}`} download="">
+          <Icon name="download" size={15} /> {words.download}
+        </a>
+        <Button
+          live
+          testid="bundle-play"
+          disabled={found === null}
+          onClick={() => {
+            playing.value = true;
+          }}
+        >
+          <Icon name="play" size={15} /> {words.play}
+        </Button>
+      </div>
+      <Scroll label={name} testid="bundle">
+        <Unread why={content.problem.value} onAgain={load} />
+        {found === null && content.problem.value === null && <p class="w-line second">{said.loading}</p>}
+        {found && <Content content={found} />}
+      </Scroll>
+      {playing.value && (
+        <PlayDialog
+          name={name}
+          onClose={() => {
+            playing.value = false;
+          }}
+        />
+      )}
+    </>
+  );
+}
+
+function Content({ content }: { content: BundleContent }) {
+  const about = content.about;
+  const line = useMemo(() => lineOf(about), [about]);
+  const scrub = useMemo(() => scrubOf(content, line, firstServo(content)), [content, line]);
+  const title = (uid: string | null | undefined) =>
+    uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : said.everybody;
+  const uid = scrub.front.value;
+  return (
+    <>
+      <section class="rec-about" aria-label={said.title(words.why[about.reason] ?? about.reason)}>
+        <p class="rec-why" data-testid="bundle-why">
+          <Glyph kind={GLYPHS[about.reason] ?? "ok"} />
+          <span>
+            <b>{words.why[about.reason] ?? about.reason}</b>: {markText(about.marks[0] ?? about)}
+          </span>
+        </p>
+        <dl class="rec-facts">
+          <Fact name={said.facts.span}>
+            {instant(about.started_at)} – {clock(about.ended_at)},{" "}
+            {withUnit(number(about.ended_at - about.started_at, 0), "s")}
+          </Fact>
+          <Fact name={said.facts.bus}>
+            {about.bus
+              ? said.bus(channelOf(about.bus.address), withUnit(number(about.bus.bitrate / 1e6, 0), "Mbit/s"))
+              : said.noBus}
+          </Fact>
+          <Fact name={said.facts.servos}>{about.servos.length}</Fact>
+          <Fact name={said.facts.frames}>{grouped(about.frames)}</Fact>
+          <Fact name={said.facts.version}>{said.hornbill(about.version)}</Fact>
+        </dl>
+        {about.incomplete.length > 0 && <Warn line={said.cut(about.incomplete.join(", "))} />}
+        {!content.complete && <Warn line={said.incomplete} />}
+        <TimeLine line={line} content={content} />
+        <ol class="rec-marks" aria-label={said.marks} data-testid="bundle-marks">
+          {about.marks.map((mark, place) => (
+            <li key={`${mark.at}-${place}`}>
+              <b class="rec-number">{place + 1}</b>
+              <span class="rec-time">{relative(mark.at - line.zero, 1)}</span>
+              <Glyph kind={GLYPHS[mark.reason] ?? "ok"} size={14} />
+              <span>
+                {words.why[mark.reason] ?? mark.reason}: {markText(mark)}
+                {mark.uid != null && !mark.text.includes(title(mark.uid)) && (
+                  <span class="second"> {title(mark.uid)}</span>
+                )}
+              </span>
+            </li>
+          ))}
+        </ol>
+      </section>
+      {uid !== "" && <Channels content={content} line={line} uid={uid} title={title(uid)} scrub={scrub} />}
+      <Events content={content} line={line} title={title} />
+      <Writes content={content} line={line} title={title} />
+    </>
+  );
+}
+
+function Fact({ name, children }: { name: string; children: ComponentChildren }) {
+  return (
+    <div>
+      <dt class="second">{name}</dt>
+      <dd>{children}</dd>
+    </div>
+  );
+}
+
+function Warn({ line }: { line: string }) {
+  return (
+    <p class="rec-warn">
+      <Glyph kind="warning" size={15} /> {line}
+    </p>
+  );
+}
+
+const WIDTH = 1000;
+
+/** A ruled scale with the marks on it; events are small ticks above. */
+function TimeLine({ line, content }: { line: Line; content: BundleContent }) {
+  const x = (at: number) => ((at - line.from) / (line.to - line.from)) * WIDTH;
+  const percent = (at: number) => `${((at - line.from) / (line.to - line.from)) * 100}%`;
+  const ticks = ticksOf(line, 12);
+  const fine = ticksOf(line, 60);
+  const marks = content.about.marks;
+  const events = content.events.flatMap(one => (typeof one.time === "number" ? one.time - line.zero : []));
+  const label = said.line(marks.length, relative(line.from, 0), relative(line.to, 0));
+  return (
+    <div class="rec-line-scale" role="img" aria-label={label}>
+      <svg width="100%" height="34" viewBox={`0 0 ${WIDTH} 34`} preserveAspectRatio="none" aria-hidden="true">
+        <path
+          d={events.map(at => `M${x(at)} 4V12`).join("")}
+          stroke="var(--ink-2)"
+          vector-effect="non-scaling-stroke"
+        />
+        <path
+          d={`M0 33H${WIDTH}${ticks.map(at => `M${x(at)} 20V33`).join("")}${fine.map(at => `M${x(at)} 27V33`).join("")}`}
+          stroke="var(--edge)"
+          fill="none"
+          vector-effect="non-scaling-stroke"
+        />
+        <path
+          d={marks.map(mark => `M${x(mark.at - line.zero)} 0V33`).join("")}
+          stroke="var(--ink)"
+          stroke-width="2"
+          vector-effect="non-scaling-stroke"
+        />
+      </svg>
+      <div class="rec-ticks" aria-hidden="true">
+        {ticks.map(at => (
+          <span key={at} style={{ left: percent(at) }}>
+            {relative(at, 0)}
+          </span>
+        ))}
+        {marks.slice(0, 20).map((mark, place) => (
+          <b key={`${mark.at}-${place}`} style={{ left: percent(mark.at - line.zero) }}>
+            {place + 1}
+          </b>
+        ))}
+      </div>
+    </div>
+  );
+}

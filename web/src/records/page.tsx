@@ -1,0 +1,48 @@
+/** The Records page: its parts, and which of them is shown. */
+
+import { partOf } from "../bench/asked";
+import { go, pathOf } from "../bench/route";
+import { Panel } from "../kit/panel";
+import { Segments } from "../kit/segments";
+import { openIn } from "../plots/bundle";
+import { recorder, records as words } from "../text/topics";
+import { Audit } from "./audit";
+import { Inventory } from "./inventory";
+import { Profiles } from "./profiles";
+import { Recorder } from "./recorder";
+import { Reports } from "./reports";
+import { Snapshots } from "./snapshots";
+import "./records.css";
+
+const PARTS = ["snapshots", "profiles", "reports", "recorder", "audit"] as const;
+type Part = (typeof PARTS)[number];
+
+export function RecordsPage({ hash }: { hash: string }) {
+  const { part, uid } = partOf<Part>(hash, PARTS);
+  return (
+    <div class="page records" data-testid="records-page" data-part={part}>
+      <div class="page-head records-head">
+        <h1>{words.title}</h1>
+        <Segments<Part>
+          label={words.parts}
+          chosen={part}
+          onChoose={key => go(pathOf("records", null, key), true)}
+          options={[
+            { key: "snapshots", label: words.snapshotsTab },
+            { key: "profiles", label: words.profilesTab },
+            { key: "reports", label: words.reportsTab },
+            { key: "recorder", label: recorder.tab },
+            { key: "audit", label: words.auditTab },
+          ]}
+        />
+      </div>
+      <Panel key={part}>
+        {part === "snapshots" && (uid === null ? <Inventory /> : <Snapshots key={uid} uid={uid} />)}
+        {part === "profiles" && <Profiles />}
+        {part === "reports" && <Reports />}
+        {part === "recorder" && <Recorder open={openIn(hash)} />}
+        {part === "audit" && <Audit />}
+      </Panel>
+    </div>
+  );
+}

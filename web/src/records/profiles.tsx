@@ -1,0 +1,165 @@
+/** The profiles: what each sets, made from a servo or a file, given out as a file, applied to servos. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { API, ask, problemOf } from "../api/client";
+import type { Profile } from "../api/config-types";
+import { Asked } from "../bench/asked";
+import { problemText } from "../bench/facts";
+import { date } from "../bench/format";
+import { connection } from "../bench/link";
+import { ApplyDialog } from "../change/apply-profile";
+import { ProfileValues } from "../change/profile-values";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { Done, Empty, Unread } from "../kit/loaded";
+import { Scroll } from "../kit/scroll";
+import { text } from "../text";
+import { records as words } from "../text/topics";
+import { CreateDialog, ImportDialog } from "./profile-dialogs";
+
+const said = words.profiles;
+
+type Open = { what: "create" | "import" } | { what: "apply" | "remove"; one: Profile };
+
+export function Profiles() {
+  const list = useMemo(() => new Asked<Profile[]>(), []);
+  const load = () => void list.load(() => ask<Profile[]>("GET", "/profiles"));
+  const round = connection.value;
+  useEffect(load, [round]);
+  const unfolded = useSignal<string | null>(null);
+  const open = useSignal<Open | null>(null);
+  const note = useSignal<string | null>(null);
+  const found = list.value.value;
+  const names = found?.map(one => one.name) ?? [];
+  const close = (told: string | null) => {
+    open.value = null;
+    if (told === null) return;
+    note.value = told;
+    load();
+  };
+  const present = open.value;
+  return (
+    <>
+      <div class="r-bar r-tools">
+        <p class="second grow">{said.lead}</p>
+        <Button live testid="profile-import" onClick={() => (open.value = { what: "import" })}>
+          {said.import}
+        </Button>
+        <Button
+          live
+          look="primary"
+          testid="profile-create"
+          onClick={() => {
+            open.value = { what: "create" };
+          }}
+        >
+          {said.create}
+        </Button>
+      </div>
+      <Scroll label={words.profilesTab} testid="profiles">
+        <Unread why={list.problem.value} onAgain={load} />
+        <Done note={note.value} />
+        {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+        {found?.length === 0 && (
+          <Empty title={said.empty} guides={["profiles"]}>
+            {said.emptyLine}
+          </Empty>
+        )}
+        <ul>
+          {found?.map(one => (
+            <li key={one.name} class="r-profile" data-testid={`profile-${one.name}`}>
+              <div class="r-profile-head">
+                <button
+                  type="button"
+                  class="r-open"
+                  aria-expanded={unfolded.value === one.name}
+                  aria-label={said.open(one.name)}
+                  onClick={() => {
+                    unfolded.value = unfolded.peek() === one.name ? null : one.name;
+                  }}
+                >
+                  <span class="strong">{one.name}</span>
+                  <small>
+                    {one.description !== "" && `${one.description} · `}
+                    {said.facts(
+                      one.model ?? said.anyModel,
+                      Object.keys(one.values).length,
+                      date(one.updated_at),
+                    )}
+                  </small>
+                </button>
+                {(["toml", "json"] as const).map(form => (
+                  <a
+                    key={form}
+                    class="button"
+                    href={`${API}/profiles/${encodeURIComponent(one.name)}/file?format=${form}`}
+                    download=""
+                  >
+                    <Icon name="download" size={15} /> {said[form]}
+                  </a>
+                ))}
+                <Button live onClick={() => (open.value = { what: "remove", one })}>
+                  {said.remove}
+                </Button>
+                <Button live testid="profile-apply" onClick={() => (open.value = { what: "apply", one })}>
+                  {said.apply}
+                </Button>
+              </div>
+              {unfolded.value === one.name && <Rows one={one} />}
+            </li>
+          ))}
+        </ul>
+      </Scroll>
+      {present?.what === "create" && <CreateDialog names={names} onClose={close} />}
+      {present?.what === "import" && <ImportDialog names={names} onClose={close} />}
+      {present?.what === "apply" && <ApplyDialog one={present.one} onClose={() => close(null)} />}
+      {present?.what === "remove" && <RemoveDialog one={present.one} onClose={close} />}
+    </>
+  );
+}
+
+function Rows({ one }: { one: Profile }) {
+  return (
+    <div class="r-rows">
+      <ProfileValues one={one} label={said.open(one.name)} head={said.head} />
+    </div>
+  );
+}
+
+function RemoveDialog({ one, onClose }: { one: Profile; onClose: (note: string | null) => void }) {
+  const problem = useSignal<string | null>(null);
+  const remove = async () => {
+    try {
+      await ask<void>("DELETE", `/profiles/${encodeURIComponent(one.name)}`);
+      onClose("");
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+    }
+  };
+  return (
+    <Dialog
+      title={said.removeTitle(one.name)}
+      onClose={() => onClose(null)}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={() => onClose(null)}>{text.cancel}</Button>
+          </span>
+          <Button look="danger" live testid="remove-confirm" onClick={() => void remove()}>
+            {said.removeConfirm}
+          </Button>
+        </>
+      }
+    >
+      <p>{said.removeText}</p>
+      {problem.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {problem.value}
+        </p>
+      )}
+    </Dialog>
+  );
+}

@@ -1,0 +1,325 @@
+/** The Recorder part of Records: how far it reaches back, a bundle by hand, and the bundles that were written. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useId, useMemo } from "preact/hooks";
+import { API, ask, problemOf } from "../api/client";
+import type { Bundle, RecorderState } from "../api/lab-types";
+import { Asked } from "../bench/asked";
+import { events } from "../bench/bench";
+import { markText } from "../bench/event-text";
+import { problemText } from "../bench/facts";
+import { age, grouped, number, size, withUnit } from "../bench/format";
+import { connection } from "../bench/link";
+import { noteText } from "../bench/note-text";
+import { poll } from "../bench/poll";
+import { go, pathOf } from "../bench/route";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Icon, Spinner } from "../kit/icon";
+import { Done, Empty, instant, Unread } from "../kit/loaded";
+import { Scroll } from "../kit/scroll";
+import { alsoMarked, isZip } from "../plots/bundle";
+import { text } from "../text";
+import { recorder as words } from "../text/topics";
+import { BundleView } from "./bundle";
+import { GLYPHS } from "./bundle-glyph";
+import { PlayDialog } from "./play";
+import "./recorder.css";
+
+const WRITTEN = new Set(["bundle_written", "bundles_dropped", "bundle_failed"]);
+const LOOK_MS = 2000;
+const CARRY_MS = 300_000;
+
+export function Recorder({ open }: { open: string | null }) {
+  return open === null ? <Bundles /> : <BundleView key={open} name={open} />;
+}
+
+function Bundles() {
+  const state = useMemo(() => new Asked<RecorderState>(), []);
+  const list = useMemo(() => new Asked<Bundle[]>(), []);
+  const playing = useSignal<string | null>(null);
+  const dropping = useSignal<string | null>(null);
+  const note = useSignal<string | null>(null);
+  const load = () => list.load(() => ask<Bundle[]>("GET", "/recorder/bundles"));
+  const round = connection.value;
+  // A bundle is there once it is told: its file is packed for a while after the recorder has let go of it.
+  const told = events.value.find(one => WRITTEN.has(one.code))?.at;
+  useEffect(() => void load(), [round, told]);
+  useEffect(() => poll(LOOK_MS, () => state.load(() => ask<RecorderState>("GET", "/recorder"))).end, [round]);
+  const found = list.value.value;
+  return (
+    <Scroll label={words.tab} testid="recorder">
+      <Unread why={state.problem.value} onAgain={() => void load()} />
+      <Head state={state} onNote={line => (note.value = line)} onNew={() => void load()} />
+      <Done note={note.value} />
+      <Unread why={list.problem.value} onAgain={() => void load()} />
+      {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+      {found?.length === 0 && (
+        <Empty title={words.empty} guides={["record"]}>
+          {words.emptyLine}
+        </Empty>
+      )}
+      {found !== null && found.length > 0 && (
+        <ul data-testid="bundles">
+          {found.map(one => (
+            <Line
+              key={one.name}
+              one={one}
+              onPlay={() => {
+                playing.value = one.name;
+              }}
+              onDrop={() => {
+                note.value = null;
+                dropping.value = one.name;
+              }}
+            />
+          ))}
+        </ul>
+      )}
+      {playing.value !== null && (
+        <PlayDialog
+          name={playing.value}
+          onClose={() => {
+            playing.value = null;
+          }}
+        />
+      )}
+      {dropping.value !== null && (
+        <DropDialog
+          name={dropping.value}
+          onClose={done => {
+            if (done) note.value = words.dropped(dropping.peek() ?? "");
+            dropping.value = null;
+            if (done) void load();
+          }}
+        />
+      )}
+    </Scroll>
+  );
+}
+
+interface HeadProps {
+  state: Asked<RecorderState>;
+  onNote: (line: string | null) => void;
+  onNew: () => void;
+}
+
+function Head({ state, onNote, onNew }: HeadProps) {
+  const reason = useSignal("");
+  const busy = useSignal<"saving" | "carrying" | null>(null);
+  const problem = useSignal<string | null>(null);
+  const id = useId();
+  const present = state.value.value;
+  const save = async () => {
+    busy.value = "saving";
+    problem.value = null;
+    onNote(null);
+    try {
+      const said = reason.peek().trim();
+      await state.load(() =>
+        ask<RecorderState>("POST", "/recorder/bundles", { body: said === "" ? {} : { reason: said } }),
+      );
+      if (state.problem.peek() === null) reason.value = "";
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+    }
+    busy.value = null;
+  };
+  const carry = async (file: File) => {
+    problem.value = null;
+    onNote(null);
+    if (!isZip(file.name)) {
+      problem.value = words.notZip(file.name);
+      return;
+    }
+    busy.value = "carrying";
+    try {
+      const made = await ask<Bundle>("PUT", `/recorder/bundles/${encodeURIComponent(file.name)}`, {
+        file: { text: file, type: "application/zip" },
+        timeout_ms: CARRY_MS,
+      });
+      onNote(words.uploaded(made.name));
+      onNew();
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+    }
+    busy.value = null;
+  };
+  const pending = present?.pending ?? null;
+  const also = pending === null ? [] : alsoMarked(pending);
+  return (
+    <div class="rec-head">
+      <div class="rec-state">
+        <Glyph kind={present?.recording === false ? "identifying" : "ok"} />
+        <div>
+          <p class="strong" data-testid="recorder-state">
+            {present === null ? words.loading : words.reach(age(present.reach_s, 0))}
+            {present !== null && (
+              <span class="second plain">, {words.memory(grouped(present.frames), size(present.bytes))}</span>
+            )}
+          </p>
+          <p class="second">{present?.recording === false ? words.resting : words.lead}</p>
+        </div>
+      </div>
+      <div class="rec-do">
+        <label class="r-choice rec-reason">
+          <span class="second">{words.reason}</span>
+          <input
+            class="field"
+            data-testid="bundle-reason"
+            maxLength={200}
+            autocomplete="off"
+            placeholder={words.reasonPlace}
+            value={reason.value}
+            onInput={event => {
+              reason.value = event.currentTarget.value;
+            }}
+          />
+        </label>
+        <Button
+          look="primary"
+          live
+          testid="bundle-save"
+          disabled={busy.value !== null || present?.recording !== true}
+          onClick={() => void save()}
+        >
+          {words.save}
+        </Button>
+        <span class="grow" />
+        <label class="button rec-upload" for={id} data-busy={busy.value === "carrying"}>
+          {busy.value === "carrying" && <Spinner />}
+          {busy.value === "carrying" ? words.uploading : words.upload}
+          <input
+            id={id}
+            type="file"
+            accept=".zip,application/zip"
+            class="hidden-text"
+            data-testid="bundle-file"
+            disabled={busy.value !== null}
+            onChange={event => {
+              const file = event.currentTarget.files?.[0];
+              event.currentTarget.value = "";
+              if (file) void carry(file);
+            }}
+          />
+        </label>
+      </div>
+      {pending && (
+        <p class="rec-pending" role="status" data-testid="bundle-pending">
+          <Spinner />
+          <span>
+            {words.pending(markText(pending.marks[0] ?? pending), number(Math.ceil(pending.ready_in_s), 0))}
+            {also.length > 0 && <> {words.also(also.join(text.comma))}</>}
+          </span>
+        </p>
+      )}
+      {problem.value !== null && (
+        <p class="refusal" role="alert" data-testid="recorder-problem">
+          <Glyph kind="failure" size={14} /> {problem.value}
+        </p>
+      )}
+    </div>
+  );
+}
+
+function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop: () => void }) {
+  const why = one.reason === null ? words.unreadable : (words.why[one.reason] ?? one.reason);
+  const readable = one.reason !== null;
+  const also = alsoMarked(one);
+  const facts = [
+    instant(one.at),
+    one.seconds === null ? words.unknown : withUnit(number(one.seconds, 0), "s"),
+    size(one.bytes),
+    ...(one.marks.length > 1 ? [`${words.head.marks} ${one.marks.length}`] : []),
+  ].join(", ");
+  return (
+    <li class="r-profile" data-testid={`bundle-${one.name}`}>
+      <div class="r-profile-head rec-line">
+        <button
+          type="button"
+          class="r-open r-job"
+          disabled={!readable}
+          aria-label={words.openLabel(one.name)}
+          onClick={() => go(pathOf("records", null, `recorder/${encodeURIComponent(one.name)}`))}
+        >
+          <Glyph kind={one.reason === null ? "failure" : (GLYPHS[one.reason] ?? "ok")} />
+          <span class="grow">
+            <span>
+              <b>{why}</b>
+              {one.text !== "" && (
+                <>: {markText(one.marks[0] ?? { ...one, reason: one.reason ?? "by_hand" })}</>
+              )}
+            </span>
+            <small>
+              {one.problem == null ? facts : noteText(one.problem, "problem", one.problem_params)}
+            </small>
+            {also.length > 0 && <small>{words.also(also.join(text.comma))}</small>}
+            {one.problem != null && <small>{`${one.name}, ${size(one.bytes)}`}</small>}
+          </span>
+        </button>
+        <a
+          class="button"
+          href={`${API}/recorder/bundles/${encodeURIComponent(one.name)}`}
+          download=""
+          aria-label={words.downloadLabel(one.name)}
+        >
+          <Icon name="download" size={15} /> {words.download}
+        </a>
+        <Button live testid={`play-${one.name}`} disabled={!readable} onClick={onPlay}>
+          <Icon name="play" size={15} /> {words.play}
+        </Button>
+        <Button
+          look="plain"
+          live
+          testid={`drop-${one.name}`}
+          title={words.dropLabel(one.name)}
+          onClick={onDrop}
+        >
+          {words.drop}
+        </Button>
+      </div>
+    </li>
+  );
+}
+
+function DropDialog({ name, onClose }: { name: string; onClose: (done: boolean) => void }) {
+  const why = useSignal<string | null>(null);
+  return (
+    <Dialog
+      title={words.dropTitle}
+      subtitle={words.dropText(name)}
+      testid="drop-bundle"
+      onClose={() => onClose(false)}
+      foot={
+        <>
+          <span data-first-focus>
+            <Button onClick={() => onClose(false)}>{text.cancel}</Button>
+          </span>
+          <span class="grow" />
+          <Button
+            look="danger"
+            live
+            testid="drop-bundle-confirm"
+            onClick={() => {
+              ask<void>("DELETE", `/recorder/bundles/${encodeURIComponent(name)}`).then(
+                () => onClose(true),
+                error => {
+                  why.value = problemText(problemOf(error));
+                },
+              );
+            }}
+          >
+            {words.dropConfirm}
+          </Button>
+        </>
+      }
+    >
+      {why.value !== null && (
+        <p class="refusal" role="alert">
+          <Glyph kind="failure" size={14} /> {why.value}
+        </p>
+      )}
+    </Dialog>
+  );
+}

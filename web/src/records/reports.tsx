@@ -1,0 +1,131 @@
+/** The reports: what jobs did, newest first, as files or to print. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { ask } from "../api/client";
+import type { Job } from "../api/types";
+import { Asked } from "../bench/asked";
+import type { Kind } from "../bench/condition";
+import { failureText } from "../bench/facts";
+import { nameOf, servo } from "../bench/fleet";
+import { ended, jobs, setJob } from "../bench/jobs";
+import { connection } from "../bench/link";
+import { resultText } from "../bench/note-text";
+import { go, pathOf } from "../bench/route";
+import { JobSteps } from "../change/job-steps";
+import { ReportLinks } from "../change/report-links";
+import { show } from "../commission/state";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { Empty, instant, Unread } from "../kit/loaded";
+import { Scroll } from "../kit/scroll";
+import { records as words } from "../text/topics";
+
+const said = words.reports;
+
+const GLYPH: Record<Job["state"], Kind> = {
+  queued: "identifying",
+  running: "busy",
+  succeeded: "ok",
+  failed: "failure",
+  cancelled: "warning",
+};
+
+export function Reports() {
+  const list = useMemo(() => new Asked<string[]>(), []);
+  const wiggles = useSignal(false);
+  const open = useSignal<string | null>(null);
+  const load = () =>
+    void list.load(async () => {
+      const found = await ask<Job[]>("GET", "/jobs");
+      for (const job of found) setJob(job);
+      return found.map(job => job.id);
+    });
+  const round = connection.value;
+  useEffect(load, [round]);
+  // Those that came since, too: the socket tells each.
+  const told = [...jobs.value.values()].sort((a, b) => b.created_at - a.created_at);
+  const found = list.value.value === null ? null : told;
+  const shown = found?.filter(job => wiggles.value || job.kind !== "identify") ?? [];
+  return (
+    <Scroll label={words.reportsTab} testid="reports">
+      <Unread why={list.problem.value} onAgain={load} />
+      {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+      {found !== null && shown.length === 0 && (
+        <Empty title={said.empty} guides={["commission"]}>
+          {said.emptyLine}
+        </Empty>
+      )}
+      <ul>
+        {shown.map(job => {
+          const what = said.kind[job.kind] ?? job.kind;
+          const about = new Set(job.steps.flatMap(step => (step.uid ? [step.uid] : []))).size;
+          const who = job.uid !== null ? nameOf(servo(job.uid)) || job.uid.slice(0, 8) : said.several(about);
+          const result = resultText(job.result);
+          const unfolded = open.value === job.id;
+          return (
+            <li key={job.id} class="r-profile" data-testid={`job-${job.id}`}>
+              <div class="r-profile-head">
+                <button
+                  type="button"
+                  class="r-open r-job"
+                  aria-expanded={unfolded}
+                  aria-label={said.steps(`${what}, ${who}`)}
+                  onClick={() => {
+                    open.value = unfolded ? null : job.id;
+                  }}
+                >
+                  <Glyph kind={GLYPH[job.state]} />
+                  <span class="grow">
+                    <span class="strong">
+                      {what}, {who}
+                    </span>
+                    <small>
+                      {instant(job.created_at)}, {said.state[job.state]}
+                      {job.error ? `. ${failureText(job.error)}` : result && `. ${result}`}
+                    </small>
+                  </span>
+                  <span class="c-chevron" data-open={unfolded}>
+                    <Icon name="down" />
+                  </span>
+                </button>
+              </div>
+              {unfolded && (
+                <div class="r-rows">
+                  <JobSteps kind={job.kind} steps={job.steps} label={said.steps(what)} over={ended(job)} />
+                  <div class="r-actions">
+                    <ReportLinks job={job.id} title={said.report} />
+                    {job.kind === "commissioning" && (
+                      <Button
+                        onClick={() => {
+                          show(job);
+                          go(pathOf("commission", null));
+                        }}
+                      >
+                        {said.open}
+                      </Button>
+                    )}
+                  </div>
+                </div>
+              )}
+            </li>
+          );
+        })}
+      </ul>
+      {found?.some(job => job.kind === "identify") && !wiggles.value && (
+        <p class="w-line">
+          <button
+            type="button"
+            class="link"
+            onClick={() => {
+              wiggles.value = true;
+            }}
+          >
+            {said.wiggles}
+          </button>
+        </p>
+      )}
+    </Scroll>
+  );
+}

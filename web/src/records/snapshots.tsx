@@ -1,0 +1,391 @@
+/** The snapshots of a servo: what it held, compared with anything, and restored. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { ask, problemOf } from "../api/client";
+import type { Comparison, KnownServo, Profile, Restored, Snapshot } from "../api/config-types";
+import { Asked } from "../bench/asked";
+import { problemText } from "../bench/facts";
+import { loaded, servo } from "../bench/fleet";
+import { who } from "../bench/holder";
+import { connection } from "../bench/link";
+import { pathOf } from "../bench/route";
+import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { narrow } from "../bench/screen";
+import { WriteDialog } from "../change/write-dialog";
+import { follow } from "../frame/rail";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
+import { Glyph } from "../kit/glyph";
+import { Choice, Done, Empty, instant, Unread } from "../kit/loaded";
+import { Scroll } from "../kit/scroll";
+import { text } from "../text";
+import { records as words } from "../text/topics";
+import { reasonText } from "./audit-text";
+import { nameOf } from "./inventory";
+
+const said = words.snapshots;
+
+export function Snapshots({ uid }: { uid: string }) {
+  const list = useMemo(() => new Asked<Snapshot[]>(), []);
+  const whole = useMemo(() => new Asked<KnownServo[]>(), []);
+  const chosen = useSignal<number | null>(null);
+  const note = useSignal<string | null>(null);
+  const refused = useSignal<string | null>(null);
+  const load = () => {
+    void list.load(() => ask<Snapshot[]>("GET", `/servos/${uid}/snapshots`));
+    void whole.load(() => ask<KnownServo[]>("GET", "/inventory"));
+  };
+  const round = connection.value;
+  useEffect(load, [round]);
+  const one = whole.value.value?.find(each => each.uid === uid);
+  const name = one ? nameOf(one) : `${uid.slice(0, 8)}…`;
+  const found = list.value.value;
+  // The inventory was read once; who is on the bus is told as it changes.
+  const online = servo(uid)?.online === true;
+  // Whether it is on the bus says what a snapshot is compared with first.
+  const picked =
+    one === undefined || !loaded.value ? null : (found?.find(each => each.id === chosen.value) ?? null);
+  const take = async () => {
+    refused.value = null;
+    try {
+      const made = await ask<Snapshot>("POST", `/servos/${uid}/snapshots`, {
+        body: {},
+        timeout_ms: 30_000,
+      });
+      note.value = said.taken;
+      load();
+      chosen.value = made.id;
+    } catch (error) {
+      refused.value = problemText(problemOf(error));
+    }
+  };
+  const back = pathOf("records", null, "snapshots");
+  const single = narrow.value && picked !== null;
+  return (
+    <div class="r-split" data-testid="snapshots">
+      {!single && (
+        <section class="r-list">
+          <div class="r-bar">
+            <a class="link" href={back} onClick={event => follow(event, back)}>
+              {said.all}
+            </a>
+            <h2 class="grow">{name}</h2>
+            <Button live disabled={!online} testid="take-snapshot" onClick={() => void take()}>
+              {said.take}
+            </Button>
+          </div>
+          <Scroll label={said.title(name)}>
+            <Unread why={list.problem.value} onAgain={load} />
+            {refused.value !== null && (
+              <p class="refusal w-line" role="alert">
+                <Glyph kind="failure" size={14} /> {refused.value}
+              </p>
+            )}
+            <Done note={note.value} />
+            {one && !online && <p class="w-line second">{said.offline}</p>}
+            {found?.length === 0 && (
+              <Empty title={said.empty} guides={["profiles"]}>
+                {said.emptyLine}
+              </Empty>
+            )}
+            <ul>
+              {found?.map(each => (
+                <li key={each.id}>
+                  <button
+                    type="button"
+                    class="r-item"
+                    aria-pressed={each.id === chosen.value}
+                    data-testid={`snapshot-${each.id}`}
+                    onClick={() => {
+                      chosen.value = each.id;
+                      note.value = null;
+                    }}
+                  >
+                    <span class="r-at">{instant(each.at)}</span>
+                    <span class="r-why">
+                      <span>{reasonText(each.reason, each.reason_code, each.reason_params)}</span>
+                      <small>
+                        {each.automatic ? said.automatic : said.byHand}, {said.by(who(each.by))},{" "}
+                        {words.rows(Object.keys(each.values).length)}
+                      </small>
+                    </span>
+                  </button>
+                </li>
+              ))}
+            </ul>
+          </Scroll>
+        </section>
+      )}
+      {picked ? (
+        <Compare
+          key={picked.id}
+          one={picked}
+          name={name}
+          online={online}
+          others={whole.value.value ?? []}
+          snapshots={found ?? []}
+          onBack={() => {
+            chosen.value = null;
+          }}
+          onWritten={said => {
+            note.value = said;
+            load();
+          }}
+        />
+      ) : (
+        !narrow.value && <p class="w-line second r-choose">{found && found.length > 0 && said.choose}</p>
+      )}
+    </div>
+  );
+}
+
+interface CompareProps {
+  one: Snapshot;
+  name: string;
+  online: boolean;
+  others: readonly KnownServo[];
+  snapshots: readonly Snapshot[];
+  onBack: () => void;
+  onWritten: (note: string | null) => void;
+}
+
+function Compare({ one, name, online, others, snapshots, onBack, onWritten }: CompareProps) {
+  const side = useSignal(online ? `servo:${one.uid}` : `rom:${one.uid}`);
+  const found = useMemo(() => new Asked<Comparison>(), []);
+  const profiles = useMemo(() => new Asked<Profile[]>(), []);
+  const ticked = useSignal<ReadonlySet<string>>(new Set());
+  const writing = useSignal<readonly string[] | "all" | null>(null);
+  const dropping = useSignal(false);
+  const note = useSignal<string | null>(null);
+  const refused = useSignal<string | null>(null);
+  const load = () => {
+    const query = new URLSearchParams({ left: `snapshot:${one.id}`, right: side.peek(), identity: "true" });
+    void found.load(() => ask<Comparison>("GET", `/compare?${query}`));
+  };
+  const wanted = side.value;
+  useEffect(() => {
+    found.forget();
+    load();
+  }, [wanted]);
+  useEffect(() => {
+    void profiles.load(() => ask<Profile[]>("GET", "/profiles"));
+  }, []);
+  const rows = found.value.value?.differences ?? [];
+  // What the snapshot does not hold cannot be restored from it.
+  const able = rows.filter(row => row.left_has && row.left !== null).map(row => row.key);
+  const usual = rows.filter(row => able.includes(row.key) && !row.identity).map(row => row.key);
+  useEffect(() => {
+    ticked.value = new Set();
+  }, [found.value.value]);
+  const toggle = (key: string, on: boolean) => {
+    const next = new Set(ticked.peek());
+    if (on) next.add(key);
+    else next.delete(key);
+    ticked.value = next;
+  };
+  const model = one.model === null ? [] : [`default:${one.model}${one.firmware ? `@${one.firmware}` : ""}`];
+  const options = [
+    ...(online ? [{ key: `servo:${one.uid}`, label: said.now }] : []),
+    { key: `rom:${one.uid}`, label: said.rom },
+    ...model.map(key => ({ key, label: said.default(one.model ?? "") })),
+    ...snapshots
+      .filter(each => each.id !== one.id)
+      .map(each => ({ key: `snapshot:${each.id}`, label: said.snapshot(instant(each.at)) })),
+    ...(profiles.value.value ?? []).map(each => ({
+      key: `profile:${each.name}`,
+      label: said.profile(each.name),
+    })),
+    ...others
+      .filter(each => each.uid !== one.uid && each.online)
+      .map(each => ({ key: `servo:${each.uid}`, label: said.servo(nameOf(each)) })),
+  ];
+  const all = usual.length > 0 && usual.every(key => ticked.value.has(key));
+  return (
+    <div class="r-compare" data-testid="compare">
+      <div class="r-bar">
+        {narrow.value && (
+          <Button onClick={onBack} look="plain">
+            {said.back}
+          </Button>
+        )}
+        <h2 class="grow">{said.of(instant(one.at))}</h2>
+        <Choice
+          label={said.compareWith}
+          value={side.value}
+          options={options}
+          testid="compare-with"
+          onChoose={key => {
+            side.value = key;
+          }}
+        />
+      </div>
+      <Scroll label={said.of(instant(one.at))}>
+        <Unread why={found.problem.value} onAgain={load} />
+        <Done note={note.value} />
+        {found.value.value === null && found.problem.value === null && (
+          <p class="w-line second">{words.loading}</p>
+        )}
+        {found.value.value !== null && rows.length === 0 && (
+          <Empty title={said.alike}>{said.alikeLine(found.value.value.same)}</Empty>
+        )}
+        {rows.length > 0 && (
+          <table class="c-table" aria-label={said.compareWith}>
+            <thead>
+              <tr>
+                <th class="r-tick">
+                  <input
+                    type="checkbox"
+                    aria-label={said.tickAll}
+                    checked={all}
+                    disabled={usual.length === 0}
+                    onChange={event => {
+                      ticked.value = new Set(event.currentTarget.checked ? usual : []);
+                    }}
+                  />
+                </th>
+                <th>{said.head.parameter}</th>
+                <th class="right">{said.head.snapshot}</th>
+                <th class="right">{said.head.other}</th>
+              </tr>
+            </thead>
+            <tbody>
+              {rows.map(row => (
+                <tr key={row.key} data-testid={`differs-${row.key}`}>
+                  <td class="r-tick">
+                    <input
+                      type="checkbox"
+                      aria-label={said.tick(labelOf(row.key))}
+                      checked={ticked.value.has(row.key)}
+                      disabled={!able.includes(row.key)}
+                      onChange={event => toggle(row.key, event.currentTarget.checked)}
+                    />
+                  </td>
+                  <td>
+                    {labelOf(row.key)}
+                    <small>
+                      {addressOf(row.key)}
+                      {row.identity && `, ${said.identity}`}
+                    </small>
+                  </td>
+                  <td class="right strong">
+                    {row.left_has ? valueText(row.key, row.left, row.left_unit) : said.absent}
+                  </td>
+                  <td class="right second">
+                    {row.right_has ? valueText(row.key, row.right, row.right_unit) : said.absent}
+                  </td>
+                </tr>
+              ))}
+            </tbody>
+          </table>
+        )}
+        {rows.length > 0 && <p class="w-line dim">{said.same(found.value.value?.same ?? 0)}</p>}
+      </Scroll>
+      <div class="wizard-actions">
+        <Button
+          look="plain"
+          live
+          onClick={() => {
+            dropping.value = true;
+          }}
+        >
+          {said.drop}
+        </Button>
+        {refused.value === null ? (
+          <span class="grow" />
+        ) : (
+          <p class="refusal grow" role="alert" data-testid="restore-refused">
+            <Glyph kind="failure" size={14} /> {refused.value}
+          </p>
+        )}
+        <Button
+          live
+          disabled={!online}
+          testid="restore-all"
+          onClick={() => {
+            refused.value = null;
+            writing.value = "all";
+          }}
+        >
+          {said.restoreAll}
+        </Button>
+        <Button
+          live
+          look="primary"
+          testid="restore-ticked"
+          disabled={!online || ticked.value.size === 0}
+          onClick={() => {
+            refused.value = null;
+            writing.value = [...ticked.peek()];
+          }}
+        >
+          {said.restoreTicked(ticked.value.size)}
+        </Button>
+      </div>
+      {writing.value !== null && (
+        <WriteDialog
+          uid={one.uid}
+          name={name}
+          write={wish =>
+            ask<Restored>("POST", `/servos/${one.uid}/snapshots/${one.id}/restore`, {
+              body: { ...wish, keys: writing.peek() === "all" ? null : writing.peek() },
+              timeout_ms: 60_000,
+            })
+          }
+          onRefused={why => {
+            writing.value = null;
+            refused.value = why;
+          }}
+          onClose={told => {
+            writing.value = null;
+            if (told === null) return;
+            note.value = told;
+            load();
+            onWritten(told);
+          }}
+        />
+      )}
+      {dropping.value && (
+        <Dialog
+          title={said.dropTitle(instant(one.at))}
+          onClose={() => {
+            dropping.value = false;
+          }}
+          foot={
+            <>
+              <span data-first-focus>
+                <Button
+                  onClick={() => {
+                    dropping.value = false;
+                  }}
+                >
+                  {text.cancel}
+                </Button>
+              </span>
+              <Button
+                look="danger"
+                live
+                onClick={() => {
+                  ask<void>("DELETE", `/servos/${one.uid}/snapshots/${one.id}`).then(
+                    () => {
+                      onBack();
+                      onWritten(null);
+                    },
+                    error => {
+                      dropping.value = false;
+                      found.problem.value = problemText(problemOf(error));
+                    },
+                  );
+                }}
+              >
+                {said.dropConfirm}
+              </Button>
+            </>
+          }
+        >
+          <p>{said.dropText}</p>
+        </Dialog>
+      )}
+    </div>
+  );
+}

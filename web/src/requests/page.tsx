@@ -1,0 +1,187 @@
+/** The API page: what a rig needs at first sight, the last requests as commands, examples, every operation. */
+import { signal, useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { useEffect } from "preact/hooks";
+import { API, ask } from "../api/client";
+import { ROOT } from "../api/root";
+import { all, nameOf } from "../bench/fleet";
+import { version } from "../bench/link";
+import { lastUid } from "../bench/route";
+import { Copy } from "../kit/copy";
+import { Guides } from "../kit/guide";
+import { Scroll } from "../kit/scroll";
+import { Segments } from "../kit/segments";
+import { api as words } from "../text/topics";
+import { beginning, examples } from "./examples";
+import { has, openApi, readOpenApi } from "./open-api";
+import { Operations } from "./operations";
+import { LastSent } from "./sent";
+import "./requests.css";
+
+export function ApiPage() {
+  useEffect(() => void readOpenApi(), []);
+  return (
+    <div class="page api" data-testid="api-page">
+      <div class="page-head">
+        <h1>{words.title}</h1>
+        <span class="second">{words.lead}</span>
+      </div>
+      <Scroll label={words.title} testid="api-scroll">
+        <div class="a-top">
+          <div>
+            <Part title={words.first.title}>
+              <First />
+              <Guides places={["rigs", "move", "socket", "contents"]} />
+            </Part>
+            <Part title={words.sent.title}>
+              <LastSent />
+            </Part>
+          </div>
+          <Part title={words.examples.title}>
+            <Examples />
+          </Part>
+        </div>
+        <Part title={words.operations.title}>
+          <Operations />
+        </Part>
+      </Scroll>
+    </div>
+  );
+}
+
+function Part({ title, children }: { title: string; children: ComponentChildren }) {
+  return (
+    <section class="a-part" aria-label={title}>
+      <h2>{title}</h2>
+      {children}
+    </section>
+  );
+}
+
+/** Who the server takes this page for; a server without sessions has no such path. */
+interface Session {
+  name?: string | null;
+  role?: string | null;
+}
+
+const session = signal<Session | null>(null);
+
+function First() {
+  const asks = has(openApi.value, "get", "/session");
+  useEffect(() => {
+    if (!asks) return;
+    ask<Session>("GET", "/session").then(
+      found => {
+        session.value = found;
+      },
+      () => {
+        session.value = null;
+      },
+    );
+  }, [asks]);
+  const { origin, host, protocol } = location;
+  const said = words.first;
+  const who = session.value;
+  return (
+    <dl class="a-facts">
+      <Fact name={said.address} value={`${origin}${API}`} />
+      <Fact
+        name={said.document}
+        value={`${origin}${API}/openapi.json`}
+        link="api-document"
+        hint={said.documentHint}
+      />
+      <Fact name={said.docs} value={`${origin}${ROOT}/docs/`} link="api-docs" hint={said.docsHint} />
+      <Fact
+        name={said.socket}
+        value={`${protocol === "https:" ? "wss" : "ws"}://${host}${API}/ws`}
+        hint={said.socketHint}
+      />
+      {version.value !== "" && (
+        <div>
+          <dt>{said.version}</dt>
+          <dd>hornbill {version.value}</dd>
+        </div>
+      )}
+      {who !== null && (
+        <div data-testid="api-session">
+          <dt>{said.session}</dt>
+          <dd>{who.name && who.role ? said.sessionOf(who.name, who.role) : said.sessionOpen}</dd>
+        </div>
+      )}
+    </dl>
+  );
+}
+
+function Fact({ name, value, hint, link }: { name: string; value: string; hint?: string; link?: string }) {
+  return (
+    <div>
+      <dt>{name}</dt>
+      <dd>
+        {link ? (
+          <a class="link mono" href={value} target="_blank" rel="noreferrer" data-testid={link}>
+            {value}
+          </a>
+        ) : (
+          <span class="mono">{value}</span>
+        )}
+        {hint !== undefined && <small>{hint}</small>}
+      </dd>
+      <dd class="a-tool">
+        <Copy what={value} words={words.first} label={words.first.copyOf(name)} />
+      </dd>
+    </div>
+  );
+}
+
+/** What stands in the examples where no servo is known yet. */
+const ANY = "<uid>";
+
+function Examples() {
+  const form = useSignal<"curl" | "python">("curl");
+  const servos = all.value;
+  const one = servos.find(servo => servo.uid === lastUid.value) ?? servos[0];
+  const said = words.examples;
+  const start = beginning(location.origin + ROOT)[form.value];
+  return (
+    <>
+      <div class="a-search">
+        <p class="second grow">{one ? said.lead(nameOf(one)) : said.leadNone}</p>
+        <Segments
+          label={said.language}
+          chosen={form.value}
+          onChoose={key => {
+            form.value = key;
+          }}
+          options={[
+            { key: "curl", label: said.curl },
+            { key: "python", label: said.python },
+          ]}
+        />
+      </div>
+      <ol class="a-examples" data-testid="api-examples">
+        <Code title={said.begin} code={start} />
+        {examples(one?.uid ?? ANY).map(each => (
+          <Code key={each.key} title={said[each.key]} code={each[form.value]} />
+        ))}
+      </ol>
+      <p class="w-line dim">{said.token}</p>
+    </>
+  );
+}
+
+function Code({ title, code }: { title: string; code: string }) {
+  return (
+    <li>
+      <div class="a-code-head">
+        <span class="grow">{title}</span>
+        <Copy what={code} words={words.first} label={words.first.copyOf(title)} />
+      </div>
+      {/* Scrolls by itself: reached with Tab, moved with the arrow keys. */}
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: a part that scrolls must be reachable */}
+      <pre class="mono" tabIndex={0} role="region" aria-label={title}>
+        {code}
+      </pre>
+    </li>
+  );
+}

@@ -1,0 +1,146 @@
+/** What can be done with the servo of a page: wiggle, restart, factory reset; refused here, or asked about in a dialog. */
+
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { problemOf } from "../api/client";
+import type { ResetPreview } from "../api/config-types";
+import { problemText } from "../bench/facts";
+import { type KnownServo, nameOf } from "../bench/fleet";
+import { angle } from "../bench/format";
+import { wiggle, wiggled, wiggling } from "../bench/wiggle";
+import type { Planned } from "../change/restart-dialog";
+import { planReset, planRestart, type Verb } from "../change/servo-jobs";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Icon, Spinner } from "../kit/icon";
+import { lazy } from "../kit/lazy";
+import { Menu } from "../kit/menu";
+import { useKeys } from "../kit/use-keys";
+import { text } from "../text";
+import "./actions.css";
+
+const RestartDialog = lazy<{ plans: readonly Planned[]; onClose: () => void }>(() =>
+  import("../change/restart-dialog").then(file => file.RestartDialog),
+);
+const ResetDialog = lazy<{ one: KnownServo; plan: ResetPreview; onClose: () => void }>(() =>
+  import("../change/reset-dialog").then(file => file.ResetDialog),
+);
+
+type Open =
+  | { verb: "restart"; plans: readonly Planned[] }
+  | { verb: "factory-reset"; plan: ResetPreview }
+  | null;
+
+const said = text.actions;
+
+/** How long it is said that a wiggle went well. */
+const SAID_MS = 6000;
+
+export function ServoActions({ one }: { one: KnownServo }) {
+  const { uid } = one;
+  const checking = useSignal<Verb | null>(null);
+  const refused = useSignal<string | null>(null);
+  const open = useSignal<Open>(null);
+  /** A wiggle from here is to be told of: those of another page are not. */
+  const tells = useSignal(false);
+  const shake = () => {
+    refused.value = null;
+    if (wiggling.peek()) return;
+    tells.value = true;
+    void wiggle(uid);
+  };
+  useKeys({ w: shake });
+  const check = async (verb: Verb) => {
+    if (checking.peek() !== null) return;
+    refused.value = null;
+    tells.value = false;
+    checking.value = verb;
+    try {
+      open.value =
+        verb === "restart"
+          ? { verb, plans: [{ uid, plan: await planRestart(uid) }] }
+          : { verb, plan: await planReset(uid, true) };
+    } catch (error) {
+      const why = problemText(problemOf(error));
+      refused.value = verb === "restart" ? said.notRestarted(why) : said.notReset(why);
+    }
+    checking.value = null;
+  };
+  const last = tells.value && wiggled.value?.uid === uid ? wiggled.value : null;
+  const moved = last?.phase === "moved";
+  useEffect(() => {
+    if (!moved) return undefined;
+    const timer = setTimeout(() => {
+      tells.value = false;
+    }, SAID_MS);
+    return () => clearTimeout(timer);
+  }, [moved]);
+  const bad = refused.value ?? (last?.phase === "refused" ? said.notWiggled(last.why) : null);
+  const close = () => {
+    open.value = null;
+  };
+  return (
+    <div class="servo-actions">
+      <Button live testid="wiggle" title={said.wiggleHint} onClick={shake}>
+        <Icon name="wiggle" /> {said.wiggle} <kbd class="touch-hide">W</kbd>
+      </Button>
+      <Menu label={said.label(nameOf(one))} word={said.more} testid="servo-menu">
+        {[
+          {
+            key: "restart",
+            label: said.restart,
+            line: said.restartLine,
+            act: () => void check("restart"),
+          },
+          {
+            key: "factory-reset",
+            label: said.reset,
+            line: said.resetLine,
+            grave: true,
+            act: () => void check("factory-reset"),
+          },
+        ]}
+      </Menu>
+      {(bad !== null || checking.value !== null || last !== null) && (
+        <div class="servo-says" data-testid="servo-says" data-phase={bad !== null ? "refused" : last?.phase}>
+          {bad !== null ? (
+            <p role="alert">
+              <Glyph kind="failure" /> <span>{bad}</span>
+              <Button
+                look="plain"
+                onClick={() => {
+                  refused.value = null;
+                  tells.value = false;
+                }}
+              >
+                {said.dismiss}
+              </Button>
+            </p>
+          ) : (
+            <p role="status">
+              {moved ? <Glyph kind="ok" /> : <Spinner />}
+              <span>{checking.value !== null ? said.checking : last !== null ? progress(last) : ""}</span>
+            </p>
+          )}
+        </div>
+      )}
+      {open.value?.verb === "restart" && <RestartDialog plans={open.value.plans} onClose={close} />}
+      {open.value?.verb === "factory-reset" && (
+        <ResetDialog one={one} plan={open.value.plan} onClose={close} />
+      )}
+    </div>
+  );
+}
+
+function progress(last: NonNullable<typeof wiggled.value>): string {
+  switch (last.phase) {
+    case "asking":
+      return said.asking;
+    case "moving":
+      return said.moving(angle(last.around));
+    case "moved":
+      return said.moved(angle(last.low), angle(last.high));
+    case "refused":
+      return said.notWiggled(last.why);
+  }
+}

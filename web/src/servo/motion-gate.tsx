@@ -1,0 +1,112 @@
+/** What stands on the Motion page before motion: what will happen, what speaks against it, and the one button. */
+
+import { signal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { lease, stopped } from "../bench/bench";
+import { now } from "../bench/clock";
+import { type KnownServo, nameOf, peekServo } from "../bench/fleet";
+import { angle } from "../bench/format";
+import { angleNow } from "../bench/fresh";
+import { readOnly } from "../bench/model";
+import { enableMotion, isOfOther, motion, refusal } from "../bench/motion";
+import { those } from "../bench/release";
+import { limitsOf } from "../bench/servo-condition";
+import { stopInSight } from "../bench/stop-sight";
+import { wiggling } from "../bench/wiggle";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Spinner } from "../kit/icon";
+import { lazy } from "../kit/lazy";
+import { text } from "../text";
+import { JogDial } from "./command-dial";
+
+const TakeOver = lazy<{ uid: string }>(() => import("./take-over").then(file => file.TakeOver));
+
+interface Props {
+  one: KnownServo;
+  /** What stands between the sentences and the button: who moves with it. */
+  children?: ComponentChildren;
+}
+
+/** Set by what chooses a group: turns motion on for all of it. Null: for the one servo alone. */
+export const enableAll = signal<{ label: string; act: () => void } | null>(null);
+
+export function MotionGate({ one, children }: Props) {
+  const present = motion.value;
+  const name = nameOf(one);
+  const group = children ? enableAll.value : null;
+  const asking = present.phase === "asking";
+  const against = hindrance(one);
+  const others = present.phase === "waiting" || (heldByOther() > 0 && !wiggling.value);
+  const why = against ? null : (refusal.value ?? (present.phase === "off" ? present.why : null));
+  const { value: at, stale } = angleNow(one);
+  const off = those("off")
+    .map(each => nameOf(peekServo(each)))
+    .join(", ");
+  const limits = limitsOf(one.uid);
+  const outside = at !== null && limits !== null && (at > limits.cw + 0.05 || at < limits.ccw - 0.05);
+  return (
+    <section class="gate">
+      <JogDial angle={at} command={null} limits={limits} stale={stale} />
+      <div class="gate-text">
+        <h2>{text.motion.off(name)}</h2>
+        {(present.phase === "held" || (others && !stopped.value)) && <TakeOver uid={one.uid} />}
+        <p>{text.motion.what}</p>
+        {outside && <p>{text.motion.outside(angle(at))}</p>}
+        <p class="second">{text.motion.ends}</p>
+        <p class="second">{text.motion.clear}</p>
+        {why !== null && (
+          <p class="refusal" role="alert" data-testid="motion-refusal">
+            <Glyph kind="failure" size={14} /> {why}
+          </p>
+        )}
+        {present.phase === "off" && off !== "" && (
+          <p class="second" role="status" data-testid="torque-is-off">
+            {text.motion.letGoOff(off)}
+          </p>
+        )}
+        {against !== null && (
+          <p class="refusal" data-testid="motion-hindrance">
+            <Glyph kind="warning" size={15} /> {against}
+          </p>
+        )}
+        {against === null && !others && children}
+        <Button
+          look="primary"
+          testid="enable-motion"
+          live
+          disabled={asking || wiggling.value || against !== null || (others && present.phase !== "held")}
+          onClick={() => (group ? group.act() : void enableMotion(one.uid))}
+        >
+          {asking && <Spinner />}
+          {asking ? text.motion.asking : (group?.label ?? text.motion.enable(name))}
+        </Button>
+      </div>
+    </section>
+  );
+}
+
+/** How long somebody else has motion control for, in seconds. */
+function heldByOther(): number {
+  const held = lease.value;
+  return held && isOfOther(held) ? held.endsAt - now.value : 0;
+}
+
+/** What keeps motion from being turned on, known before anybody asks. */
+function hindrance(one: KnownServo): string | null {
+  if (stopped.value) return text.motion.whileStopped;
+  if (!stopInSight.value) return text.motion.stopHidden;
+  const name = nameOf(one);
+  if (readOnly(one)) return text.motion.whileUnknown(name);
+  switch (one.state) {
+    case "ready":
+    case "soft_start":
+      return one.online ? null : text.motion.whileOffline(name);
+    case "offline":
+      return text.motion.whileOffline(name);
+    case "protected":
+      return text.motion.whileProtected(name);
+    default:
+      return text.motion.whileBusy(name);
+  }
+}

@@ -1,0 +1,97 @@
+/** The readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
+
+import type { Servo } from "../api/types";
+import { type Commanded, commandNow, driveText } from "../bench/activity";
+import { servo } from "../bench/fleet";
+import { age, angle, NONE, number, withUnit } from "../bench/format";
+import { type Figure, figureNow } from "../bench/fresh";
+import { text } from "../text";
+import { UnitMark } from "./unit-mark";
+
+export function Readouts({ uid }: { uid: string }) {
+  const said = text.side;
+  const present = figureNow(uid, "current_angle");
+  const command = commandNow(uid);
+  const speed = figureNow(uid, "current_speed");
+  const torque = figureNow(uid, "current_torque");
+  const board = figureNow(uid, "current_temperature");
+  const supply = figureNow(uid, "current_voltage");
+  const show = (live: Figure, decimals: number, unit: string) =>
+    withUnit(live.value === null ? NONE : number(live.value, decimals), unit);
+  return (
+    <dl class="readouts">
+      <Readout
+        label={said.angle}
+        live={present}
+        shown={angle(present.value)}
+        testid="angle-readout"
+        unitOf={servo(uid)}
+      />
+      <Readout
+        label={said.command}
+        live={command.figure}
+        shown={commandText(command)}
+        testid="command-readout"
+        intent={command.kind !== "none"}
+      />
+      <Readout label={said.speed} live={speed} shown={show(speed, 0, "rpm")} testid="speed-readout" />
+      <Readout
+        label={said.torque}
+        live={torque}
+        about={said.about}
+        shown={show(torque, 0, "%")}
+        testid="torque-readout"
+      />
+      <Readout
+        label={said.board}
+        live={board}
+        shown={show(board, 0, "°C")}
+        note={said.boardTolerance}
+        testid="temperature-readout"
+      />
+      <Readout
+        label={said.supply}
+        live={supply}
+        shown={show(supply, 1, "V")}
+        note={said.supplyTolerance}
+        testid="voltage-readout"
+      />
+    </dl>
+  );
+}
+
+function commandText({ kind, figure }: Commanded): string {
+  if (kind === "none") return figure.stale ? NONE : text.side.inactive;
+  if (figure.value === null) return NONE;
+  return kind === "angle" ? angle(figure.value) : driveText(kind, figure.value);
+}
+
+interface Props {
+  label: string;
+  live: Figure;
+  shown: string;
+  note?: string;
+  /** Said before the figure. */
+  about?: string;
+  testid: string;
+  intent?: boolean;
+  /** An angle of this servo: marked while its unit is not sure. */
+  unitOf?: Servo | undefined;
+}
+
+function Readout({ label, live, shown, note, about, testid, intent = false, unitOf }: Props) {
+  const old = live.stale && live.age !== null;
+  return (
+    <div data-stale={live.stale}>
+      <dt class={intent && !live.stale ? "k-intent" : ""}>
+        {old ? <b title={text.servos.head.age}>{`${label}, ${age(live.age ?? 0)}`}</b> : label}
+      </dt>
+      <dd class={live.stale ? "dim" : intent ? "k-intent" : ""} data-testid={testid}>
+        {about && <span class="note">{about} </span>}
+        {shown}
+        {unitOf && <UnitMark one={unitOf} />}
+        {note && <span class="note"> {note}</span>}
+      </dd>
+    </div>
+  );
+}

@@ -1,0 +1,53 @@
+/** The live panel beside the rows: 3D view, readouts, angle plot; polled only while looked at. */
+import { useEffect } from "preact/hooks";
+import { openDrift } from "../bench/drift-open";
+import { servo } from "../bench/fleet";
+import { watch } from "../bench/telemetry-subscription";
+import { Glyph } from "../kit/glyph";
+import { lazy } from "../kit/lazy";
+import { Panel } from "../kit/panel";
+import { text } from "../text";
+import { ViewFrame } from "../view3d/door";
+import { Readouts } from "./readouts";
+
+/** Fetched when first shown: with it comes all that draws axes. */
+const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then(file => file.AnglePlot));
+
+export function SidePanel({ uid }: { uid: string }) {
+  useEffect(() => watch(uid), [uid]);
+  return (
+    <aside class="side">
+      <DriftLine uid={uid} />
+      <Panel>
+        <ViewFrame uid={uid} />
+      </Panel>
+      <Panel>
+        <Readouts uid={uid} />
+      </Panel>
+      <Panel>
+        <AnglePlot uid={uid} />
+      </Panel>
+    </aside>
+  );
+}
+
+/** Somebody else wrote to its ROM: said above everything that shows how it is. */
+function DriftLine({ uid }: { uid: string }) {
+  const changed = servo(uid)?.drift ?? [];
+  if (changed.length === 0) return null;
+  return (
+    <p class="drift-line" data-testid="drift-line">
+      <Glyph kind="warning" />
+      <span class="grow">{text.servos.changedRows(changed.length)}</span>
+      <button
+        type="button"
+        class="link"
+        onClick={() => {
+          openDrift.value = uid;
+        }}
+      >
+        {text.servos.showChanged}
+      </button>
+    </p>
+  );
+}

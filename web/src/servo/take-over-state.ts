@@ -1,0 +1,82 @@
+/** Get motion control that somebody else has: asked for, with a countdown, or taken with a reason. */
+
+import { ask, problemOf } from "../api/client";
+import type { Lease, TakeOverState } from "../api/types";
+import { lease as heldLease } from "../bench/bench";
+import { monotonic } from "../bench/clock";
+import { problemText } from "../bench/facts";
+import { holder, who } from "../bench/holder";
+import { hold, motion, refusal, TTL_S, withdraw } from "../bench/motion";
+import { takeOver as words } from "../text/topics";
+
+/** How long the holder has to refuse. */
+export const PATIENCE_S = 10;
+/** Whoever asks and is not heard of for five seconds is believed gone. */
+const LOOK_MS = 1000;
+
+/** Asks the holder. It passes when they give it back or say nothing; then torque is off until it is turned on. */
+export async function askFor(uid: string, reason: string): Promise<void> {
+  if (motion.peek().phase !== "off") return;
+  motion.value = { phase: "asking", uid };
+  refusal.value = null;
+  try {
+    const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), patience_s: PATIENCE_S };
+    const told = await ask<TakeOverState>("POST", "/leases/requests", { body });
+    if (motion.peek().phase === "asking") follow(uid, told);
+    else await withdraw(told.id);
+  } catch (error) {
+    fail(error);
+  }
+}
+
+/** Takes it, whoever has it: torque goes off on what they command. `reason` is kept in the audit. */
+export async function takeNow(uid: string, reason: string): Promise<void> {
+  const phase = motion.peek().phase;
+  if (phase !== "off" && phase !== "waiting") return;
+  motion.value = { phase: "asking", uid };
+  refusal.value = null;
+  try {
+    const body = { holder: holder(), ttl_s: TTL_S, force: true, reason: reason.trim() };
+    const lease = await ask<Lease>("POST", "/leases", { body });
+    if (motion.peek().phase === "asking") hold(uid, lease.id);
+    else await ask<void>("DELETE", `/leases/${lease.id}`, { keepalive: true }).catch(() => undefined);
+  } catch (error) {
+    fail(error);
+  }
+}
+
+function follow(uid: string, told: TakeOverState): void {
+  const before = motion.peek();
+  const from = told.holder?.holder ?? (before.phase === "waiting" ? before.from : "");
+  if (told.state === "granted" && told.lease_id) hold(uid, told.lease_id);
+  else if (told.state === "waiting") {
+    const endsAt = monotonic() + told.expires_in_s;
+    motion.value = { phase: "waiting", uid, request: told.id, from, endsAt };
+    setTimeout(() => void look(told.id), Math.min(LOOK_MS, 1000 * told.expires_in_s + 50));
+  } else {
+    const keeps = heldLease.peek()?.holder ?? from;
+    motion.value = { phase: "off", why: told.state === "refused" ? words.kept(who(keeps)) : words.over };
+  }
+}
+
+async function look(request: string): Promise<void> {
+  const present = motion.peek();
+  if (present.phase !== "waiting" || present.request !== request) return;
+  try {
+    const told = await ask<TakeOverState>("GET", `/leases/requests/${request}`);
+    const now = motion.peek();
+    if (now.phase === "waiting" && now.request === request) follow(present.uid, told);
+    else if (told.lease_id) await withdraw(request);
+  } catch (error) {
+    const now = motion.peek();
+    if (now.phase !== "waiting" || now.request !== request) return;
+    // A lost link ends it by itself; one answer that did not come does not.
+    if (problemOf(error).code === "no_link") setTimeout(() => void look(request), LOOK_MS);
+    else motion.value = { phase: "off", why: problemText(problemOf(error)) };
+  }
+}
+
+function fail(error: unknown): void {
+  refusal.value = problemText(problemOf(error));
+  if (motion.peek().phase === "asking") motion.value = { phase: "off", why: null };
+}

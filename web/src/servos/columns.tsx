@@ -1,0 +1,121 @@
+/** The heads of the list's columns: a press sorts by one, and says so. */
+import type { Choice } from "../bench/route";
+import { Button } from "../kit/button";
+import { text } from "../text";
+import { COLUMNS, type Column, pressed, type Sorting } from "./order";
+import { isSelected, select } from "./selection";
+
+interface Props {
+  shown: readonly string[];
+  sorting: Choice<Sorting | null>;
+}
+
+export function Head({ shown, sorting }: Props) {
+  const head = text.servos.head;
+  const ticked = shown.filter(isSelected).length;
+  return (
+    <div role="row" class="servo-grid servo-head">
+      <span role="columnheader" class="c-tick">
+        <label class="tick-cell">
+          <input
+            type="checkbox"
+            aria-label={text.servos.selectAll}
+            data-testid="select-all"
+            checked={ticked > 0 && ticked === shown.length}
+            ref={box => {
+              if (box) box.indeterminate = ticked > 0 && ticked < shown.length;
+            }}
+            onChange={event => select(shown, event.currentTarget.checked)}
+          />
+        </label>
+      </span>
+      <Sorted column="angle" label={head.angle} place="c-angle right" sorting={sorting} />
+      <Sorted column="name" label={head.servo} place="c-name" sorting={sorting} />
+      <Sorted column="ids" label={head.ids} place="c-ids" sorting={sorting} />
+      <Sorted column="health" label={head.health} place="c-health" sorting={sorting} />
+      <span role="columnheader" class="c-spark">
+        {head.recent}
+      </span>
+      <Sorted column="supply" label={head.supply} place="c-supply" sorting={sorting} />
+      <Sorted column="age" label={head.age} place="c-age" sorting={sorting} />
+      <Sorted column="rom" label={head.rom} place="c-rom" sorting={sorting} />
+    </div>
+  );
+}
+
+/** The same for a narrow window, where some heads have no room: a column to choose, and which way round. */
+export function SortChoice({ sorting }: { sorting: Choice<Sorting | null> }) {
+  const { head, sort } = text.servos;
+  const label: Record<Column, string> = {
+    angle: head.angle,
+    name: head.servo,
+    ids: head.ids,
+    health: head.health,
+    supply: head.supply,
+    age: head.age,
+    rom: head.rom,
+  };
+  const present = sorting.value;
+  return (
+    <span class="sort-choice">
+      <select
+        class="field"
+        aria-label={sort.label}
+        data-testid="sort-column"
+        value={present?.column ?? ""}
+        onChange={event => {
+          const column = COLUMNS.find(one => one === event.currentTarget.value);
+          sorting.value = column ? { column, way: sorting.peek()?.way ?? "ascending" } : null;
+        }}
+      >
+        <option value="">{sort.none}</option>
+        {COLUMNS.map(column => (
+          <option key={column} value={column}>
+            {text.servos.sortBy(label[column])}
+          </option>
+        ))}
+      </select>
+      {present && (
+        <Button
+          testid="sort-way"
+          onClick={() => {
+            const way = present.way === "ascending" ? "descending" : "ascending";
+            sorting.value = { ...present, way };
+          }}
+        >
+          {sort[present.way]}
+        </Button>
+      )}
+    </span>
+  );
+}
+
+interface SortedProps {
+  column: Column;
+  label: string;
+  place: string;
+  sorting: Choice<Sorting | null>;
+}
+
+function Sorted({ column, label, place, sorting }: SortedProps) {
+  const way = sorting.value?.column === column ? sorting.value.way : "none";
+  return (
+    <span role="columnheader" class={place} aria-sort={way}>
+      <button
+        type="button"
+        class="sorter"
+        data-testid={`sort-${column}`}
+        title={text.servos.sortBy(label)}
+        onClick={() => {
+          sorting.value = pressed(sorting.peek(), column);
+        }}
+      >
+        {label}
+        <svg width="8" height="10" viewBox="0 0 8 10" aria-hidden="true" data-way={way}>
+          <path class="up" d="M4 0l3.5 4h-7z" />
+          <path class="down" d="M4 10l3.5-4h-7z" />
+        </svg>
+      </button>
+    </span>
+  );
+}

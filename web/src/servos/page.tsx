@@ -1,0 +1,226 @@
+/** The Servos page: every servo a row, who is waiting for a node id, and what to do when there is none. */
+import { untracked, useComputed, useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { watchAllocations } from "../bench/allocations";
+import { connected, stopped } from "../bench/bench";
+import { now } from "../bench/clock";
+import { needsAttention } from "../bench/condition";
+import { all, angleOf, type KnownServo, loaded, nameOf, peekServo, servo } from "../bench/fleet";
+import { figureNow } from "../bench/fresh";
+import { up } from "../bench/link";
+import { motionOn } from "../bench/moving";
+import { change, inAddress, oneInAddress, wordInAddress } from "../bench/route";
+import { conditionHere } from "../bench/servo-condition";
+import { RestoreButton, RestoreRefused } from "../change/restore-button";
+import { restorable } from "../change/restoring";
+import { Button } from "../kit/button";
+import { lazy } from "../kit/lazy";
+import { Search } from "../kit/search";
+import { Segments } from "../kit/segments";
+import { EmptyServos, Reconnect } from "../servo/empty";
+import { Waiting } from "../servo/waiting-nodes";
+import { text } from "../text";
+import { Head, SortChoice } from "./columns";
+import { type Column, ordered, type Sorting, severity, sortingIn, sortingText, standsStill } from "./order";
+import { ServoRow } from "./row";
+import { selected } from "./selection";
+import { SelectionBar } from "./selection-bar";
+import "./selection.css";
+
+const ManyPlot = lazy<{ uids: readonly string[] }>(() => import("./many-plot").then(file => file.ManyPlot));
+const WallOfHorns = lazy<{ uids: readonly string[] }>(() =>
+  import("../view3d/wall").then(file => file.WallOfHorns),
+);
+
+const FILTERS = ["all", "attention", "unsaved"] as const;
+type Filter = (typeof FILTERS)[number];
+
+const wanted = wordInAddress("q");
+const filter = oneInAddress("filter", FILTERS);
+const model = wordInAddress("model");
+const sorting = inAddress("sort", sortingIn, sortingText);
+const view = oneInAddress("view", ["list", "wall"]);
+
+export function ServosPage() {
+  useEffect(() => watchAllocations().end, []);
+  const plotting = useSignal(false);
+  const counts = useComputed(() => ({
+    known: all.value.length,
+    online: all.value.filter(one => one.online).length,
+    attention: all.value.filter(one => needsAttention(conditionHere(one).kind)).length,
+    unsaved: all.value.filter(one => one.unsaved.length > 0).length,
+  })).value;
+  // Only the list of uids goes down: a row redraws itself.
+  const found = useComputed(() =>
+    all.value
+      .filter(one => matches(one, wanted.value) && passes(one, filter.value))
+      .filter(one => model.value === "" || one.model === model.value)
+      .map(one => one.uid)
+      .join(" "),
+  );
+  const shown = useComputed(() => sorted(words(found.value), sorting.value).join(" ")).value;
+  const uids = words(shown);
+  const models = words(
+    useComputed(() => [...new Set(all.value.flatMap(one => one.model ?? []))].sort().join(" ")).value,
+  );
+  const chosen = selected.value;
+  const showAll = () => change({ q: "", filter: "", model: "" });
+  return (
+    <div class="page">
+      <div class="page-head">
+        <h1>{text.servos.title}</h1>
+        {counts.known > 0 && (
+          <span class="dim">{text.servos.known(counts.known, up.value ? counts.online : null)}</span>
+        )}
+        {counts.known > 0 && (
+          <>
+            <Search
+              label={text.servos.search}
+              value={wanted.value}
+              onInput={value => {
+                wanted.value = value;
+              }}
+            />
+            <Segments<Filter>
+              label={text.servos.filter}
+              chosen={filter.value}
+              onChoose={key => {
+                filter.value = key;
+              }}
+              options={[
+                { key: "all", label: text.servos.all(counts.known) },
+                { key: "attention", label: text.servos.attention(counts.attention) },
+                { key: "unsaved", label: text.servos.unsaved(counts.unsaved) },
+              ]}
+            />
+            {models.length > 1 && (
+              <select
+                class="field"
+                aria-label={text.servos.model}
+                data-testid="filter-model"
+                value={model.value}
+                onChange={event => {
+                  model.value = event.currentTarget.value;
+                }}
+              >
+                <option value="">{text.servos.everyModel}</option>
+                {models.map(one => (
+                  <option key={one} value={one}>
+                    {one}
+                  </option>
+                ))}
+              </select>
+            )}
+            {view.value === "list" && <SortChoice sorting={sorting} />}
+            <Segments<"list" | "wall">
+              label={text.servos.view}
+              chosen={view.value}
+              onChoose={key => {
+                view.value = key;
+              }}
+              options={[
+                { key: "list", label: text.servos.list },
+                { key: "wall", label: text.servos.wall },
+              ]}
+            />
+          </>
+        )}
+      </div>
+      <div class="scroll">
+        {counts.known > 0 && !connected.value && <Reconnect />}
+        <OutputsOff />
+        {counts.known > 0 && view.value === "wall" && uids.length > 0 && <WallOfHorns uids={uids} />}
+        {counts.known > 0 && view.value === "list" && (
+          <div role="table" aria-label={text.servos.title} class="servos">
+            <Head shown={uids} sorting={sorting} />
+            {uids.map(uid => (
+              <ServoRow key={uid} uid={uid} />
+            ))}
+          </div>
+        )}
+        {counts.known > 0 && uids.length === 0 && (
+          <p class="notice-line">
+            {text.servos.nothingFound} <Button onClick={showAll}>{text.servos.showAll}</Button>
+          </p>
+        )}
+        <Waiting />
+        {counts.known === 0 && <EmptyServos loading={!loaded.value} />}
+        {counts.known > 0 && view.value === "list" && <p class="small dim below">{text.servos.more}</p>}
+      </div>
+      {plotting.value && chosen.length > 0 && (
+        <div class="selection-plot">
+          <ManyPlot uids={chosen} />
+        </div>
+      )}
+      <SelectionBar
+        plotting={plotting.value}
+        onPlot={() => {
+          plotting.value = !plotting.value;
+        }}
+      />
+    </div>
+  );
+}
+
+/** Whose output the session took, and the way back. While a stop is latched its band says so. */
+function OutputsOff() {
+  const n = restorable.value.length;
+  const refused = useSignal<string | null>(null);
+  if (n === 0 || stopped.value || motionOn()) return null;
+  return (
+    <div class="notice-line outputs-off" data-testid="outputs-off">
+      <span>{text.output.offOn(n)}</span>
+      <RestoreButton
+        uids={null}
+        testid="restore-all"
+        onRefused={why => {
+          refused.value = why;
+        }}
+      />
+      <RestoreRefused why={refused.value} />
+    </div>
+  );
+}
+
+function matches(one: KnownServo, wanted: string): boolean {
+  const words = wanted.trim().toLowerCase();
+  if (words === "") return true;
+  const facts = [nameOf(one), one.serial, one.uid, one.model, one.servo_id, one.node_id];
+  return facts.some(fact => fact !== null && String(fact).toLowerCase().includes(words));
+}
+
+function words(joined: string): string[] {
+  return joined === "" ? [] : joined.split(" ");
+}
+
+/** By a live figure once, so that rows stay where they are; by anything else as it changes. */
+function sorted(uids: readonly string[], by: Sorting | null): readonly string[] {
+  if (by === null) return uids;
+  if (!standsStill(by.column)) return ordered(uids, by.way, uid => factOf(servo(uid), by.column));
+  return untracked(() => ordered(uids, by.way, uid => factOf(peekServo(uid), by.column)));
+}
+
+function factOf(one: KnownServo | undefined, column: Column): number | string | null {
+  if (!one) return null;
+  switch (column) {
+    case "angle":
+      return angleOf(one, now.value).value;
+    case "name":
+      return nameOf(one);
+    case "ids":
+      return one.servo_id;
+    case "health":
+      return severity(conditionHere(one).kind);
+    case "supply":
+      return figureNow(one.uid, "current_voltage").value;
+    case "age":
+      return angleOf(one, now.value).age;
+    case "rom":
+      return -((one.drift ?? []).length > 0 ? 1000 : one.unsaved.length);
+  }
+}
+
+function passes(one: KnownServo, filter: Filter): boolean {
+  if (filter === "attention") return needsAttention(conditionHere(one).kind);
+  return filter === "all" || one.unsaved.length > 0;
+}

@@ -1,0 +1,213 @@
+/** The form of a step test: what it will move and how far, said before; while it runs, its steps and Cancel. */
+
+import { useSignal } from "@preact/signals";
+import { useId } from "preact/hooks";
+import { type KnownServo, nameOf } from "../bench/fleet";
+import { angle, number, signed, withUnit } from "../bench/format";
+import { angleNow } from "../bench/fresh";
+import { parseNumber } from "../bench/number";
+import { sheetOf } from "../bench/parameters";
+import { limitsOf } from "../bench/servo-condition";
+import { evidenceText, stepText } from "../change/step-text";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Spinner } from "../kit/icon";
+import { tune as words } from "../text/topics";
+import { applyAndTest, cancelTest, stagedGains, test, testing, testProblem } from "./state";
+import { GAINS, lasts, pathOf } from "./step-runs";
+
+const said = words.form;
+const MOST_DEG = 45;
+
+/** As last typed, while the page lives: the same step again is the point of it. */
+const typed = { step: "5", runs: "1", dwell: "1", note: "" };
+
+export function TuneForm({ one }: { one: KnownServo }) {
+  const step = useSignal(typed.step);
+  const runs = useSignal(typed.runs);
+  const dwell = useSignal(typed.dwell);
+  const note = useSignal(typed.note);
+  Object.assign(typed, { step: step.value, runs: runs.value, dwell: dwell.value, note: note.value });
+  const busy = testing.value;
+  const present = angleNow(one);
+  const at = present.stale ? null : present.value;
+  const limits = limitsOf(one.uid);
+  const stepDeg = within(step.value, "°", -MOST_DEG, MOST_DEG);
+  const stepOk = stepDeg !== null && Math.abs(stepDeg) >= 0.1;
+  const count = within(runs.value, "", 1, 20);
+  const countOk = count !== null && Number.isInteger(count);
+  const dwellS = within(dwell.value, "s", 0.3, 10);
+  const path = at !== null && stepOk ? pathOf(at, stepDeg, limits) : null;
+  const range = limits ? ([angle(limits.ccw), angle(limits.cw)] as const) : null;
+  const sheet = sheetOf(one.uid);
+  const gains = stagedGains(one.uid).size;
+  const drafts = sheet.drafts.map.value;
+  const wrongGain = GAINS.some(key => drafts.get(key)?.verdict.ok === false);
+  const applying = sheet.busy.value !== null;
+  const against = !stepOk
+    ? said.stepWrong
+    : !countOk
+      ? said.runsWrong
+      : dwellS === null
+        ? said.dwellWrong
+        : path?.outside && range
+          ? said.outside(angle(path.to), ...range)
+          : at === null && !busy
+            ? said.unknownAngle
+            : wrongGain
+              ? said.wrongGain
+              : null;
+  const start = () => {
+    if (!stepOk || !countOk || dwellS === null || against !== null || busy) return;
+    void applyAndTest(one.uid, { step_deg: stepDeg, runs: count, dwell_s: dwellS, note: note.value.trim() });
+  };
+  return (
+    <section class="tune-form" aria-label={said.label}>
+      <div class="tune-fields">
+        <Field label={said.step} unit="°" value={step} wrong={!stepOk} testid="step-deg" locked={busy} />
+        <Field label={said.runs} unit="" value={runs} wrong={!countOk} testid="step-runs" locked={busy} />
+        <Field
+          label={said.dwell}
+          unit="s"
+          value={dwell}
+          wrong={dwellS === null}
+          testid="step-dwell"
+          locked={busy}
+        />
+        <label class="tune-field tune-note">
+          <span class="second small">{said.note}</span>
+          <input
+            class="field"
+            data-testid="step-note"
+            maxLength={200}
+            autocomplete="off"
+            placeholder={said.notePlace}
+            disabled={busy}
+            value={note.value}
+            onInput={event => {
+              note.value = event.currentTarget.value;
+            }}
+          />
+        </label>
+      </div>
+      <div class="tune-go" {...(busy ? { "data-testid": "step-job" } : {})}>
+        <div class="grow" aria-live="polite">
+          {busy ? (
+            <Progress />
+          ) : (
+            <>
+              {path && countOk && dwellS !== null && (
+                <p data-testid="step-moves">
+                  <b>{said.moves(nameOf(one), angle(path.from), angle(path.to))}</b>
+                  {", "}
+                  {said.times(count, number(lasts(count, dwellS), lasts(count, dwellS) < 10 ? 1 : 0))}
+                  {mostOf(one.uid)}. {range && said.within(...range)}
+                </p>
+              )}
+              {testProblem.value !== null ? (
+                <p class="refusal" role="alert" data-testid="step-problem">
+                  <Glyph kind="failure" size={14} /> {testProblem.value}
+                </p>
+              ) : against !== null ? (
+                <p class="tune-against" data-testid="step-against">
+                  <Glyph kind="warning" size={15} /> {against}
+                </p>
+              ) : (
+                <p class="second small">{gains > 0 ? said.writesGains(gains) : said.writes}</p>
+              )}
+            </>
+          )}
+        </div>
+        {busy && (
+          <Button look="danger" testid="step-cancel" live onClick={() => void cancelTest()}>
+            {said.cancel}
+          </Button>
+        )}
+        <Button
+          look="primary"
+          testid="step-go"
+          live
+          disabled={against !== null || busy || applying}
+          onClick={start}
+        >
+          {(gains > 0 ? said.applyAndGo : said.go)(
+            stepOk ? withUnit(signed(stepDeg, stepDeg % 1 === 0 ? 0 : 1), "°") : "",
+          )}
+        </Button>
+      </div>
+    </section>
+  );
+}
+
+/** The step that runs now, in the room of what was said before: nothing below moves. */
+function Progress() {
+  const steps = test.value?.steps ?? [];
+  const at = steps.findIndex(step => step.state === "running");
+  const running = steps[at];
+  return (
+    <div class="tune-progress">
+      <span class="k-intent">
+        <Spinner />
+      </span>
+      <span>
+        <b>{running ? stepText("step_test", running) : said.running}</b>
+        {at >= 0 && <span class="second"> {said.stepOf(at + 1, steps.length)}</span>}
+        <small class="second">{(running && evidenceText(running, false)) || said.cancelHint}</small>
+      </span>
+    </div>
+  );
+}
+
+function mostOf(uid: string): string {
+  const sheet = sheetOf(uid);
+  const largest = (one: string, other: string) => {
+    const found = [sheet.held(one), sheet.held(other)].filter(value => typeof value === "number");
+    return found.length === 2 ? Math.max(...found.map(Math.abs)) : null;
+  };
+  const rpm = largest("speed_limit_cw", "speed_limit_ccw");
+  const pct = largest("torque_limit_cw", "torque_limit_ccw");
+  if (rpm === null || pct === null) return said.mostUnknown;
+  return said.most(withUnit(number(rpm, 0), "rpm"), withUnit(number(pct, 0), "%"));
+}
+
+function within(typedText: string, unit: string, low: number, high: number): number | null {
+  const value = parseNumber(typedText, unit);
+  return value === null || value < low || value > high ? null : value;
+}
+
+interface FieldProps {
+  label: string;
+  unit: string;
+  value: { value: string };
+  wrong: boolean;
+  testid: string;
+  locked: boolean;
+}
+
+function Field({ label, unit, value, wrong, testid, locked }: FieldProps) {
+  const id = useId();
+  return (
+    <div class="tune-field">
+      <label class="second small" for={id}>
+        {label}
+      </label>
+      <span class="box" data-wrong={wrong}>
+        <input
+          id={id}
+          type="text"
+          inputMode="decimal"
+          autocomplete="off"
+          data-testid={testid}
+          aria-invalid={wrong}
+          disabled={locked}
+          value={value.value}
+          onFocus={event => event.currentTarget.select()}
+          onInput={event => {
+            value.value = event.currentTarget.value;
+          }}
+        />
+        {unit !== "" && <span class="unit">{unit}</span>}
+      </span>
+    </div>
+  );
+}

@@ -1,0 +1,92 @@
+/** The Tune page of one servo: motion off until it is asked for, the step test, its runs, the gains beside it. */
+import { useEffect } from "preact/hooks";
+import { loaded, nameOf, servo, uids } from "../bench/fleet";
+import { connection } from "../bench/link";
+import { endMotion, motion } from "../bench/motion";
+import { sheetOf } from "../bench/parameters";
+import { go, lastUid, pathOf } from "../bench/route";
+import { Button } from "../kit/button";
+import { Panel } from "../kit/panel";
+import { ServoHead } from "../servo/head";
+import { MotionGate } from "../servo/motion-gate";
+import { text } from "../text";
+import { tune as words } from "../text/topics";
+import { TuneForm } from "./form";
+import { TuneGains } from "./gains";
+import { TuneRuns } from "./runs";
+import { testing, turnTo } from "./state";
+import "../kit/table.css";
+import "./tune.css";
+
+export function TunePage({ uid }: { uid: string | null }) {
+  const known = uids.value;
+  const wanted = uid ?? (lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : known[0]);
+  useEffect(() => {
+    if (uid === null && wanted !== undefined) go(pathOf("tune", wanted), true);
+  }, [uid, wanted]);
+  if (wanted === undefined) {
+    return (
+      <div class="page">
+        <div class="w-empty">
+          <p class="strong">{loaded.value ? words.noServo : text.empty.loading}</p>
+          {loaded.value && <p class="second">{words.noServoLine}</p>}
+          {loaded.value && <Button onClick={() => go(pathOf("servos", null))}>{words.toServos}</Button>}
+        </div>
+      </div>
+    );
+  }
+  return uid === null ? null : <Tune key={uid} uid={uid} />;
+}
+
+function Tune({ uid }: { uid: string }) {
+  const one = servo(uid);
+  const sheet = sheetOf(uid);
+  const round = connection.value;
+  const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
+  // Read anew after each connection, restart and identification.
+  useEffect(() => {
+    if (round > 0) void sheet.load();
+  }, [uid, round, ready]);
+  useEffect(() => {
+    if (round > 0) void turnTo(uid);
+  }, [uid, round]);
+  useEffect(() => {
+    if (motion.peek().phase === "off") motion.value = { phase: "off", why: null };
+    return () => endMotion(null);
+  }, [uid]);
+  const present = motion.value;
+  const on = present.phase === "on" && present.uid === uid;
+  const busy = testing.value;
+  // Torque is a row, too, and so is what a test reads: gains are written against the rows as they are now.
+  useEffect(() => {
+    if (connection.peek() > 0 && !busy) void sheet.load();
+  }, [uid, on, busy]);
+  if (!one) return null;
+  return (
+    <div class="page tune" data-testid="tune-page" data-motion={on ? "on" : "off"}>
+      {on && (
+        <section class="motion-band" data-testid="motion-band">
+          <span class="k-intent">●</span>
+          <b>{words.band(nameOf(one))}</b>
+          <span class="second touch-hide">{text.motion.bandText}</span>
+          <span class="grow" />
+          <Button testid="disable-motion" onClick={() => endMotion(null)}>
+            {text.motion.turnOff}
+          </Button>
+        </section>
+      )}
+      <ServoHead one={one} />
+      <div class="tune-split">
+        <div class="tune-main">
+          {on ? <TuneForm one={one} /> : <MotionGate one={one} />}
+          <Panel>
+            <TuneRuns uid={uid} />
+          </Panel>
+        </div>
+        <Panel>
+          <TuneGains uid={uid} />
+        </Panel>
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,106 @@
+/** The 3D view of a servo: the frame and its chips, covered while frozen, replaced by the dial without it. While a
+ * recording is open beside it, and nothing may move, it shows that one and says so. */
+
+import { useSignal } from "@preact/signals";
+import { nameOf, servo } from "../bench/fleet";
+import { age, angle } from "../bench/format";
+import { figureNow } from "../bench/fresh";
+import { up } from "../bench/link";
+import { motion } from "../bench/motion";
+import { go, route, sameFor } from "../bench/route";
+import { limitsOf } from "../bench/servo-condition";
+import { replayed } from "../plots/scrub";
+import "./view3d.css";
+import { Dial } from "../kit/dial";
+import { text } from "../text";
+import { Replayed } from "./replay";
+import { Scene, type SceneState } from "./scene";
+import { ViewTools } from "./tools";
+
+export function ViewLive({ uid }: { uid: string }) {
+  const state = useSignal<SceneState>("loading");
+  const resets = useSignal(0);
+  const present = figureNow(uid, "current_angle");
+  const frozen = present.stale;
+  const shown = state.value === "shown";
+  // Whoever moves a servo sees that servo.
+  const replay = motion.value.phase === "off" ? replayed.value : null;
+  const pick = (picked: string) => {
+    if (replay) replay.front.value = picked;
+    else choose(picked);
+  };
+  return (
+    <section
+      class="view"
+      data-testid="view-frame"
+      data-state={state.value}
+      data-frozen={replay ? !up.value : frozen}
+      data-replay={replay !== null}
+      data-selected={uid}
+      aria-label={text.view.frame}
+    >
+      <Scene
+        title={text.view.frame}
+        state={state}
+        uid={replay ? replay.front.value : uid}
+        poses={replay ? replay.poses.value : null}
+        resets={resets.value}
+        onPick={pick}
+      />
+      {replay ? <Replayed scrub={replay} shown={shown} /> : <Now {...{ uid, shown, frozen }} />}
+      {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
+      {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
+      {shown && (
+        <ViewTools
+          onReset={() => {
+            resets.value += 1;
+          }}
+        />
+      )}
+    </section>
+  );
+}
+
+/** What lies on the picture of a servo as it is. */
+function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: boolean }) {
+  const one = servo(uid);
+  const present = figureNow(uid, "current_angle");
+  const limits = limitsOf(uid);
+  return (
+    <>
+      {!shown && (
+        <div class="instead">
+          <Dial
+            size={200}
+            angle={present.value ?? one?.angle_deg ?? null}
+            command={one?.command_deg ?? null}
+            limits={limits}
+            stale={frozen}
+            label={text.view.none}
+          />
+        </div>
+      )}
+      {frozen && (
+        <div class="frozen">
+          <span class="chip">
+            {present.age === null ? text.view.noData : text.view.frozen(age(present.age))}
+          </span>
+        </div>
+      )}
+      <span class="chip top left">{nameOf(one)}</span>
+      {!frozen && present.age !== null && (
+        <span class="chip top right">{text.view.live(age(present.age))}</span>
+      )}
+      {limits && (
+        <span class="chip bottom left">{text.view.limits(angle(limits.ccw), angle(limits.cw))}</span>
+      )}
+    </>
+  );
+}
+
+/** Shows the page that is open of the servo that was clicked. While motion is on, leaving would end it: not then. */
+function choose(picked: string): void {
+  const here = route.peek();
+  if (picked === here.uid || !servo(picked) || motion.peek().phase !== "off") return;
+  go(sameFor(picked));
+}

@@ -1,0 +1,125 @@
+/** One 3D frame: supervised, loaded anew with each link, told what to show; it knows whether it could be shown. */
+import { type Signal, useSignal } from "@preact/signals";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import { listen } from "../bench/keys";
+import { connection } from "../bench/link";
+import { pressStop } from "../bench/stop";
+import { theme } from "../bench/theme";
+import { ViewLink, type ViewWish } from "../bench/view-link";
+import { newKey, viewUrl } from "../bench/view-url";
+import { measure, quality } from "./quality";
+
+export type SceneState = "loading" | "shown" | "none";
+
+/** The view is large and a slow machine may take long; after this it is not coming. */
+const OPENING_MS = 30_000;
+
+interface Props {
+  title: string;
+  state: Signal<SceneState>;
+  /** The servo in front. */
+  uid: string | null;
+  wall?: ViewWish["wall"];
+  poses?: ViewWish["poses"];
+  resets?: number;
+  onPick?: (uid: string) => void;
+  /** Only to be looked at: no orbiting, not reached by Tab. */
+  still?: boolean;
+}
+
+export function Scene({ title, state, uid, wall, poses, resets, onPick, still = false }: Props) {
+  const frame = useRef<HTMLIFrameElement>(null);
+  const heard = useRef(onPick);
+  heard.current = onPick;
+  const link = useMemo(() => new ViewLink(newKey(), picked => heard.current?.(picked)), []);
+  const seen = useSignal(!document.hidden);
+  const drawn = quality.value;
+  const look = theme.value;
+  const round = connection.value;
+
+  // Out of sight, out of work: a hidden tab or a frame scrolled away is not drawn for.
+  useEffect(() => {
+    let within = true;
+    const say = () => {
+      seen.value = within && !document.hidden;
+    };
+    const watcher = new IntersectionObserver(entries => {
+      within = entries.at(-1)?.isIntersecting ?? true;
+      say();
+    });
+    if (frame.current) watcher.observe(frame.current);
+    document.addEventListener("visibilitychange", say);
+    return () => {
+      watcher.disconnect();
+      document.removeEventListener("visibilitychange", say);
+    };
+  }, [drawn === null]);
+
+  // The client inside reconnects only while it has the focus, so the parent loads it anew with each new link.
+  useEffect(() => {
+    if (drawn === null || round === 0) {
+      state.value = drawn === null ? "none" : "loading";
+      return undefined;
+    }
+    state.value = "loading";
+    link.open();
+    frame.current?.contentWindow?.location.replace(
+      viewUrl({ key: link.key, uid, theme: look, quality: drawn }),
+    );
+    const late = setTimeout(() => {
+      if (state.peek() === "loading") state.value = "none";
+    }, OPENING_MS);
+    return () => clearTimeout(late);
+  }, [look, round, drawn]);
+
+  useEffect(() => {
+    if (drawn === null) return;
+    link.tell({
+      select: uid,
+      theme: look,
+      quality: drawn,
+      looking: seen.value,
+      wall: wall ?? null,
+      poses: poses ?? null,
+      resets: resets ?? 0,
+    });
+  });
+  useEffect(() => () => link.close(), [link]);
+
+  const shown = state.value === "shown";
+  useEffect(() => {
+    const inside = frame.current?.contentWindow;
+    return shown && inside ? measure(inside) : undefined;
+  }, [shown, drawn]);
+
+  const onLoad = () => {
+    const found = inspect(frame.current);
+    if (found === "blank") return;
+    state.value = found;
+    // Keys pressed inside do not come up here: Stop has to be listened for there too.
+    const inside = frame.current?.contentWindow;
+    if (found === "shown" && inside) listen(inside, pressStop);
+  };
+
+  if (drawn === null) return null;
+  return (
+    <iframe
+      ref={frame}
+      title={title}
+      onLoad={onLoad}
+      hidden={!shown}
+      class={still ? "still" : ""}
+      {...(still ? { tabIndex: -1, "aria-hidden": true } : {})}
+    />
+  );
+}
+
+/** Whether what was loaded is the view, and not an error page or our own; an error page may not even be looked at. */
+function inspect(frame: HTMLIFrameElement | null): "blank" | "shown" | "none" {
+  try {
+    if (!frame?.contentWindow || frame.contentWindow.location.href === "about:blank") return "blank";
+    return frame.contentDocument?.getElementById("root") ? "shown" : "none";
+  } catch {
+    return "none";
+  }
+}

@@ -1,0 +1,23 @@
+/** The Japanese sentences of the 3D view, and the wall of horns; loaded with them. */
+import type { Topics } from "../text/language";
+
+export const view = {
+  frame: "3D表示",
+  qualities: { auto: "画質: 自動", high: "画質: 高", low: "画質: 低" },
+  qualityAuto: { high: "画質: 自動、高", low: "画質: 自動、低" },
+  qualityHint: "高では反射と影を描きます。低はソフトウェアで描画するコンピューター向けです。",
+  reset: "視点を戻す",
+  replay: {
+    frame: "記録の3D表示",
+    band: "記録の表示中: ライブではありません",
+    noValue: "この時刻の角度はまだありません",
+    angles: (angle, command) => `${angle}、指令 ${command}`,
+    old: "この間は受信なし: 最後の値を表示",
+    noModel: "機種は記録になし: BLA21として表示",
+  },
+  wall: count => `ホーン${count}個`,
+  wallOpen: (name, angle, state) => `${name}、${angle}、${state}`,
+  wallEmpty: "サーボはまだありません。接続すると、各サーボがホーンとともに現れます。",
+  wallOld: (angle, age) => `${angle}、${age}前`,
+  wallLost: "静止。hornbillに未接続",
+} satisfies Topics["view"];
