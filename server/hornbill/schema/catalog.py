@@ -43,8 +43,8 @@ class Catalog:
     """Rows that every servo is asked for, and their periods in seconds."""
     fault_words: tuple[str, ...]
     """The rows of detail bits, read while the overview is not 0."""
-    stops_output: frozenset[str]
-    """Those of them with a bit that means no output."""
+    stops_output: Mapping[str, int]
+    """Those of them with bits that mean no output, and which of these bits mean it whatever the readings are."""
     protections: Mapping[int, tuple[str, str]]
     """Warning bits of limits outside which output goes off, with the reading and the limit each is about (4.12)."""
     unique: tuple[str, ...]
@@ -91,7 +91,7 @@ class Catalog:
             ),
             polled=MappingProxyType({key: row.poll_s for key, row in parameters.items() if row.poll_s is not None}),
             fault_words=tuple(REGISTERS),
-            stops_output=frozenset(bit.parameter for bit in fault_table.fault if bit.output_off),
+            stops_output=MappingProxyType(_stops_output(fault_table)),
             protections=MappingProxyType(_protections(parameters, fault_table)),
             unique=tuple(key for key, row in parameters.items() if row.unique is not None),
         )
@@ -148,6 +148,14 @@ class Catalog:
     def faults_of(self, pwm: bool) -> tuple[FaultBit, ...]:
         """The detail bits a model with or without PWM input can raise (4.12, note 1)."""
         return tuple(bit for bit in self.faults if pwm or not bit.pwm_only)
+
+
+def _stops_output(table: FaultsTable) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for bit in table.fault:
+        if bit.output_off:
+            found[bit.parameter] = found.get(bit.parameter, 0) | (0 if bit.limit else bit.mask)
+    return found
 
 
 def _protections(parameters: Mapping[str, Parameter], table: FaultsTable) -> dict[int, tuple[str, str]]:

@@ -38,9 +38,8 @@ class Circumstance:
     reason: Why
 
 
-def _bits(word: str, *bits: int) -> Callable[[Servo], bool]:
-    mask = sum(1 << bit for bit in bits)
-    return lambda servo: bool((servo.raw(word) or 0) & mask)
+def _beyond_limits_of(reading: str) -> Callable[[Servo], bool]:
+    return lambda servo: any(servo.catalog.protections[bit][0] == reading for bit in servo.beyond_limits)
 
 
 def _shapes_output(row: Parameter) -> bool:
@@ -55,17 +54,17 @@ CIRCUMSTANCES: Final = (
     Circumstance(_updating, lambda row: row.writable, "the servo's software is being replaced", "2.2",
                  Why("software_update")),
     Circumstance(
-        _bits("fault_failure", 0, 5), _shapes_output,
+        lambda servo: servo.output_failed, _shapes_output,
         "the servo reports a failure (0x1B) that leaves the motor without output", "4.12",
         Why("motor_failure", {"parameter": "fault_failure"}),
     ),
     Circumstance(
-        lambda servo: bool(servo.beyond_limits & {8, 9}), _shapes_output,
+        _beyond_limits_of("current_temperature"), _shapes_output,
         "output is off while the temperature (0x0B) is outside its limits; it comes back by itself, "
         "without the last command", "4.7", Why("temperature", {"parameter": "current_temperature"}),
     ),
     Circumstance(
-        lambda servo: bool(servo.beyond_limits & {10, 11}), _shapes_output,
+        _beyond_limits_of("current_voltage"), _shapes_output,
         "output is off while the supply voltage (0x0C) is outside its limits; it comes back by itself, "
         "without the last command", "4.8", Why("supply", {"parameter": "current_voltage"}),
     ),

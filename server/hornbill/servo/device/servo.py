@@ -24,9 +24,6 @@ STATUS_PERIOD_S = 0.1
 ROM_LOST_BIT = 1 << 15
 """Warning bit: what was saved could not be loaded at the last start, and defaults are in use (section 4.12)."""
 
-DRIVER_BITS = 1 << 0 | 1 << 5
-"""Failure bits of the motor driver and the angle sensor: the motor gets no output (section 4.12)."""
-
 NO_TORQUE_PCT: Final = 2
 """What 0x0A may read of a motor without output."""
 
@@ -168,7 +165,12 @@ class Servo:
     @property
     def protected(self) -> bool:
         """Whether it has its output off by itself, as its fault words were last read (sections 4.7, 4.8, 4.12)."""
-        return bool(self.beyond_limits or (self.raw("fault_failure") or 0) & DRIVER_BITS)
+        return bool(self.beyond_limits) or self.output_failed
+
+    @property
+    def output_failed(self) -> bool:
+        """Whether a failure leaves its motor without output, as its fault words were last read (section 4.12)."""
+        return any((self.raw(word) or 0) & mask for word, mask in self.catalog.stops_output.items())
 
     @property
     def beyond_limits(self) -> frozenset[int]:
