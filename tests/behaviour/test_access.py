@@ -149,7 +149,7 @@ def test_a_role_reaches_as_far_as_it_says_and_no_farther(reach: int) -> None:
                 if at == 2 and reach >= 2:  # the lease of the step before
                     lease = json(await me.get("/leases"))
                     assert lease[0]["holder"] == "me · x"
-                    await door.rig.host.takeovers.force("t", 0.1, "test")
+                    await door.rig.host.motion_control.force("t", 0.1, "test")
                     await asyncio.sleep(0.2)
                 answer = await me.request(verb, path.format(uid=uid), json=body, headers=headers)
                 if at < reach:

@@ -47,7 +47,7 @@ def _lease(host: Host, told: dict[str, Any]) -> BaseModel:
 
 _AS_IT_IS_NOW: Final[dict[str, Callable[[Host, dict[str, Any]], BaseModel]]] = {
     "/api/v1/leases": _lease,
-    "/api/v1/leases/requests": lambda host, told: present.take_over(host, host.takeovers.look(told["id"])),
+    "/api/v1/leases/requests": lambda host, told: present.take_over(host, host.motion_control.look(told["id"])),
     "/api/v1/streams": lambda host, told: streams.shown(host.streams.get(told["id"])),
 }
 """What was given may have ended since: the first answer would call it live. So it is looked at again."""

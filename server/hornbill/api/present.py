@@ -21,7 +21,7 @@ from hornbill.domain.servo import Servo as ServoFacts
 from hornbill.schema.scale import to_value
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Connection, Host
-from hornbill.servo.motion.takeover import TakeOverRequest
+from hornbill.servo.motion.motion_control import TakeOverRequest
 from hornbill.servo.runs.restore_output import Prospect
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.leases import HeldLease
@@ -144,7 +144,7 @@ def lease(host: Host, one: HeldLease) -> Lease:
 
 def lease_view(host: Host, one: HeldLease) -> LeaseView:
     """A lease as everybody may see it."""
-    asked = host.takeovers.waiting
+    asked = host.motion_control.waiting
     return LeaseView(
         shown_id=one.shown_id,
         holder=one.holder,

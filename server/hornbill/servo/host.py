@@ -46,9 +46,9 @@ from hornbill.servo.motion.identify import Identify
 from hornbill.servo.motion.jogs import Jogs
 from hornbill.servo.motion.keeping_alive import TIMEOUT
 from hornbill.servo.motion.motion import Motion
+from hornbill.servo.motion.motion_control import MotionControl
 from hornbill.servo.motion.setpoint_runner import SetpointRunner
 from hornbill.servo.motion.streams import Streams
-from hornbill.servo.motion.takeover import TakeOvers
 from hornbill.servo.profiles.comparing import Sides
 from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.profiles.restoring import Restoring
@@ -248,8 +248,8 @@ class Host:
         self.changes = Changes(self.services, self.motion, self.history, self.claims, self.restarting)
         self.profile_jobs = ProfileJobs(self.services, self.profiles, self.changes, self.restarting, self.fleet)
         self.matrix = Matrix(self.services, self.fleet, self.changes, self.restarting)
-        self.takeovers = TakeOvers(self.services, self.motion)
-        self.wiggle = Identify(self.services, self.takeovers, self.motion, self.setpoints)
+        self.motion_control = MotionControl(self.services, self.motion)
+        self.wiggle = Identify(self.services, self.motion_control, self.motion, self.setpoints)
         self.restore_output_jobs = RestoreOutputJobs(self.services, self.motion, self.stop, self.fleet, follow)
         writer = CommissionWriter(self.services, self.fleet, self.changes, self.restarting)
         parking = IdParking(writer, self.fleet, self.claims, self.allocating, store.allocations)
@@ -373,7 +373,7 @@ class Host:
         await self.polling.close()
         await self.position_units.close()
         await self.disconnect()  # before stop ends: a servo that has not answered it yet is written to until then
-        await self.takeovers.close()
+        await self.motion_control.close()
         await self.torque_off.close()
         await self.stored_torque_off.close()
         await self.recorder.close()
@@ -461,8 +461,7 @@ class Host:
             now = self.base.now()
             for part in (
                 self.watch.look,
-                self.motion.tick,
-                self.takeovers.tick,
+                self.motion_control.tick,
                 self.activities.tick,
                 lambda now=now: self.fleet.tick(now, bus_gone=self.watch.gone),
                 lambda now=now: self.doctor.tick(now),

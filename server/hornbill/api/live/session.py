@@ -82,8 +82,8 @@ class SocketSession:
                 task.cancel()
         for lease_id in self._leases:
             with contextlib.suppress(Unknown):  # it has ended
-                self._host.takeovers.release(lease_id, "page_closed")
-        self._host.takeovers.tick()
+                self._host.motion_control.release(lease_id, "page_closed")
+        self._host.motion_control.tick()
         self._outbox.close()
 
     def _command(self, lease_id: str, command: messages.SocketCommand) -> None:

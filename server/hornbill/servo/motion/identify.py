@@ -8,8 +8,8 @@ from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.identify_motion import STEPS, IdentifyMotion
 from hornbill.servo.motion.motion import Motion
+from hornbill.servo.motion.motion_control import MotionControl
 from hornbill.servo.motion.setpoint_runner import SetpointRunner
-from hornbill.servo.motion.takeover import TakeOvers
 from hornbill.servo.runtime.jobs import RunningJob, Step
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.store.audit import NewAuditEntry
@@ -21,12 +21,12 @@ OWN_TTL_S = 5.0
 class Identify:
     """Starts identify jobs, each under the lease of who asks for it, or one of its own."""
 
-    def __init__(self, services: HostServices, takeovers: TakeOvers, motion: Motion, runner: SetpointRunner) -> None:
+    def __init__(self, services: HostServices, control: MotionControl, motion: Motion, runner: SetpointRunner) -> None:
         self._services = services
         self._base = services.base
         self._jobs = services.jobs
         self._leases = services.leases
-        self._takeovers = takeovers
+        self._control = control
         self._motion = motion
         self._runner = runner
         self._audit = services.audit
@@ -55,7 +55,7 @@ class Identify:
             )
         now = self._base.now()
         if lease_id is None:
-            lease = self._takeovers.take(f"identify {servo.title}", OWN_TTL_S)
+            lease = self._control.take(f"identify {servo.title}", OWN_TTL_S)
             by = by or self._leases.who(None, now)
         else:
             lease = self._leases.require(lease_id, now)
@@ -89,7 +89,7 @@ class Identify:
     def _end(self, lease: HeldLease, *, own: bool) -> None:
         if own:
             with contextlib.suppress(Unknown):  # it ran out: the tick has told that
-                self._takeovers.release(lease.id, "job_ended")
+                self._control.release(lease.id, "job_ended")
 
 
 def _moved(job: RunningJob) -> bool | None:

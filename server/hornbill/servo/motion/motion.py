@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
 
-from hornbill.domain.event import LeaseEnd
 from hornbill.domain.motion import Caution
 from hornbill.errors import (
     BusDisconnected,
@@ -28,11 +27,10 @@ from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion import cautions
 from hornbill.servo.motion.keeping_alive import Driven, KeepingAlive
-from hornbill.servo.runtime.hub import BusUsable, Happened, LeaseChanged, ServoChanged, StopPressed
+from hornbill.servo.runtime.hub import BusUsable, ServoChanged, StopPressed
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.servo.torque_off.stop import StopControl
-from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Raw, Uid
 
 FRESH_S = 1.0
@@ -42,9 +40,6 @@ AGEING_S = 0.4
 """From this age on it is read again beside a command, so that the next one need not wait for it."""
 
 LEAVE_S = 0.3
-
-AUDITED_S = 0.25
-"""The end of a lease is audited so much later: until then torque is being taken off where it was used."""
 
 
 AT_REST_RPM = 5
@@ -71,7 +66,6 @@ class Motion:
         self._hub = hub = services.hub
         self._base = base = services.base
         self._leases = services.leases
-        self._audit = services.audit
         self.stop = stop
         self.torque_off = torque_off
         self._streamed = streamed
@@ -299,24 +293,12 @@ class Motion:
         if lease is not None and lease.id == lease_id and servo.raw(KEY) != ON:
             self._energised[servo.uid] = servo, lease.id
 
-    def tick(self) -> None:
-        """Notice a lease that ran out; call it at least every 50 ms."""
-        while (lease := self._leases.lapsed(self._base.now())) is not None:
-            self.lease_ended(lease, LeaseEnd("ran_out", lease.holder))
-
-    def lease_ended(self, lease: HeldLease, why: LeaseEnd) -> None:
-        """Torque off on everything that was energised under this lease."""
+    def end_lease(self, lease: HeldLease) -> list[Servo]:
+        """Torque off on everything that was energised under this lease: the servos that were."""
         servos = self._release(lease.id)
         for servo in servos:
             self.torque_off.require(servo, "lease", lease.holder)
-        names = ", ".join(servo.title for servo in servos)
-        self._hub.tell(LeaseChanged())
-        if servos:
-            params: dict[str, object] = {**why.params, "servos": [servo.title for servo in servos]}
-            self._hub.tell(Happened("notice", "lease_ended", f"{why.text} Torque goes off on {names}.", params=params))
-        outcome = "lapsed" if lease.expires_at <= self._base.now() else "released"
-        entry = NewAuditEntry(lease.holder, "lease", outcome, detail=why.text)
-        self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)
+        return servos
 
     def quiet(self) -> None:
         """Drop every command that is waiting or being repeated, at once: before a stop writes its first frame."""

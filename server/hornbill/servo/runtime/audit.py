@@ -9,6 +9,9 @@ from hornbill.store.audit import AuditLog, NewAuditEntry
 
 log = logging.getLogger(__name__)
 
+AUDITED_S = 0.25
+"""A stop and the end of a lease are audited once torque is off, or after this long."""
+
 
 class Audit:
     """Keeps entries. A store that fails is said once until it works again; the deed itself goes on."""

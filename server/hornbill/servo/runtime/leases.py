@@ -26,7 +26,10 @@ class HeldLease:
 
 
 class Leases:
-    """Grants, renews and ends the one lease. A function of what is asked and `now`; owns no timer."""
+    """The one lease: who has it, and whether they may move and write. A function of what is asked and `now`; no timer.
+
+    Programs take and end leases through `servo/motion/motion_control.py`, which takes torque off and audits.
+    """
 
     def __init__(self) -> None:
         self._lease: HeldLease | None = None

@@ -9,6 +9,7 @@ from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.output import KEY, ON
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
+from hornbill.servo.runtime.audit import AUDITED_S
 from hornbill.servo.runtime.histogram import Histogram
 from hornbill.servo.runtime.hub import BusUsable, Happened, NodeSuspected, ReadingChanged, StopChanged, StopPressed
 from hornbill.servo.torque_off.retries import TorqueOffRetries
@@ -22,9 +23,6 @@ ANSWER_BOUNDS_S = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 1.0, 5.0)
 
 NAMED_S = 1.0
 """Who has not confirmed after this long is named in an event."""
-
-AUDITED_S = 0.25
-"""A stop is audited once every servo has confirmed, or after this long."""
 
 
 @dataclass(slots=True)

@@ -8,7 +8,7 @@ from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.fields import Model
 from hornbill.domain.motion import Lease, LeaseView, TakeOverState
-from hornbill.servo.motion.takeover import PASS_S
+from hornbill.servo.motion.motion_control import PASS_S
 from hornbill.servo.runtime.actor import signed
 
 routes = Routes("motion")
@@ -47,9 +47,9 @@ async def take_lease(host: TheHost, body: LeaseRequest) -> Lease:
     `force` takes it from whoever has it: their commands end and torque goes off first, and `reason` is kept.
     """
     if body.force:
-        lease = await host.takeovers.force(signed(body.holder), body.ttl_s, body.reason)
+        lease = await host.motion_control.force(signed(body.holder), body.ttl_s, body.reason)
     else:
-        lease = host.takeovers.take(signed(body.holder), body.ttl_s)
+        lease = host.motion_control.take(signed(body.holder), body.ttl_s)
     return present.lease(host, lease)
 
 
@@ -71,10 +71,10 @@ async def renew_lease(host: TheHost, lease_id: LeaseId) -> Lease:
 @routes.delete("/leases/{lease_id}", Role.OPERATE, "unknown_lease")
 async def release_lease(host: TheHost, lease_id: LeaseId) -> LeaseView:
     """Give motion control back. Torque goes off on what was commanded under it; whoever asked for it gets it then."""
-    lease = host.takeovers.release(lease_id, "given_back")
+    lease = host.motion_control.release(lease_id, "given_back")
     shown = present.lease_view(host, lease)
     await host.torque_off.acknowledged(PASS_S)
-    await host.takeovers.settle()
+    await host.motion_control.settle()
     return shown
 
 
@@ -85,20 +85,20 @@ async def ask_for_lease(host: TheHost, body: TakeOver) -> TakeOverState:
     When the holder gives it back, or has not refused in `patience_s`, it is yours, after torque is off on what they
     commanded. Look at least every few seconds, or you are believed gone. Keep the `id`: it is your way to the lease.
     """
-    asked = await host.takeovers.ask(signed(body.holder), body.ttl_s, body.reason, body.patience_s)
+    asked = await host.motion_control.ask(signed(body.holder), body.ttl_s, body.reason, body.patience_s)
     return present.take_over(host, asked)
 
 
 @routes.get("/leases/requests/{request_id}", Role.VIEW, "unknown_lease")
 async def get_lease_request(host: TheHost, request_id: RequestId) -> TakeOverState:
     """How it went, for whoever asked. Once granted, renew the lease within 5 s."""
-    return present.take_over(host, host.takeovers.look(request_id))
+    return present.take_over(host, host.motion_control.look(request_id))
 
 
 @routes.delete("/leases/requests/{request_id}", Role.OPERATE, "unknown_lease")
 async def withdraw_lease_request(host: TheHost, request_id: RequestId) -> TakeOverState:
     """Ask no more. A lease that was granted already stays granted."""
-    return present.take_over(host, host.takeovers.withdraw(request_id))
+    return present.take_over(host, host.motion_control.withdraw(request_id))
 
 
 @routes.post(
@@ -111,4 +111,4 @@ async def withdraw_lease_request(host: TheHost, request_id: RequestId) -> TakeOv
 )
 async def refuse_lease_request(host: TheHost, request_id: RequestId, lease: LeaseHeader = None) -> None:
     """Keep motion control: the holder alone may. The id is the one that is shown with the lease."""
-    host.takeovers.refuse(request_id, lease)
+    host.motion_control.refuse(request_id, lease)

@@ -1,4 +1,4 @@
-"""How motion control passes from one holder to another: asked for, given, refused, or by force."""
+"""Motion control: how it is taken, given back, asked for, refused, taken by force, and how it expires."""
 
 import asyncio
 import secrets
@@ -11,7 +11,8 @@ from hornbill.domain.event import LeaseEnd, LeaseEndCode, because
 from hornbill.domain.fields import known
 from hornbill.errors import Busy, InvalidValue, Unknown
 from hornbill.servo.device.services import HostServices
-from hornbill.servo.motion.motion import AUDITED_S, Motion
+from hornbill.servo.motion.motion import Motion
+from hornbill.servo.runtime.audit import AUDITED_S
 from hornbill.servo.runtime.hub import Happened, LeaseChanged
 from hornbill.servo.runtime.leases import HeldLease
 from hornbill.store.audit import NewAuditEntry
@@ -56,10 +57,10 @@ class TakeOverRequest:
         return self.at + self.patience_s
 
 
-class TakeOvers:
-    """Every lease begins and is given back here.
+class MotionControl:
+    """Every lease begins and ends here, and is audited here. `Leases` keeps it, and judges who may move and write.
 
-    Before one passes, what the old holder commanded has ended and torque goes off on it.
+    Whatever ends a lease, torque goes off on what was commanded under it. Before one passes, that has been written.
 
     Nothing here is in the way of a stop, which asks for no lease.
     """
@@ -93,7 +94,7 @@ class TakeOvers:
         Raises Unknown once it has ended.
         """
         lease = self._leases.release(lease_id, self._base.now())
-        self._motion.lease_ended(lease, LeaseEnd(why, lease.holder))
+        self._ended(lease, LeaseEnd(why, lease.holder))
         return lease
 
     async def force(self, holder: str, ttl_s: float, reason: str) -> HeldLease:
@@ -174,7 +175,8 @@ class TakeOvers:
         return asked
 
     def tick(self) -> None:
-        """Let the lease pass when its time has come, or nobody has it; call it often."""
+        """Act on a lease that ran out, and let one pass when its time has come. Call it at least every 50 ms."""
+        self._end_lapsed()
         asked = self._waiting
         if asked is None or self._passing is not None:
             return
@@ -218,11 +220,26 @@ class TakeOvers:
     async def _let_go(self, why: LeaseEnd) -> None:
         """End whatever lease there is, and wait for torque to be off on what it commanded."""
         self._leases.promised_to = why.holder
-        self._motion.tick()  # one that ran out a moment ago
+        self._end_lapsed()
         old = self._leases.take_away(self._base.now())
         if old is not None:
-            self._motion.lease_ended(old, why)
+            self._ended(old, why)
         await self._motion.torque_off.acknowledged(PASS_S)
+
+    def _end_lapsed(self) -> None:
+        while (lease := self._leases.lapsed(self._base.now())) is not None:
+            self._ended(lease, LeaseEnd("ran_out", lease.holder))
+
+    def _ended(self, lease: HeldLease, why: LeaseEnd) -> None:
+        """Torque off on what was commanded under a lease that has ended, then its event and its entry in the audit."""
+        servos = self._motion.end_lease(lease)
+        self._hub.tell(LeaseChanged())
+        if servos:
+            titles = [servo.title for servo in servos]
+            text = f"{why.text} Torque goes off on {', '.join(titles)}."
+            self._hub.tell(Happened("notice", "lease_ended", text, params={**why.params, "servos": titles}))
+        outcome = "lapsed" if lease.expires_at <= self._base.now() else "released"
+        self._audit_later(NewAuditEntry(lease.holder, "lease", outcome, detail=why.text))
 
     def _end(self, asked: TakeOverRequest, code: _Ended, text: str, **params: object) -> None:
         if asked.state != "waiting":
@@ -244,5 +261,7 @@ class TakeOvers:
             self._hub.tell(Happened("warning", "lease_forced", text, params=params))
         else:
             self._hub.tell(Happened("notice", "lease_passed", text, params=params))
-        entry = NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, detail=reason)
+        self._audit_later(NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, detail=reason))
+
+    def _audit_later(self, entry: NewAuditEntry) -> None:
         self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)
