@@ -75,7 +75,7 @@ Cause: TypeAlias = Literal[
     "node_id_out_of_range", "noise", "not_commanded", "not_connected", "not_deleted", "not_done", "not_for_profiles",
     "not_given_back", "not_identified", "not_identified_yet", "not_in_firmware", "not_in_source", "not_kept_in_rom",
     "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_resumable", "not_taken", "not_taken_by_driver",
-    "nothing_at_baud", "nothing_left", "nothing_received", "odd_answer", "off_unconfirmed", "offline", "one_source",
+    "nothing_at_baud", "nothing_left", "nothing_received", "off_unconfirmed", "offline", "one_source",
     "only_a_recording", "open_failed", "other_bit_rate", "other_command_first", "other_node", "other_stream",
     "other_unit", "output_not_kept", "output_stays", "outside_limits", "own_node_id", "passing_failed",
     "passing_now", "passing_to", "past_model_limit", "past_own_limit", "perhaps_serial", "played_no_more",

@@ -86,8 +86,8 @@ def measured(values: dict[str, object]) -> list[Step]:
     return play(scene)
 
 
-MOST_FUNCTIONS = 20
-MOST_FILES = 10
+MOST_FUNCTIONS = 14
+MOST_FILES = 9
 
 
 def test_a_change_passes_few_functions_on_its_way_to_the_bus_and_back() -> None:

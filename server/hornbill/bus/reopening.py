@@ -8,7 +8,6 @@ from dataclasses import replace
 from hornbill.bus.adapters.serial_ports import BaudMemory
 from hornbill.bus.address import check, open_port
 from hornbill.bus.ports.frame_gap import FrameGap, parse_frame_gap
-from hornbill.bus.transmit import check as check_frames
 from hornbill.errors import PortError, PortOpenFailed
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame
@@ -74,7 +73,7 @@ class ReopeningPort:
         self._closed = False
         self._trouble: PortError | None = None
         self._due: Instant | None = None
-        self._gap = FrameGap(frame_gap_s, self._pass_on) if frame_gap_s > 0 else None
+        self._frame_gap_s = frame_gap_s
 
     async def open(self) -> None:
         """Open it for the first time, and keep it open from then on. Raises PortOpenFailed, and then that was all."""
@@ -122,7 +121,7 @@ class ReopeningPort:
     def details(self) -> PortDetails:
         """Those of the adapter, while it is open, with the frame gap of this port."""
         inner = PLAIN if self._inner is None else self._inner.details
-        return inner if self._gap is None else replace(inner, frame_gap_s=self._gap.gap_s)
+        return replace(inner, frame_gap_s=self._frame_gap_s) if self._frame_gap_s else inner
 
     def listen(self, sink: FrameSink) -> None:
         """Deliver received frames to `sink`, over every reopening."""
@@ -135,13 +134,6 @@ class ReopeningPort:
 
         Raises BusDisconnected while it is lost, off the bus or closed; ValueError for an impossible frame.
         """
-        if self._gap is None:
-            self._pass_on(frames)
-        else:
-            check_frames(frames)
-            self._gap.send(frames)
-
-    def _pass_on(self, frames: Sequence[Frame]) -> None:
         inner = self._inner
         if inner is None or self._down is not None or inner.state is PortState.BUS_OFF:
             raise not_connected(self.address, self.trouble)
@@ -151,8 +143,6 @@ class ReopeningPort:
         """Stop trying and close the adapter, in whatever it is doing. Twice is harmless."""
         self._closed = True
         self._down, self._trouble, self._sink = PortState.DISCONNECTED, None, None
-        if self._gap is not None:
-            self._gap.clear()
         keeper, self._keeper = self._keeper, None
         if keeper is not None:
             keeper.cancel()
@@ -168,9 +158,10 @@ class ReopeningPort:
             raise PortOpenFailed(
                 f"{self.address} was closed while it was being opened.", address=self.address, cause="closed_meanwhile"
             )
-        self._inner, self._down, self._trouble = inner, None, None
+        self._inner = FrameGap(inner, self._frame_gap_s) if self._frame_gap_s > 0 else inner
+        self._down, self._trouble = None, None
         if self._sink is not None:
-            inner.listen(self._sink)
+            self._inner.listen(self._sink)
 
     def _keep(self) -> None:
         if not self._closed:
@@ -224,8 +215,6 @@ class ReopeningPort:
 
     async def _let_go(self) -> None:
         """Close what was lost: most adapters cannot be opened twice. It stays ours until that is done."""
-        if self._gap is not None:
-            self._gap.clear()
         if self._inner is not None:
             try:
                 await self._inner.close()

@@ -153,7 +153,7 @@ class Requests:
         self._alive.add(exchange)
         try:
             if urgent:
-                self._send(exchange)
+                self._try(exchange)
             else:
                 self._lanes.put(destination, priority, exchange)
                 self._pump_soon()
@@ -196,12 +196,19 @@ class Requests:
 
     def pump(self) -> None:
         """Send the next few requests, if the port is ready for them. Call it whenever the bus has moved."""
+        self._pumping = False
         if not self._lanes:
             return
         if self._is_port_idle():
             for _ in range(_AT_A_TIME):
-                if self._held_lanes >= self.most_open or not self._send_next():
+                if self._held_lanes >= self.most_open or (exchange := self._lanes.take()) is None:
                     break
+                exchange.holds_lane = True
+                self._held_lanes += 1
+                if exchange.done.done():
+                    self._release(exchange)
+                else:
+                    self._try(exchange)
         if self._lanes and self._pump_timer is None:
             self._pump_timer = asyncio.get_running_loop().call_later(_PUMP_PERIOD_S, self._pump_again)
 
@@ -209,54 +216,38 @@ class Requests:
         """When everybody who is about to ask has asked: what is sent together costs the port one wake-up."""
         if not self._pumping:
             self._pumping = True
-            asyncio.get_running_loop().call_soon(self._pump_now)
-
-    def _pump_now(self) -> None:
-        self._pumping = False
-        self.pump()
+            asyncio.get_running_loop().call_soon(self.pump)
 
     def _pump_again(self) -> None:
         self._pump_timer = None
         self.pump()
 
-    def _send_next(self) -> bool:
-        """Whether something waited."""
-        exchange = self._lanes.take()
-        if exchange is None:
-            return False
-        exchange.holds_lane = True
-        self._held_lanes += 1
-        if exchange.done.done():
-            self._release(exchange)
-            return True
+    def _try(self, exchange: _Exchange) -> None:
+        """Send one try, under a transfer ID of its own. What the port refuses is raised by `ask`, not here."""
+        now = self._clock()
+        destination, data_type = exchange.destination, exchange.data_type
         try:
-            self._send(exchange)
+            transfer_id = self._next_transfer_id(destination, data_type.id, now)
+            self._transmit(
+                Transfer(
+                    Kind.REQUEST,
+                    data_type.id,
+                    self._node_id,
+                    destination,
+                    exchange.priority,
+                    transfer_id,
+                    exchange.payload,
+                ),
+                data_type,
+            )
         except Exception as error:
-            # The caller of the request gets it, not whoever happened to be here.
             self._release(exchange)
             if not exchange.done.done():
                 exchange.done.set_exception(error)
-        return True
-
-    def _send(self, exchange: _Exchange) -> None:
-        """One try, under a transfer id of its own."""
-        now = self._clock()
-        transfer_id = self._next_transfer_id(exchange.destination, exchange.data_type.id, now)
-        self._transmit(
-            Transfer(
-                Kind.REQUEST,
-                exchange.data_type.id,
-                self._node_id,
-                exchange.destination,
-                exchange.priority,
-                transfer_id,
-                exchange.payload,
-            ),
-            exchange.data_type,
-        )
+            return
         exchange.tries -= 1
         exchange.sent[transfer_id] = now
-        self._open[exchange.destination, exchange.data_type.id, transfer_id] = exchange
+        self._open[destination, data_type.id, transfer_id] = exchange
         exchange.due = now + exchange.patience_s + self.line_latency_s + self.line_answer_s * len(self._open)
         self._ring_at(exchange.due)
 
@@ -297,11 +288,7 @@ class Requests:
                 self._held_lanes -= 1
                 self.pump()
                 return
-            try:
-                self._send(exchange)
-            except Exception as error:
-                if not exchange.done.done():
-                    exchange.done.set_exception(error)
+            self._try(exchange)
             return
         self.counters.unanswered += 1
         tried = len(exchange.sent)

@@ -12,7 +12,7 @@ from hornbill.bus.ports.frame_gap import FrameGap, parse_frame_gap
 from hornbill.bus.reopening import ReopeningPort, adapter_port
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import CanPort, PortStatistics, same_device
+from hornbill.wire.port import CanPort, PortState, PortStatistics, same_device
 from jumping_clock import run
 
 GAP_S = 0.003
@@ -25,11 +25,16 @@ def transfer(can_id: int, frames: int) -> list[Frame]:
 
 
 class Log:
-    """What left, and when."""
+    """A port: what left, and when."""
+
+    address = "test:0"
+    bitrate = 1_000_000
 
     def __init__(self) -> None:
         self.sent: list[tuple[float, int, int]] = []
         self.lost = False
+        self.state = PortState.ACTIVE
+        self.statistics = PortStatistics()
 
     def send(self, frames: list[Frame]) -> None:
         if self.lost:
@@ -44,7 +49,7 @@ def played(
     async def main() -> list[tuple[float, int, int]]:
         log = Log()
         began = asyncio.get_running_loop().time()
-        scene(FrameGap(gap_s, log.send), log)  # pyright: ignore[reportArgumentType]
+        scene(FrameGap(log, gap_s), log)  # pyright: ignore[reportArgumentType]
         await asyncio.sleep(seconds)
         return [(round(at - began, 4), can_id, number) for at, can_id, number in log.sent]
 
@@ -82,6 +87,23 @@ def test_a_transfer_cut_off_by_a_lost_bus_never_goes_on() -> None:
         asyncio.get_running_loop().call_later(0.004, setattr, log, "lost", False)
 
     assert played(scene) == [(0.0, 7, 0)]
+
+
+def test_a_transfer_cut_off_by_bus_off_never_goes_on() -> None:
+    def scene(gap: FrameGap, log: Log) -> None:
+        gap.send(transfer(7, 3))
+        log.state = PortState.BUS_OFF
+        asyncio.get_running_loop().call_later(0.004, setattr, log, "state", PortState.ACTIVE)
+
+    assert played(scene) == [(0.0, 7, 0)]
+
+
+def test_nothing_of_a_call_is_held_when_one_of_its_frames_is_impossible() -> None:
+    def scene(gap: FrameGap, _log: Log) -> None:
+        with pytest.raises(ValueError, match="must fit 29 bits"):
+            gap.send([*transfer(7, 3), Frame(1 << 29, ALONE)])
+
+    assert played(scene) == []
 
 
 @pytest.mark.parametrize(

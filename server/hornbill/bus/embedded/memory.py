@@ -208,11 +208,15 @@ class MemoryBus:
         self._distribute()
         self._schedule()
         for port in tuple(self._medium.ports.values()):
-            if port.inbox:
-                try:
-                    port.hand_over()
-                except Exception as error:
-                    # One node's mistake must not cost the others their frames.
-                    self._loop.call_exception_handler(
-                        {"message": f"a frame sink of {port.address} raised", "exception": error}
-                    )
+            if not port.inbox:
+                continue
+            frames, port.inbox = port.inbox, []
+            if port.sink is None:
+                continue
+            try:
+                port.sink(frames)
+            except Exception as error:
+                # One node's mistake must not cost the others their frames.
+                self._loop.call_exception_handler(
+                    {"message": f"a frame sink of {port.address} raised", "exception": error}
+                )

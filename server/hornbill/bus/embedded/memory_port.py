@@ -48,8 +48,9 @@ class MemoryPort:
         self.statistics = PortStatistics()
         self.queue = TransmitQueue(limit)
         self.inbox: list[Frame] = []
+        """Frames received and not yet delivered to `sink`."""
+        self.sink: FrameSink | None = None
         self._wire = wire
-        self._sink: FrameSink | None = None
         self._error_count = 0
         self.receive_errors = 0
         """The receive error counter."""
@@ -110,7 +111,7 @@ class MemoryPort:
 
     def listen(self, sink: FrameSink) -> None:
         """Deliver received frames to `sink`; what came before the first call is gone."""
-        self._sink = sink
+        self.sink = sink
 
     def send(self, frames: Sequence[Frame]) -> None:
         """Queue `frames`. In bus-off they are dropped, each counted as an error.
@@ -134,7 +135,7 @@ class MemoryPort:
         if self._open:
             self._wire.leave(self)
             self._open = False
-            self._sink = None
+            self.sink = None
             self.queue.clear()
             self.inbox.clear()
 
@@ -151,12 +152,6 @@ class MemoryPort:
         self.statistics.errors += times
         self.statistics.error_frames += times
         self.receive_errors = min(_BUS_OFF_ABOVE, self.receive_errors + times * (_FAILURE if first else 1))
-
-    def hand_over(self) -> None:
-        """Give the frames in the inbox to the sink."""
-        frames, self.inbox = self.inbox, []
-        if self._sink is not None:
-            self._sink(frames)
 
     def succeeded(self) -> None:
         """A frame of this port was acknowledged."""

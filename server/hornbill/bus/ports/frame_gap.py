@@ -3,12 +3,13 @@
 import asyncio
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from hornbill.bus.transmit import check
 from hornbill.errors import BusDisconnected, PortOpenFailed
 from hornbill.wire.frame import Frame
-from hornbill.wire.port import split_frame_gap
+from hornbill.wire.port import CanPort, FrameSink, PortState, PortWrapper, split_frame_gap
 from hornbill.wire.transfer import START
 
 LONGEST_MS = 20.0
@@ -46,19 +47,27 @@ class _Held:
     alarm: asyncio.TimerHandle | None = None
 
 
-class FrameGap:
-    """Passes frames on; within a transfer each waits `gap_s` after the one before.
+class FrameGap(PortWrapper):
+    """A CanPort that passes frames on; within a transfer each waits `gap_s` after the one before.
 
     Frames of one identifier keep their order. Those of other identifiers do not wait, so a stop is not delayed.
     """
 
-    def __init__(self, gap_s: float, send: Callable[[Sequence[Frame]], None]) -> None:
-        self.gap_s = gap_s
-        self._send = send
+    def __init__(self, port: CanPort, gap_s: float) -> None:
+        super().__init__(port)
+        self._gap_s = gap_s
         self._held: dict[int, _Held] = {}
 
+    def listen(self, sink: FrameSink) -> None:
+        """Received frames pass at once."""
+        self._behind.listen(sink)
+
     def send(self, frames: Sequence[Frame]) -> None:
-        """Pass on what need not wait, hold the rest. Raises what `send` raises; then nothing of this call is held."""
+        """Pass on what need not wait, hold the rest.
+
+        Raises ValueError for an impossible frame, and what the port behind raises; then nothing of this call is held.
+        """
+        check(frames)
         now: list[Frame] = []
         later: dict[int, list[Frame]] = {}
         for frame in frames:
@@ -68,22 +77,26 @@ class FrameGap:
             else:
                 now.append(frame)
         if now:
-            self._send(now)
+            self._behind.send(now)
         for can_id, rest in later.items():
             held = self._held.setdefault(can_id, _Held())
             held.frames += rest
             if held.alarm is None:
                 self._wait(can_id, held)
 
-    def clear(self) -> None:
-        """Drop what is held."""
+    async def close(self) -> None:
+        """Drop what is held and close the port behind."""
+        self._clear()
+        await self._behind.close()
+
+    def _clear(self) -> None:
         for held in self._held.values():
             if held.alarm is not None:
                 held.alarm.cancel()
         self._held.clear()
 
     def _wait(self, can_id: int, held: _Held) -> None:
-        held.alarm = asyncio.get_running_loop().call_later(self.gap_s, self._next, can_id)
+        held.alarm = asyncio.get_running_loop().call_later(self._gap_s, self._next, can_id)
 
     def _next(self, can_id: int) -> None:
         held = self._held[can_id]
@@ -95,9 +108,12 @@ class FrameGap:
         else:
             del self._held[can_id]
         try:
-            self._send(ready)
+            if self.state is not PortState.BUS_OFF:
+                self._behind.send(ready)
+                return
         except BusDisconnected:
-            self.clear()  # half a transfer is worth nothing once the bus is back
+            pass
+        self._clear()  # half a transfer is worth nothing once the bus is back
 
 
 def _starts(frame: Frame) -> bool:

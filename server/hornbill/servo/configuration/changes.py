@@ -1,5 +1,6 @@
 """Changes of several rows, all or nothing: check everything, take a snapshot, write, prove, or undo."""
 
+import asyncio
 import logging
 import math
 import re
@@ -248,7 +249,8 @@ class Changes:
                         cause="restarted_before_write",
                         servo=servo.title,
                     )
-                outcome = await shielded(self._writing.all_or_nothing(servo, writes, by, options))
+                writing = asyncio.create_task(self._writing.all_or_nothing(servo, writes, by, options))
+                outcome = await shielded(writing)
                 return outcome if torque is None else self._staged(servo, outcome, torque, before, by)
 
     def _staged(self, servo: Servo, outcome: Outcome, torque: Raw, before: Raw | None, by: str) -> Outcome:

@@ -1,9 +1,10 @@
 """The one place that reads, writes and commands a servo, with each operation's own patience."""
 
 from collections import Counter, defaultdict
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import TypeAlias, TypedDict
 
 from hornbill.errors import BusDisconnected, NoAnswer, Refused
 from hornbill.node.participant import Participant
@@ -20,16 +21,23 @@ from hornbill.wire.messages import ActuatorCommand, ArrayCommand
 from hornbill.wire.services import (
     EMPTY,
     ExecuteOpcodeRequest,
-    ExecuteOpcodeResponse,
     GetNodeInfoRequest,
     GetNodeInfoResponse,
     GetSetRequest,
     GetSetResponse,
     RestartNodeRequest,
-    RestartNodeResponse,
     ValueKind,
     integer,
 )
+
+
+class Sending(TypedDict):
+    """How Participant.request sends one request."""
+
+    priority: int
+    timeout: float
+    tries: int
+    urgent: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +52,11 @@ class Patience:
     tries: int
     urgent: bool = False
     kind: str = "read"
+
+    @property
+    def sending(self) -> Sending:
+        """The arguments of Participant.request."""
+        return {"priority": self.priority, "timeout": self.timeout_s, "tries": self.tries, "urgent": self.urgent}
 
 
 READ = Patience(priority=24, timeout_s=0.12, tries=25)
@@ -66,8 +79,6 @@ BeforeWrite: TypeAlias = Mapping[str, Callable[[Servo, Raw], Awaitable[None]]]
 
 BOUNDS_S = (0.001, 0.002, 0.003, 0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 3.0)
 
-Answer = TypeVar("Answer")
-
 
 class ServoRequests:
     """Reads and writes registers over whatever participant is connected now."""
@@ -89,9 +100,10 @@ class ServoRequests:
 
     async def read(self, servo: Servo, parameter: Parameter, patience: Patience = READ) -> Raw:
         """RAM's raw value of one row, and remember it. Raises NoAnswer, Refused, BusDisconnected."""
-        _node(servo)
+        node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
         try:
-            response = await self._ask(servo, GetSetRequest(0, EMPTY, parameter.name), GetSetResponse, patience)
+            with self._counted(node_id, servo.title, patience):
+                response = await self.connected().request(node_id, request, **patience.sending)
         except NoAnswer as error:
             error.facts["key"] = parameter.key
             raise
@@ -105,12 +117,14 @@ class ServoRequests:
         """
         if servo.of_unknown_series and not _lets_go(parameter, raw):
             raise unknown_series(servo)
-        _node(servo)  # what cannot be sent is not noted as written
+        node_id = _node(servo)  # what cannot be sent is not noted as written
         servo.note_write(parameter.key, raw, self._base.now())
         try:
             if (prepare := self._before_write.get(parameter.key)) is not None:
                 await prepare(servo, raw)
-            response = await self._ask(servo, GetSetRequest(0, integer(raw), parameter.name), GetSetResponse, patience)
+            with self._counted(node_id, servo.title, patience):
+                request = GetSetRequest(0, integer(raw), parameter.name)
+                response = await self.connected().request(node_id, request, **patience.sending)
         except BaseException as error:
             if isinstance(error, NoAnswer):
                 error.facts["key"] = parameter.key
@@ -128,8 +142,9 @@ class ServoRequests:
 
     async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
         """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
-        request = GetSetRequest(0, EMPTY, parameter.name)
-        response = await self._ask(node_id, request, GetSetResponse, patience)
+        with self._counted(node_id, f"node {node_id}", patience):
+            request = GetSetRequest(0, EMPTY, parameter.name)
+            response = await self.connected().request(node_id, request, **patience.sending)
         return self._integer_of(response, parameter, patience)
 
     async def impose(self, node_id: int, parameter: Parameter, raw: Raw, patience: Patience) -> Raw | None:
@@ -137,27 +152,31 @@ class ServoRequests:
 
         Raises NoAnswer, BusDisconnected.
         """
-        request = GetSetRequest(0, integer(raw), parameter.name)
-        response = await self._ask(node_id, request, GetSetResponse, patience)
+        with self._counted(node_id, f"node {node_id}", patience):
+            request = GetSetRequest(0, integer(raw), parameter.name)
+            response = await self.connected().request(node_id, request, **patience.sending)
         return self._integer_of(response, parameter, patience)
 
     async def node_info(self, node_id: int, patience: Patience = READ) -> GetNodeInfoResponse:
         """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoAnswer, BusDisconnected."""
-        return await self._ask(node_id, GetNodeInfoRequest(), GetNodeInfoResponse, patience)
+        with self._counted(node_id, f"node {node_id}", patience):
+            return await self.connected().request(node_id, GetNodeInfoRequest(), **patience.sending)
 
     async def opcode(self, servo: Servo, opcode: int) -> bool:
         """Run SAVE or ERASE once; its ok flag (table 2-13). Raises NoAnswer: it may have acted all the same; and
         NotInThisModel for a servo of an unknown series."""
         check_series(servo)
-        request = ExecuteOpcodeRequest(opcode)
-        return (await self._ask(servo, request, ExecuteOpcodeResponse, ONCE)).ok
+        node_id = _node(servo)
+        with self._counted(node_id, servo.title, ONCE):
+            return (await self.connected().request(node_id, ExecuteOpcodeRequest(opcode), **ONCE.sending)).ok
 
     async def restart(self, servo: Servo, magic: int) -> bool:
         """Ask for a restart once; its ok flag (table 2-10). Raises NoAnswer: it may have acted all the same; and
         NotInThisModel for a servo of an unknown series."""
         check_series(servo)
-        request = RestartNodeRequest(magic)
-        return (await self._ask(servo, request, RestartNodeResponse, ONCE)).ok
+        node_id = _node(servo)
+        with self._counted(node_id, servo.title, ONCE):
+            return (await self.connected().request(node_id, RestartNodeRequest(magic), **ONCE.sending)).ok
 
     def burst(self, commands: list[ActuatorCommand], priority: int = COMMAND.priority) -> None:
         """Broadcast one ArrayCommand of at most 15 commands. Raises BusDisconnected."""
@@ -205,37 +224,26 @@ class ServoRequests:
         if changed and parameter.group != "status":
             self._hub.tell(ReadingChanged(servo.uid, parameter.key))
 
-    async def _ask(self, who: Servo | int, request: Any, answer: type[Answer], patience: Patience) -> Answer:
-        node_id = who if isinstance(who, int) else _node(who)
+    @contextmanager
+    def _counted(self, node_id: int, title: str, patience: Patience) -> Generator[None]:
+        """Count the request made in this block, and name in a NoAnswer who did not answer."""
         kind, began, outcome = patience.kind, self._base.now(), "failed"
         try:
-            ask = cast("Callable[..., Coroutine[Any, Any, object]]", self.connected().request)
-            response = await ask(
-                node_id, request, priority=patience.priority, timeout=patience.timeout_s,
-                tries=patience.tries, urgent=patience.urgent,
-            )  # fmt: skip
+            yield
             outcome = "answered"
             self.took[kind].add(self._base.now() - began)
         except NoAnswer:
             outcome = "no_answer"
             tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
             raise NoAnswer(
-                f"{_title(who)} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
+                f"{title} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
                 "Check its supply and the wiring.",
                 node_id=node_id,
                 cause="silent_servo",
-                servo=_title(who),
+                servo=title,
             ) from None
         finally:
             self.asked[kind, outcome] += 1
-        if not isinstance(response, answer):
-            raise NoAnswer(
-                f"{_title(who)} answered something that is no {answer.__name__}.",
-                node_id=node_id,
-                cause="odd_answer",
-                servo=_title(who),
-            )
-        return response
 
     def _integer_of(self, response: GetSetResponse, parameter: Parameter, patience: Patience) -> Raw | None:
         raw = _integer_of(response, parameter)
@@ -259,10 +267,6 @@ class ServoRequests:
 def _lets_go(parameter: Parameter, raw: Raw) -> bool:
     """Whether a write takes the output or brakes (0x20)."""
     return parameter.key == output.KEY and raw in (output.MODES["off"], output.MODES["brake"])
-
-
-def _title(who: Servo | int) -> str:
-    return f"node {who}" if isinstance(who, int) else who.title
 
 
 def _node(servo: Servo) -> int:

@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 
-async def shielded(work: Coroutine[Any, Any, T]) -> T:
+async def shielded(work: Coroutine[Any, Any, T] | asyncio.Task[T]) -> T:
     """Do it to its end, also when the caller is cancelled meanwhile, once or more often; that is raised after it."""
-    task, cancelled = asyncio.get_running_loop().create_task(work), None
+    task, cancelled = asyncio.ensure_future(work), None
     while not task.done():
         try:
             await asyncio.wait([task])

@@ -312,7 +312,6 @@ export const causes: Readonly<Record<string, Saying>> = {
   nothing_left: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
   nothing_received: p =>
     `${p.address}は開いていますが、一度も受信していません。${BUS}ビットレートも確認してください。`,
-  odd_answer: p => `${p.servo}の応答の形式が正しくありません。`,
   off_unconfirmed: p => `${p.servo}の出力オフは未確認です。書き込みを続けています。`,
   offline: p => `${p.servo}は通信途絶です。電源と配線を確認してください。`,
   one_source: () => `プロファイルの元は、値、サーボ、スナップショットのうち1つだけ指定してください。`,
