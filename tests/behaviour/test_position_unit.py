@@ -19,7 +19,7 @@ from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Uid
 from hornbill.wire.port import CanPort
 
-UNITS: tuple[PositionUnit, ...] = get_args(PositionUnit)
+UNITS: tuple[PositionUnit, ...] = get_args(PositionUnit.__value__)
 LOOSE = {"soft_start": 0, "torque_mode": 1}
 """The horn stays where it is at a start, and may be turned by hand."""
 

@@ -3,9 +3,11 @@
 import shutil
 import subprocess
 from pathlib import Path
+from typing import is_typeddict
 
 import pytest
 
+from hornbill.client import answers
 from tools.generate import files
 
 ROOT = Path(__file__).parents[2]
@@ -15,6 +17,11 @@ OPENAPI_TYPESCRIPT = ROOT / "web" / "node_modules" / ".bin" / "openapi-typescrip
 def test_generated_files_are_up_to_date() -> None:
     for path, text in files():
         assert path.read_text(encoding="utf-8") == text, f"{path} is out of date: run 'make generate' and commit it"
+
+
+def test_no_type_of_the_client_is_empty() -> None:
+    types = {name: one for name, one in vars(answers).items() if is_typeddict(one)}
+    assert [name for name, one in types.items() if not one.__annotations__ and name != "TypedDict"] == []
 
 
 def test_the_types_of_the_page_are_up_to_date(tmp_path: Path) -> None:

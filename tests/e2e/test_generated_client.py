@@ -19,7 +19,7 @@ from rig_client.api.motion import command_servo, release_lease, set_torque, take
 from rig_client.api.parameters import get_current_angle, set_angle_p_gain
 from rig_client.api.servos import list_servos
 from rig_client.models import (
-    AnglePGainValue, Command, CommandType, CommandWait, Commanded, IntegerReading, Lease, LeaseRequest, Problem,
+    AnglePGainValue, Command, CommandKind, CommandWait, Commanded, IntegerReading, Lease, LeaseRequest, Problem,
     TorqueMode, TorqueModeMode,
 )
 
@@ -32,7 +32,7 @@ assert isinstance(outside, Problem) and outside.code == "out_of_range", outside
 lease = take_lease.sync(client=client, body=LeaseRequest(holder="generated", ttl_s=10.0))
 assert isinstance(lease, Lease), lease
 set_torque.sync(servo.uid, client=client, body=TorqueMode(mode=TorqueModeMode.ON), lease=lease.id)
-order = Command(type_=CommandType.ANGLE, value=20.0, wait=CommandWait.SETTLED)
+order = Command(type_=CommandKind.ANGLE, value=20.0, wait=CommandWait.SETTLED)
 done = command_servo.sync(servo.uid, client=client, body=order, lease=lease.id)
 assert isinstance(done, Commanded) and done.settled, done
 angle = get_current_angle.sync(servo.uid, client=client)

@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -56,32 +56,46 @@ def without_await(source: str) -> str:
 
 
 def answers(schemas: dict[str, Any]) -> str:
-    """A TypedDict for every answer and every object within one."""
+    """A TypedDict for every answer and every object within one; an alias for what is not an object with fields."""
     text = [
         '"""The types of what the API answers. Made from its document by `make generate`."""',
         "from __future__ import annotations",
-        "from typing import Any, Literal, TypedDict",
+        "from typing import Any, Literal, TypeAlias, TypedDict",
     ]
-    for name in sorted(set(_within(schemas, ANSWERS))):
+    used = _within(schemas, ANSWERS)
+    aliases = {name for name in used if "properties" not in schemas[name]}
+    for name in sorted(used - aliases):
         shape = schemas[name]
         text.append(f"class {name}(TypedDict):\n    {_said(shape.get('description', name))}\n")
-        for key, kind in shape.get("properties", {}).items():
+        for key, kind in shape["properties"].items():
             assert key.isidentifier(), f"{name}.{key} cannot be written so"
-            text.append(f"    {key}: {_type(kind)}")
-            if "description" in kind:
-                text.append(f"    {_said(kind['description'])}")
+            text += [f"    {key}: {_type(kind)}", *(f"    {one}" for one in _explained(kind))]
+    # Classes may name what comes later, aliases not.
+    for name in TopologicalSorter(
+        {one: sorted(_named(schemas[one]) & aliases) for one in sorted(aliases)}
+    ).static_order():
+        text += [f"{name}: TypeAlias = {_type(schemas[name])}", *_explained(schemas[name])]
     return "\n".join(text) + "\n"
 
 
-def _within(schemas: dict[str, Any], names: tuple[str, ...]) -> Iterator[str]:
+def _within(schemas: dict[str, Any], names: tuple[str, ...]) -> set[str]:
     seen: set[str] = set()
-    waiting = list(names)
+    waiting = set(names)
     while waiting:
         name = waiting.pop()
-        if name not in seen:
-            seen.add(name)
-            waiting += re.findall(r"'#/components/schemas/(\w+)'", str(schemas[name]))
-    return iter(sorted(name for name in seen if schemas[name].get("type") == "object"))
+        seen.add(name)
+        waiting |= _named(schemas[name]) - seen
+    return seen
+
+
+def _named(shape: dict[str, Any]) -> set[str]:
+    """The components a shape refers to."""
+    return set(re.findall(r"'#/components/schemas/(\w+)'", str(shape)))
+
+
+def _explained(shape: dict[str, Any]) -> list[str]:
+    """The docstring of a field or an alias that is described."""
+    return [_said(shape["description"])] if "description" in shape else []
 
 
 def _type(kind: dict[str, Any]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, TypeAlias, TypedDict
 
 
 class About(TypedDict):
@@ -20,7 +20,7 @@ class About(TypedDict):
     """Members that were truncated at their size limit."""
     marks: list[Mark]
     """Triggers of the recording."""
-    reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
+    reason: MarkReason
     """Type of trigger."""
     schema_revision: str
     """Revision of the parameter tables."""
@@ -138,47 +138,7 @@ class AllocationChange(TypedDict):
     """Node ID, 1 to 127."""
     note: str
     """Time at which the change takes effect, one sentence."""
-    note_code: Literal[
-        "problem",
-        "not_in_servo",
-        "side_unknown",
-        "identity_row",
-        "torque_row",
-        "torque_never_on",
-        "too_many_dots",
-        "no_syntax",
-        "nested_too_deeply",
-        "no_object",
-        "no_table",
-        "too_many_entries",
-        "no_value",
-        "unknown_field",
-        "no_text",
-        "too_long",
-        "half_character",
-        "other_tables",
-        "unit_no_text",
-        "unit_without_value",
-        "pin_kept",
-        "pin_at_start",
-        "pin_after_fixed",
-        "id_free",
-        "id_kept_until_start",
-        "no_status",
-        "this_server",
-        "another_hornbill",
-        "asking_for_id",
-        "no_model_number",
-        "no_parameters",
-        "no_info",
-        "not_pollable_yet",
-        "polled_when_ready",
-        "log_limit",
-        "disk_slow",
-        "disk_full",
-        "write_failed",
-        "commissioned",
-    ]
+    note_code: NoteCode
     """Code of the note."""
     note_params: Params
     online: bool
@@ -207,7 +167,7 @@ class AllocatorState(TypedDict):
     """Number of free node IDs."""
     granted: int
     """Number of node IDs in the table."""
-    mode: Literal["on", "off", "insist"]
+    mode: AllocatorChoice
     """Selected mode. insist: responds beside another allocator, too."""
     own_id_shared: bool
     """another program uses hornbill's node id: unless told to insist, hornbill gives no node ids until a minute
@@ -324,7 +284,7 @@ class Bundle(TypedDict):
     problem: str | None
     """Reason why the file cannot be read. Null if it can."""
     problem_params: Params
-    reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"] | None
+    reason: MarkReason | None
     """Type of trigger."""
     seconds: float | None
     """Duration, s. Null if the file cannot be read."""
@@ -363,7 +323,7 @@ class BundleMark(TypedDict):
     at: float
     """Time of the trigger, seconds since 1970 UTC."""
     params: Params
-    reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
+    reason: MarkReason
     """Type of trigger."""
     text: str
     """One sentence for users."""
@@ -517,9 +477,9 @@ class Candidates(TypedDict):
 class Caution(TypedDict):
     """Something to know before a command is sent."""
 
-    code: Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+    code: CautionCode
     """Code for programs. Stable."""
-    confirm: Literal["turns", "turn_count"] | None
+    confirm: MotionCode | None
     """Confirmation code required to send it. Null if none."""
     level: Literal["warning", "failure"]
     """failure: the motion may never end."""
@@ -637,7 +597,7 @@ class Condition(TypedDict):
 
     absent: bool
     """Value to assume on a servo without that row, raw."""
-    last_command: list[Literal["angle", "speed", "torque"]]
+    last_command: list[CommandKind]
     """True while the last command was one of these."""
     parameter: str | None
     """Key of the row to check. Null for conditions on the last command."""
@@ -738,7 +698,7 @@ class Fault(TypedDict):
     """Last time it was read as set, seconds since 1970 UTC, to within one poll."""
     latched: bool
     """Active, and stays set until the servo restarts, regardless of its cause."""
-    level: Literal["notification", "warning", "failure"]
+    level: FaultLevel
     """Severity."""
     past_event: bool
     """Describes something before the servo's last start."""
@@ -761,7 +721,7 @@ class FaultBit(TypedDict):
     """Display name."""
     latching: bool
     """Stays set until the servo restarts, regardless of its cause."""
-    level: Literal["notification", "warning", "failure"]
+    level: FaultLevel
     """Severity."""
     limit: str | None
     """Parameter that sets its threshold. Null if none."""
@@ -800,80 +760,9 @@ class FaultsRead(TypedDict):
 class Finding(TypedDict):
     """One check of the doctor. `ok` only with `all=true`."""
 
-    advice: (
-        Literal[
-            "connect_adapter",
-            "check_adapter",
-            "as_adapter_says",
-            "check_timing_and_wiring",
-            "find_short",
-            "set_bit_timing",
-            "set_bit_rate",
-            "check_wires",
-            "check_wires_and_baud",
-            "free_serial_line",
-            "check_plugs",
-            "slow_sender",
-            "free_computer",
-            "none_needed",
-            "renumber_node",
-            "change_own_node_id",
-            "close_program",
-            "give_servo_ids",
-            "silence_commander",
-            "renumber_servos",
-            "keep_one_allocator",
-            "turn_allocator_on",
-            "free_node_id",
-            "check_node_and_restart",
-            "check_node",
-            "check_cable_and_restart",
-            "check_worst_cable",
-            "check_computer",
-            "check_supply",
-        ]
-        | None
-    )
+    advice: Advice | None
     """Code of `remedy`. Null if there is none."""
-    code: Literal[
-        "adapter",
-        "bus_off",
-        "bit_rate",
-        "no_traffic",
-        "own_node_id",
-        "duplicate_node_id",
-        "duplicate_servo_id",
-        "servos_without_id",
-        "other_commands",
-        "second_allocator",
-        "allocation_stuck",
-        "frames_dropped",
-        "errors_rising",
-        "load_over_budget",
-        "serial_line_full",
-        "silent_node",
-        "answers_lost",
-        "answers_slow",
-        "servo_offline",
-        "foreign_frames",
-        "no_bus",
-        "adapter_failed",
-        "adapter_lost",
-        "interface_down",
-        "sample_point",
-        "only_errors",
-        "unacknowledged",
-        "nothing_received",
-        "makers_program",
-        "allocator_off",
-        "allocation_refused",
-        "adapter_silent",
-        "bit_rate_fixed",
-        "baud_unknown",
-        "adapter_echoes",
-        "line_noise",
-        "latency_timer",
-    ]
+    code: FindingCode
     """Code for programs. Stable."""
     evidence: str
     """Observed values."""
@@ -980,7 +869,7 @@ class Job(TypedDict):
     """Result, depending on the kind. Null until the job has ended."""
     resumable: bool
     """POST …/resume goes on with what it has not done"""
-    state: Literal["queued", "running", "succeeded", "failed", "cancelled"]
+    state: JobState
     """State of the job."""
     step: str | None
     """Current step, for users. Null if none."""
@@ -995,98 +884,13 @@ class JobStep(TypedDict):
 
     ahead: str | None
     """End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none."""
-    code: Literal[
-        "check",
-        "snapshot",
-        "write",
-        "silence",
-        "restart",
-        "back",
-        "soft_start",
-        "read_back",
-        "ask",
-        "torque_off",
-        "erase",
-        "read",
-        "identity",
-        "rows",
-        "save",
-        "verify",
-        "limit",
-        "wiggle",
-        "return",
-        "restore",
-        "there",
-        "numbers",
-        "plan",
-        "aside",
-        "away",
-        "identify",
-        "clear",
-    ]
+    code: StepCode
     """Code of the step; with the kind of the job it says what is done."""
     ended_at: float | None
     """End, seconds since 1970 UTC. Null until then."""
     evidence: str | None
     """Observed values. Null if none yet."""
-    evidence_code: (
-        Literal[
-            "problem",
-            "interrupted",
-            "rows_read",
-            "snapshot_taken",
-            "snapshot_known",
-            "snapshot_failed",
-            "sent",
-            "asked",
-            "silent",
-            "restarted",
-            "restarted_when_asked",
-            "back_on_node",
-            "no_soft_start",
-            "soft_start_over",
-            "soft_start_aborted",
-            "read_back",
-            "all_rows_read",
-            "torque_off",
-            "erased",
-            "rows_differ",
-            "nothing_differs",
-            "rows_written",
-            "saved_by_job",
-            "rows_verified",
-            "at_rest",
-            "not_limited",
-            "limited",
-            "wiggled",
-            "angle_unknown",
-            "returned",
-            "restored",
-            "test_conditions",
-            "samples",
-            "run_stored",
-            "planned",
-            "written",
-            "saved",
-            "save_not_needed",
-            "identified",
-            "values_hold",
-            "values_still_hold",
-            "servo_id_parked",
-            "servo_id_put_back",
-            "servo_id_lost",
-            "node_id_parked",
-            "failed_before",
-            "job_ended",
-            "values_refused",
-            "other_refused",
-            "other_failed",
-            "latch_cleared",
-            "not_latched",
-            "held",
-        ]
-        | None
-    )
+    evidence_code: EvidenceCode | None
     """Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none."""
     evidence_params: Params
     name: str
@@ -1180,47 +984,7 @@ class LeftOut(TypedDict):
     """Parameter key."""
     why: str
     """Reason, one sentence."""
-    why_code: Literal[
-        "problem",
-        "not_in_servo",
-        "side_unknown",
-        "identity_row",
-        "torque_row",
-        "torque_never_on",
-        "too_many_dots",
-        "no_syntax",
-        "nested_too_deeply",
-        "no_object",
-        "no_table",
-        "too_many_entries",
-        "no_value",
-        "unknown_field",
-        "no_text",
-        "too_long",
-        "half_character",
-        "other_tables",
-        "unit_no_text",
-        "unit_without_value",
-        "pin_kept",
-        "pin_at_start",
-        "pin_after_fixed",
-        "id_free",
-        "id_kept_until_start",
-        "no_status",
-        "this_server",
-        "another_hornbill",
-        "asking_for_id",
-        "no_model_number",
-        "no_parameters",
-        "no_info",
-        "not_pollable_yet",
-        "polled_when_ready",
-        "log_limit",
-        "disk_slow",
-        "disk_full",
-        "write_failed",
-        "commissioned",
-    ]
+    why_code: NoteCode
     """Code of the reason."""
     why_params: Params
 
@@ -1241,50 +1005,7 @@ class Limits(TypedDict):
 class LineVerdict(TypedDict):
     """Verdict on one line of an imported file."""
 
-    code: (
-        Literal[
-            "problem",
-            "not_in_servo",
-            "side_unknown",
-            "identity_row",
-            "torque_row",
-            "torque_never_on",
-            "too_many_dots",
-            "no_syntax",
-            "nested_too_deeply",
-            "no_object",
-            "no_table",
-            "too_many_entries",
-            "no_value",
-            "unknown_field",
-            "no_text",
-            "too_long",
-            "half_character",
-            "other_tables",
-            "unit_no_text",
-            "unit_without_value",
-            "pin_kept",
-            "pin_at_start",
-            "pin_after_fixed",
-            "id_free",
-            "id_kept_until_start",
-            "no_status",
-            "this_server",
-            "another_hornbill",
-            "asking_for_id",
-            "no_model_number",
-            "no_parameters",
-            "no_info",
-            "not_pollable_yet",
-            "polled_when_ready",
-            "log_limit",
-            "disk_slow",
-            "disk_full",
-            "write_failed",
-            "commissioned",
-        ]
-        | None
-    )
+    code: NoteCode | None
     """Code of the text. Null if the text is empty."""
     key: str
     """Parameter key."""
@@ -1319,7 +1040,7 @@ class LogState(TypedDict):
     """Size, bytes."""
     dropped: int
     """Frames that could not be written in time."""
-    format: Literal["candump", "asc", "blf", "csv"] | None
+    format: LogFormat | None
     """File format. Null if there is no log."""
     frames: int
     """Number of CAN frames."""
@@ -1329,50 +1050,7 @@ class LogState(TypedDict):
     """File name. Null if there is no log."""
     reason: str | None
     """Reason why it ended. Null if stopped manually."""
-    reason_code: (
-        Literal[
-            "problem",
-            "not_in_servo",
-            "side_unknown",
-            "identity_row",
-            "torque_row",
-            "torque_never_on",
-            "too_many_dots",
-            "no_syntax",
-            "nested_too_deeply",
-            "no_object",
-            "no_table",
-            "too_many_entries",
-            "no_value",
-            "unknown_field",
-            "no_text",
-            "too_long",
-            "half_character",
-            "other_tables",
-            "unit_no_text",
-            "unit_without_value",
-            "pin_kept",
-            "pin_at_start",
-            "pin_after_fixed",
-            "id_free",
-            "id_kept_until_start",
-            "no_status",
-            "this_server",
-            "another_hornbill",
-            "asking_for_id",
-            "no_model_number",
-            "no_parameters",
-            "no_info",
-            "not_pollable_yet",
-            "polled_when_ready",
-            "log_limit",
-            "disk_slow",
-            "disk_full",
-            "write_failed",
-            "commissioned",
-        ]
-        | None
-    )
+    reason_code: NoteCode | None
     """Code of the reason. Null if stopped manually."""
     reason_params: Params
     started_at: float | None
@@ -1398,7 +1076,7 @@ class Mark(TypedDict):
     at: float
     """Seconds since 1970 UTC."""
     params: Params
-    reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
+    reason: MarkReason
     """Type of trigger."""
     text: str
     """One sentence for users."""
@@ -1415,7 +1093,7 @@ class Node(TypedDict):
     """Time since it was last received, s."""
     hardware_version: str | None
     """Hardware version from GetNodeInfo."""
-    health: Literal["ok", "warning", "error", "critical"]
+    health: HealthCode
     """Health from NodeStatus."""
     kind: Literal["servo", "hornbill", "foreign", "unknown"]
     """Kind of node. unknown: not identified yet, or no response."""
@@ -1427,50 +1105,7 @@ class Node(TypedDict):
     """Node ID, 1 to 127. 0 for nodes without one."""
     note: str | None
     """Reason why it is not a servo, or a peculiarity. Null if none."""
-    note_code: (
-        Literal[
-            "problem",
-            "not_in_servo",
-            "side_unknown",
-            "identity_row",
-            "torque_row",
-            "torque_never_on",
-            "too_many_dots",
-            "no_syntax",
-            "nested_too_deeply",
-            "no_object",
-            "no_table",
-            "too_many_entries",
-            "no_value",
-            "unknown_field",
-            "no_text",
-            "too_long",
-            "half_character",
-            "other_tables",
-            "unit_no_text",
-            "unit_without_value",
-            "pin_kept",
-            "pin_at_start",
-            "pin_after_fixed",
-            "id_free",
-            "id_kept_until_start",
-            "no_status",
-            "this_server",
-            "another_hornbill",
-            "asking_for_id",
-            "no_model_number",
-            "no_parameters",
-            "no_info",
-            "not_pollable_yet",
-            "polled_when_ready",
-            "log_limit",
-            "disk_slow",
-            "disk_full",
-            "write_failed",
-            "commissioned",
-        ]
-        | None
-    )
+    note_code: NoteCode | None
     """Code of the note. Null if none."""
     note_params: Params
     online: bool
@@ -1600,7 +1235,7 @@ class ParametersPatched(TypedDict):
     """Reason for rolled_back, one sentence. Null otherwise."""
     job: str | None
     """ID of the save job, with `save`. Null otherwise."""
-    outcome: Literal["applied", "rolled_back", "planned"]
+    outcome: ChangeOutcome
     """All changes, or none: rolled_back restores the earlier values."""
     problem: Problem | None
     """Reason for rolled_back, with code and facts. Null otherwise."""
@@ -1614,10 +1249,6 @@ class ParametersPatched(TypedDict):
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
-class Params(TypedDict):
-    """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
-
-
 class PendingAllocation(TypedDict):
     """A node heard asking for an id, and how far it has come."""
 
@@ -1627,7 +1258,7 @@ class PendingAllocation(TypedDict):
     """Number of allocation attempts started."""
     refusal: str | None
     """Reason why it gets no node ID. Null if it will get one."""
-    refusal_code: Literal["table_failed", "pinned_id_in_use", "all_taken"] | None
+    refusal_code: RefusalCode | None
     """Code of `refusal`. Null if it will get one."""
     refusal_params: Params
     stage: int
@@ -1645,7 +1276,7 @@ class PendingBundle(TypedDict):
     """Triggers of the recording."""
     ready_in_s: float
     """Time until it is written, s."""
-    reason: Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
+    reason: MarkReason
     """Type of trigger."""
     text: str
     """One sentence for users."""
@@ -1659,7 +1290,7 @@ class PositionUnitState(TypedDict):
     state: Literal["assumed", "confirmed", "forced", "conflict"]
     """assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in
     another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client"""
-    unit: Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+    unit: PositionUnit
     """Unit of positions in broadcasts."""
 
 
@@ -1814,7 +1445,7 @@ class Restored(TypedDict):
     """ID of the save job, with `save`. Null otherwise."""
     left_out: list[LeftOut]
     """Rows that were not written."""
-    outcome: Literal["applied", "rolled_back", "planned"]
+    outcome: ChangeOutcome
     """All changes, or none: rolled_back restores the earlier values."""
     problem: Problem | None
     """Reason for rolled_back, with code and facts. Null otherwise."""
@@ -1956,7 +1587,7 @@ class Servo(TypedDict):
     """What users of this firmware should know, in English. Null if nothing."""
     hardware_version: int | None
     """Hardware version from GetNodeInfo. Null if unknown."""
-    health: Literal["ok", "warning", "error", "critical"] | None
+    health: HealthCode | None
     """Health from NodeStatus. Null if unknown."""
     known_model: bool
     """The tables contain its series. Servos of other series are read-only."""
@@ -2028,20 +1659,7 @@ class Snapshot(TypedDict):
     """Model, such as `BLA21-06U-A0`. Null if unknown."""
     reason: str
     """Reason for the snapshot."""
-    reason_code: (
-        Literal[
-            "by_hand",
-            "saving",
-            "factory_reset",
-            "drift_undone",
-            "change",
-            "commissioning",
-            "matrix",
-            "profile",
-            "restore",
-        ]
-        | None
-    )
+    reason_code: ReasonCode | None
     """Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words."""
     reason_params: Params
     rom: dict[str, bool | int | float | str | None]
@@ -2141,7 +1759,7 @@ class Stop(TypedDict):
     """Client that stopped. Null while not latched."""
     latched: bool
     """Motion is blocked until the stop is cleared."""
-    mode: Literal["off", "brake"] | None
+    mode: StopMode | None
     """Torque off or brake. Null while not latched."""
     nodes: list[StopNode]
     """Nodes that broadcast actuator status and may be servos."""
@@ -2196,7 +1814,7 @@ class Stream(TypedDict):
     """Bursts per second."""
     sent: int
     """Number of bursts sent."""
-    type: Literal["angle", "speed", "torque"]
+    type: CommandKind
     """Type of the values: angle (°), speed (rpm) or torque (%)."""
     uids: list[str]
     """Servos that are commanded together, unique IDs."""
@@ -2245,50 +1863,7 @@ class TelemetryGrant(TypedDict):
     """Rate within the bus budget, Hz."""
     note: str | None
     """Reason why nothing is polled now. Null if polled."""
-    note_code: (
-        Literal[
-            "problem",
-            "not_in_servo",
-            "side_unknown",
-            "identity_row",
-            "torque_row",
-            "torque_never_on",
-            "too_many_dots",
-            "no_syntax",
-            "nested_too_deeply",
-            "no_object",
-            "no_table",
-            "too_many_entries",
-            "no_value",
-            "unknown_field",
-            "no_text",
-            "too_long",
-            "half_character",
-            "other_tables",
-            "unit_no_text",
-            "unit_without_value",
-            "pin_kept",
-            "pin_at_start",
-            "pin_after_fixed",
-            "id_free",
-            "id_kept_until_start",
-            "no_status",
-            "this_server",
-            "another_hornbill",
-            "asking_for_id",
-            "no_model_number",
-            "no_parameters",
-            "no_info",
-            "not_pollable_yet",
-            "polled_when_ready",
-            "log_limit",
-            "disk_slow",
-            "disk_full",
-            "write_failed",
-            "commissioned",
-        ]
-        | None
-    )
+    note_code: NoteCode | None
     """Code of the note. Null if polled."""
     note_params: Params
     owner: str
@@ -2344,3 +1919,219 @@ class Why(TypedDict):
     """Name of the reason."""
     params: dict[str, str]
     """Values in the sentence. `parameter` is the row that decides."""
+
+
+Advice: TypeAlias = Literal[
+    "connect_adapter",
+    "check_adapter",
+    "as_adapter_says",
+    "check_timing_and_wiring",
+    "find_short",
+    "set_bit_timing",
+    "set_bit_rate",
+    "check_wires",
+    "check_wires_and_baud",
+    "free_serial_line",
+    "check_plugs",
+    "slow_sender",
+    "free_computer",
+    "none_needed",
+    "renumber_node",
+    "change_own_node_id",
+    "close_program",
+    "give_servo_ids",
+    "silence_commander",
+    "renumber_servos",
+    "keep_one_allocator",
+    "turn_allocator_on",
+    "free_node_id",
+    "check_node_and_restart",
+    "check_node",
+    "check_cable_and_restart",
+    "check_worst_cable",
+    "check_computer",
+    "check_supply",
+]
+AllocatorChoice: TypeAlias = Literal["on", "off", "insist"]
+CautionCode: TypeAlias = Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+ChangeOutcome: TypeAlias = Literal["applied", "rolled_back", "planned"]
+CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
+EvidenceCode: TypeAlias = Literal[
+    "problem",
+    "interrupted",
+    "rows_read",
+    "snapshot_taken",
+    "snapshot_known",
+    "snapshot_failed",
+    "sent",
+    "asked",
+    "silent",
+    "restarted",
+    "restarted_when_asked",
+    "back_on_node",
+    "no_soft_start",
+    "soft_start_over",
+    "soft_start_aborted",
+    "read_back",
+    "all_rows_read",
+    "torque_off",
+    "erased",
+    "rows_differ",
+    "nothing_differs",
+    "rows_written",
+    "saved_by_job",
+    "rows_verified",
+    "at_rest",
+    "not_limited",
+    "limited",
+    "wiggled",
+    "angle_unknown",
+    "returned",
+    "restored",
+    "test_conditions",
+    "samples",
+    "run_stored",
+    "planned",
+    "written",
+    "saved",
+    "save_not_needed",
+    "identified",
+    "values_hold",
+    "values_still_hold",
+    "servo_id_parked",
+    "servo_id_put_back",
+    "servo_id_lost",
+    "node_id_parked",
+    "failed_before",
+    "job_ended",
+    "values_refused",
+    "other_refused",
+    "other_failed",
+    "latch_cleared",
+    "not_latched",
+    "held",
+]
+FaultLevel: TypeAlias = Literal["notification", "warning", "failure"]
+FindingCode: TypeAlias = Literal[
+    "adapter",
+    "bus_off",
+    "bit_rate",
+    "no_traffic",
+    "own_node_id",
+    "duplicate_node_id",
+    "duplicate_servo_id",
+    "servos_without_id",
+    "other_commands",
+    "second_allocator",
+    "allocation_stuck",
+    "frames_dropped",
+    "errors_rising",
+    "load_over_budget",
+    "serial_line_full",
+    "silent_node",
+    "answers_lost",
+    "answers_slow",
+    "servo_offline",
+    "foreign_frames",
+    "no_bus",
+    "adapter_failed",
+    "adapter_lost",
+    "interface_down",
+    "sample_point",
+    "only_errors",
+    "unacknowledged",
+    "nothing_received",
+    "makers_program",
+    "allocator_off",
+    "allocation_refused",
+    "adapter_silent",
+    "bit_rate_fixed",
+    "baud_unknown",
+    "adapter_echoes",
+    "line_noise",
+    "latency_timer",
+]
+HealthCode: TypeAlias = Literal["ok", "warning", "error", "critical"]
+JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+LogFormat: TypeAlias = Literal["candump", "asc", "blf", "csv"]
+"""The four forms of a recording."""
+MarkReason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
+MotionCode: TypeAlias = Literal["turns", "turn_count"]
+NoteCode: TypeAlias = Literal[
+    "problem",
+    "not_in_servo",
+    "side_unknown",
+    "identity_row",
+    "torque_row",
+    "torque_never_on",
+    "too_many_dots",
+    "no_syntax",
+    "nested_too_deeply",
+    "no_object",
+    "no_table",
+    "too_many_entries",
+    "no_value",
+    "unknown_field",
+    "no_text",
+    "too_long",
+    "half_character",
+    "other_tables",
+    "unit_no_text",
+    "unit_without_value",
+    "pin_kept",
+    "pin_at_start",
+    "pin_after_fixed",
+    "id_free",
+    "id_kept_until_start",
+    "no_status",
+    "this_server",
+    "another_hornbill",
+    "asking_for_id",
+    "no_model_number",
+    "no_parameters",
+    "no_info",
+    "not_pollable_yet",
+    "polled_when_ready",
+    "log_limit",
+    "disk_slow",
+    "disk_full",
+    "write_failed",
+    "commissioned",
+]
+Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]]
+"""Values in the text, by name with unit, unless unknown. Empty for texts without values."""
+PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+ReasonCode: TypeAlias = Literal[
+    "by_hand", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
+]
+RefusalCode: TypeAlias = Literal["table_failed", "pinned_id_in_use", "all_taken"]
+StepCode: TypeAlias = Literal[
+    "check",
+    "snapshot",
+    "write",
+    "silence",
+    "restart",
+    "back",
+    "soft_start",
+    "read_back",
+    "ask",
+    "torque_off",
+    "erase",
+    "read",
+    "identity",
+    "rows",
+    "save",
+    "verify",
+    "limit",
+    "wiggle",
+    "return",
+    "restore",
+    "there",
+    "numbers",
+    "plan",
+    "aside",
+    "away",
+    "identify",
+    "clear",
+]
+StopMode: TypeAlias = Literal["off", "brake"]

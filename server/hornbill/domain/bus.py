@@ -4,6 +4,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
+from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import STRICT, Model, Param, Params, Utc
 
@@ -35,62 +36,75 @@ Check = Literal[
 ]
 """Code of a check that may be without finding."""
 
-FindingCode = Literal[
-    Check,
-    "no_bus",
-    "adapter_failed",
-    "adapter_lost",
-    "interface_down",
-    "sample_point",
-    "only_errors",
-    "unacknowledged",
-    "nothing_received",
-    "makers_program",
-    "allocator_off",
-    "allocation_refused",
-    "adapter_silent",
-    "bit_rate_fixed",
-    "baud_unknown",
-    "adapter_echoes",
-    "line_noise",
-    "latency_timer",
-]
+FindingCode = TypeAliasType(
+    "FindingCode",
+    Literal[
+        Check,
+        "no_bus",
+        "adapter_failed",
+        "adapter_lost",
+        "interface_down",
+        "sample_point",
+        "only_errors",
+        "unacknowledged",
+        "nothing_received",
+        "makers_program",
+        "allocator_off",
+        "allocation_refused",
+        "adapter_silent",
+        "bit_rate_fixed",
+        "baud_unknown",
+        "adapter_echoes",
+        "line_noise",
+        "latency_timer",
+    ],
+)
 
-Advice = Literal[
-    "connect_adapter",
-    "check_adapter",
-    "as_adapter_says",
-    "check_timing_and_wiring",
-    "find_short",
-    "set_bit_timing",
-    "set_bit_rate",
-    "check_wires",
-    "check_wires_and_baud",
-    "free_serial_line",
-    "check_plugs",
-    "slow_sender",
-    "free_computer",
-    "none_needed",
-    "renumber_node",
-    "change_own_node_id",
-    "close_program",
-    "give_servo_ids",
-    "silence_commander",
-    "renumber_servos",
-    "keep_one_allocator",
-    "turn_allocator_on",
-    "free_node_id",
-    "check_node_and_restart",
-    "check_node",
-    "check_cable_and_restart",
-    "check_worst_cable",
-    "check_computer",
-    "check_supply",
-]
+Advice = TypeAliasType(
+    "Advice",
+    Literal[
+        "connect_adapter",
+        "check_adapter",
+        "as_adapter_says",
+        "check_timing_and_wiring",
+        "find_short",
+        "set_bit_timing",
+        "set_bit_rate",
+        "check_wires",
+        "check_wires_and_baud",
+        "free_serial_line",
+        "check_plugs",
+        "slow_sender",
+        "free_computer",
+        "none_needed",
+        "renumber_node",
+        "change_own_node_id",
+        "close_program",
+        "give_servo_ids",
+        "silence_commander",
+        "renumber_servos",
+        "keep_one_allocator",
+        "turn_allocator_on",
+        "free_node_id",
+        "check_node_and_restart",
+        "check_node",
+        "check_cable_and_restart",
+        "check_worst_cable",
+        "check_computer",
+        "check_supply",
+    ],
+)
 """Code of a remedy. as_adapter_says: what the adapter itself says is in the values, as a problem."""
 
 
-RefusalCode = Literal["table_failed", "pinned_id_in_use", "all_taken"]
+AllocatorChoice = TypeAliasType("AllocatorChoice", Literal["on", "off", "insist"])
+
+TransferKind = TypeAliasType("TransferKind", Literal["message", "request", "response"])
+
+HealthCode = TypeAliasType("HealthCode", Literal["ok", "warning", "error", "critical"])
+"""Health of a node, from NodeStatus."""
+
+RefusalCode = TypeAliasType("RefusalCode", Literal["table_failed", "pinned_id_in_use", "all_taken"])
 """Why a node gets no node ID."""
 
 
@@ -113,9 +127,7 @@ class AllocatorState(Model):
     """What the node-id allocator is doing."""
 
     state: Literal["on", "off", "standing_down"] = Field(description="standing_down: another allocator responds.")
-    mode: Literal["on", "off", "insist"] = Field(
-        description="Selected mode. insist: responds beside another allocator, too."
-    )
+    mode: AllocatorChoice = Field(description="Selected mode. insist: responds beside another allocator, too.")
     granted: int = Field(description="Number of node IDs in the table.")
     pending: int = Field(description="Number of nodes that request a node ID now.")
     free: int = Field(description="Number of free node IDs.")
@@ -232,7 +244,7 @@ class DecodedTransfer(Model):
 
     timestamp: float = Field(description="Time, seconds since 1970 UTC.")
     type: str | None = Field(description="Full DSDL name. Null if the type is unknown.")
-    kind: Literal["message", "request", "response"] = Field(description="Broadcast message, request or response.")
+    kind: TransferKind = Field(description="Broadcast message, request or response.")
     data_type_id: int = Field(description="DSDL data type ID.")
     source: int = Field(description="Source node ID.")
     destination: int | None = Field(description="Destination node ID of a request or response. Null for broadcasts.")

@@ -4,6 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
+from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import STRICT, Model, Param, Params
 from hornbill.domain.note import NoteCode
@@ -11,14 +12,18 @@ from hornbill.schema.scale import Value
 
 Verdict = Literal["planned", "applied", "clamped", "refused", "no_answer", "unchanged", "rolled_back"]
 Code = Literal["no_torque", "brake", "holds", "unknown", "unknown_start", "stays", "moves"]
+ChangeOutcome = TypeAliasType("ChangeOutcome", Literal["applied", "rolled_back", "planned"])
 LineState = Literal[
     "ok", "unknown", "forbidden", "read_only", "identity", "out_of_range", "invalid", "not_in_this_model"
 ]
 
 
-ReasonCode = Literal[
-    "by_hand", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
-]
+ReasonCode = TypeAliasType(
+    "ReasonCode",
+    Literal[
+        "by_hand", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
+    ],
+)
 """Why a snapshot is taken: of its own accord, or before what follows."""
 
 

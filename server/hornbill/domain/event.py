@@ -4,69 +4,74 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from typing_extensions import TypeAliasType
+
 from hornbill.domain.fields import Param, known
 
-EventCode = Literal[
-    # bus
-    "connected",
-    "disconnected",
-    "bus_lost",
-    "bus_trouble",
-    "bus_back",
-    "sample_point",
-    # node IDs
-    "allocator_mode",
-    "allocated",
-    "node_ids_freed",
-    "node_id_recycled",
-    "no_node_id",
-    "second_allocator",
-    "second_allocator_gone",
-    "own_node_id",
-    "own_node_id_alone",
-    # servos
-    "ready",
-    "offline",
-    "restarted",
-    "fault",
-    "fault_cleared",
-    "hunting",
-    "hunting_ended",
-    "saturated",
-    "saturated_ended",
-    "turns_lost",
-    "drift",
-    "ram_values_lost",
-    "position_unit",
-    "not_rolled_back",
-    "not_restored",
-    # motion control
-    "lease_asked",
-    "lease_withdrawn",
-    "lease_refused",
-    "lease_passed",
-    "lease_forced",
-    "lease_ended",
-    "hold_ended",
-    "move_ended",
-    "stream_ended",
-    "let_go",
-    # torque off
-    "stopped",
-    "stopped_late",
-    "stop_cleared",
-    "no_answer",
-    "torque_off",
-    # recordings, store
-    "bundle_written",
-    "bundle_failed",
-    "bundles_dropped",
-    "log_started",
-    "log_stopped",
-    "log_full",
-    "log_failed",
-    "store_failed",
-]
+EventCode = TypeAliasType(
+    "EventCode",
+    Literal[
+        # bus
+        "connected",
+        "disconnected",
+        "bus_lost",
+        "bus_trouble",
+        "bus_back",
+        "sample_point",
+        # node IDs
+        "allocator_mode",
+        "allocated",
+        "node_ids_freed",
+        "node_id_recycled",
+        "no_node_id",
+        "second_allocator",
+        "second_allocator_gone",
+        "own_node_id",
+        "own_node_id_alone",
+        # servos
+        "ready",
+        "offline",
+        "restarted",
+        "fault",
+        "fault_cleared",
+        "hunting",
+        "hunting_ended",
+        "saturated",
+        "saturated_ended",
+        "turns_lost",
+        "drift",
+        "ram_values_lost",
+        "position_unit",
+        "not_rolled_back",
+        "not_restored",
+        # motion control
+        "lease_asked",
+        "lease_withdrawn",
+        "lease_refused",
+        "lease_passed",
+        "lease_forced",
+        "lease_ended",
+        "hold_ended",
+        "move_ended",
+        "stream_ended",
+        "let_go",
+        # torque off
+        "stopped",
+        "stopped_late",
+        "stop_cleared",
+        "no_answer",
+        "torque_off",
+        # recordings, store
+        "bundle_written",
+        "bundle_failed",
+        "bundles_dropped",
+        "log_started",
+        "log_stopped",
+        "log_full",
+        "log_failed",
+        "store_failed",
+    ],
+)
 """Code of an event; with its `params` a page words it in its language."""
 
 Unstored = Literal["audit", "faults", "changes", "stop", "servo", "lost_values", "position_unit"]

@@ -17,7 +17,7 @@ SaveAfter = Annotated[
     bool, Field(description="Then write ROM: the servo restarts, its horn may move, and all rows are read back.")
 ]
 
-OnAnomaly = Literal["stop", "continue"]
+OnAnomaly = TypeAliasType("OnAnomaly", Literal["stop", "continue"])
 
 Param: TypeAlias = str | int | float | bool | list[str | int | float]
 Params = TypeAliasType(
@@ -38,15 +38,18 @@ def known(**params: Param | None) -> dict[str, Param]:
 
 _CONFIRM = "Confirmation codes of earlier `needs_confirmation` problems."
 
-SafetyWord = Literal["supply", "temperature", "torque_off_in_rom", "torque_on_in_rom", "multi_turn"]
-SafetyConfirm = Annotated[list[SafetyWord], Field(default_factory=list[SafetyWord], description=_CONFIRM)]
+_Safety = Literal["supply", "temperature", "torque_off_in_rom", "torque_on_in_rom", "multi_turn"]
+SafetyCode = TypeAliasType("SafetyCode", _Safety)
+"""Confirmation codes of values that may leave a servo unusable."""
+SafetyConfirm = Annotated[list[SafetyCode], Field(default_factory=list[SafetyCode], description=_CONFIRM)]
 
-MotionConfirm = Literal["turns", "turn_count"]
+_Motion = Literal["turns", "turn_count"]
+MotionCode = TypeAliasType("MotionCode", _Motion)
 """Confirmation codes of motion: a move of more than 360°, and a first move after a restart that lost the turn count
 (B34, B71)."""
-MotionConfirms = Annotated[list[MotionConfirm], Field(default_factory=list[MotionConfirm], description=_CONFIRM)]
+MotionConfirms = Annotated[list[MotionCode], Field(default_factory=list[MotionCode], description=_CONFIRM)]
 
-ConfirmCode = TypeAliasType("ConfirmCode", Literal[SafetyWord, MotionConfirm])
+ConfirmCode = TypeAliasType("ConfirmCode", Literal[_Safety, _Motion])
 """Every confirmation code; a type of its own in the document."""
 Confirmed = Annotated[list[ConfirmCode], Field(description=_CONFIRM)]
 

@@ -3,6 +3,7 @@
 from typing import Literal
 
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import Model, Param, Params, Utc
 from hornbill.domain.problem import Problem
@@ -16,72 +17,76 @@ ProfileStep = Literal["plan", "write", "save"]
 CommissionStep = Literal["check", "aside", "away", "identify", "write", "save", "verify"]
 OutputStep = Literal["clear", "restore"]
 
-StepCode = Literal[
-    SaveStep, RestartStep, ResetStep, IdentifyStep, StepTestStep, ProfileStep, CommissionStep, OutputStep
-]
+StepCode = TypeAliasType(
+    "StepCode",
+    Literal[SaveStep, RestartStep, ResetStep, IdentifyStep, StepTestStep, ProfileStep, CommissionStep, OutputStep],
+)
 """Code of a step; with the kind of its job it names what is done."""
 
-EvidenceCode = Literal[
-    # any job
-    "problem",
-    "interrupted",
-    # save, restart, factory reset
-    "rows_read",
-    "snapshot_taken",
-    "snapshot_known",
-    "snapshot_failed",
-    "sent",
-    "asked",
-    "silent",
-    "restarted",
-    "restarted_when_asked",
-    "back_on_node",
-    "no_soft_start",
-    "soft_start_over",
-    "soft_start_aborted",
-    "read_back",
-    "all_rows_read",
-    "torque_off",
-    "erased",
-    "rows_differ",
-    "nothing_differs",
-    "rows_written",
-    "saved_by_job",
-    "rows_verified",
-    # identify
-    "at_rest",
-    "not_limited",
-    "limited",
-    "wiggled",
-    "angle_unknown",
-    "returned",
-    "restored",
-    # step test
-    "test_conditions",
-    "samples",
-    "run_stored",
-    # profile, commissioning
-    "planned",
-    "written",
-    "saved",
-    "save_not_needed",
-    "identified",
-    "values_hold",
-    "values_still_hold",
-    "servo_id_parked",
-    "servo_id_put_back",
-    "servo_id_lost",
-    "node_id_parked",
-    "failed_before",
-    "job_ended",
-    "values_refused",
-    "other_refused",
-    "other_failed",
-    # restore output
-    "latch_cleared",
-    "not_latched",
-    "held",
-]
+EvidenceCode = TypeAliasType(
+    "EvidenceCode",
+    Literal[
+        # any job
+        "problem",
+        "interrupted",
+        # save, restart, factory reset
+        "rows_read",
+        "snapshot_taken",
+        "snapshot_known",
+        "snapshot_failed",
+        "sent",
+        "asked",
+        "silent",
+        "restarted",
+        "restarted_when_asked",
+        "back_on_node",
+        "no_soft_start",
+        "soft_start_over",
+        "soft_start_aborted",
+        "read_back",
+        "all_rows_read",
+        "torque_off",
+        "erased",
+        "rows_differ",
+        "nothing_differs",
+        "rows_written",
+        "saved_by_job",
+        "rows_verified",
+        # identify
+        "at_rest",
+        "not_limited",
+        "limited",
+        "wiggled",
+        "angle_unknown",
+        "returned",
+        "restored",
+        # step test
+        "test_conditions",
+        "samples",
+        "run_stored",
+        # profile, commissioning
+        "planned",
+        "written",
+        "saved",
+        "save_not_needed",
+        "identified",
+        "values_hold",
+        "values_still_hold",
+        "servo_id_parked",
+        "servo_id_put_back",
+        "servo_id_lost",
+        "node_id_parked",
+        "failed_before",
+        "job_ended",
+        "values_refused",
+        "other_refused",
+        "other_failed",
+        # restore output
+        "latch_cleared",
+        "not_latched",
+        "held",
+    ],
+)
 """Code of what a step observed, or of why it was skipped or failed."""
 
 
@@ -108,6 +113,9 @@ class JobStep(Model):
     ended_at: float | None = Field(default=None, description="End, seconds since 1970 UTC. Null until then.")
 
 
+JobState = TypeAliasType("JobState", Literal["queued", "running", "succeeded", "failed", "cancelled"])
+
+
 class Job(Model):
     """Something that takes time."""
 
@@ -116,7 +124,7 @@ class Job(Model):
         "save", "restart", "factory_reset", "identify", "profile", "commissioning", "step_test", "restore_output"
     ] = Field(description="Kind of job.")
     uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
-    state: Literal["queued", "running", "succeeded", "failed", "cancelled"] = Field(description="State of the job.")
+    state: JobState = Field(description="State of the job.")
     progress: float = Field(ge=0, le=1, description="Progress, 0 to 1.")
     step: str | None = Field(description="Current step, for users. Null if none.")
     result: dict[str, object] | None = Field(description="Result, depending on the kind. Null until the job has ended.")

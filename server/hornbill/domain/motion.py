@@ -4,12 +4,17 @@ from typing import Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
+from typing_extensions import TypeAliasType
 
-from hornbill.domain.fields import STRICT, Model, MotionConfirm, UidField, UidText, Utc
+from hornbill.domain.fields import STRICT, Model, MotionCode, UidField, UidText, Utc
 from hornbill.domain.problem import Problem
 from hornbill.domain.servo import Output
 
-CautionCode = Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+StopMode = TypeAliasType("StopMode", Literal["off", "brake"])
+
+CautionCode = TypeAliasType(
+    "CautionCode", Literal["turns", "turn_count", "endless", "too_small", "held", "pwm", "timeout_too_short"]
+)
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)
@@ -19,7 +24,7 @@ class Caution:
     level: Literal["warning", "failure"] = Field(description="failure: the motion may never end.")
     code: CautionCode = Field(description="Code for programs. Stable.")
     text: str = Field(description="One sentence for users.")
-    confirm: MotionConfirm | None = Field(description="Confirmation code required to send it. Null if none.")
+    confirm: MotionCode | None = Field(description="Confirmation code required to send it. Null if none.")
     params: dict[str, float] = Field(description="Values in the text, by name with unit.")
 
 
@@ -113,7 +118,7 @@ class Stop(Model):
     """The stop latch."""
 
     latched: bool = Field(description="Motion is blocked until the stop is cleared.")
-    mode: Literal["off", "brake"] | None = Field(description="Torque off or brake. Null while not latched.")
+    mode: StopMode | None = Field(description="Torque off or brake. Null while not latched.")
     at: float | None = Field(description="Time of the stop, seconds since 1970 UTC. Null while not latched.")
     by: str | None = Field(description="Client that stopped. Null while not latched.")
     reason: str | None = Field(description="Reason of the client. Null while not latched.")

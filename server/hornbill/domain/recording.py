@@ -3,10 +3,11 @@
 from typing import Annotated, Final, Literal, NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
+from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import Param, Params, UidText, Utc
 
-Reason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "by_hand"]
+MarkReason = TypeAliasType("MarkReason", Literal["failure", "stop", "lost", "bus_lost", "by_hand"])
 Word: TypeAlias = Annotated[str, Field(max_length=120)]
 Sentence: TypeAlias = Annotated[str, Field(max_length=2000)]
 Uid32: TypeAlias = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
@@ -26,7 +27,7 @@ class Mark(_Form):
     """A moment for which the bundle was written; `at` in seconds since 1970 UTC."""
 
     at: Utc
-    reason: Reason = Field(description="Type of trigger.")
+    reason: MarkReason = Field(description="Type of trigger.")
     text: Sentence = Field(description="One sentence for users.")
     uid: Uid32 | None = Field(
         default=None, description="Unique ID of the servo, 32 hex digits. Null if it concerns none."
@@ -78,7 +79,7 @@ class About(_Form):
 
     format: Literal[1] = Field(description="Format version of the recording.")
     version: Word = Field(description="Version of hornbill.")
-    reason: Reason = Field(description="Type of trigger.")
+    reason: MarkReason = Field(description="Type of trigger.")
     text: Sentence = Field(description="One sentence for users.")
     marks: Annotated[list[Mark], Field(min_length=1, max_length=MARKS_MOST)] = Field(
         description="Triggers of the recording."

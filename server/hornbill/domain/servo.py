@@ -5,11 +5,13 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
+from typing_extensions import TypeAliasType
 
+from hornbill.domain.bus import HealthCode
 from hornbill.domain.fields import STRICT, Model, Param, Params, UidField
 from hornbill.domain.note import NoteCode
 from hornbill.schema.effect import Why
-from hornbill.schema.fault import Level
+from hornbill.schema.fault import FaultLevel
 from hornbill.schema.scale import Value
 
 
@@ -64,7 +66,7 @@ class Reading:
 class Fault:
     """One fault bit of one servo, present or past (section 4.12)."""
 
-    level: Level = Field(description="Severity.")
+    level: FaultLevel = Field(description="Severity.")
     group: str = Field(description="Group within its table.")
     bit: int = Field(description="Bit number in its register, from 0.")
     key: str = Field(description="Key of the bit.")
@@ -100,7 +102,7 @@ class TelemetryGrant:
     note_params: Params = Field(default_factory=dict[str, Param])
 
 
-PositionUnit = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+PositionUnit = TypeAliasType("PositionUnit", Literal["hundred_degrees", "radian", "degree", "tenth_degree"])
 """What position 1.0 means in Status and ArrayCommand (tables 2-21 and 2-22)."""
 
 
@@ -224,9 +226,7 @@ class Servo(Model):
     state: Literal["identifying", "ready", "soft_start", "saving", "restarting", "updating", "protected", "offline"] = (
         Field(description="Operating state.")
     )
-    health: Literal["ok", "warning", "error", "critical"] | None = Field(
-        description="Health from NodeStatus. Null if unknown."
-    )
+    health: HealthCode | None = Field(description="Health from NodeStatus. Null if unknown.")
     mode: str | None = Field(description="Mode from NodeStatus. Null if unknown.")
     uptime_s: int | None = Field(description="Time since its start, s. Null if unknown.")
     angle_deg: float | None = Field(description="Horn angle, °. Positive is clockwise.")

@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self, TypeAlia
 
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
+from typing_extensions import TypeAliasType
 
 from hornbill.schema.parameter import DUMMY, Key, Row, Section, Text
 
 if TYPE_CHECKING:
     from hornbill.schema.catalog import Catalog
 
-CommandKind: TypeAlias = Literal["angle", "speed", "torque"]
+CommandKind = TypeAliasType("CommandKind", Literal["angle", "speed", "torque"])
 LastCommand: TypeAlias = Literal["angle", "speed", "torque", "none"]
 
 COMMANDS: Mapping[str, CommandKind] = {

@@ -4,15 +4,16 @@ from collections.abc import Iterable, Mapping
 from typing import Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
+from typing_extensions import TypeAliasType
 
 from hornbill.schema.parameter import Key, Row, Section, Text
 
-Level: TypeAlias = Literal["notification", "warning", "failure"]
+FaultLevel = TypeAliasType("FaultLevel", Literal["notification", "warning", "failure"])
 FaultGroup: TypeAlias = Literal["hardware", "software", "communication", "other"]
 
-LEVELS: tuple[Level, ...] = ("notification", "warning", "failure")
+LEVELS: tuple[FaultLevel, ...] = ("notification", "warning", "failure")
 GROUPS: tuple[FaultGroup, ...] = ("hardware", "software", "communication", "other")
-REGISTERS: Mapping[str, Level] = {
+REGISTERS: Mapping[str, FaultLevel] = {
     "fault_notification": "notification",
     "fault_warning": "warning",
     "fault_failure": "failure",
@@ -25,7 +26,7 @@ class FaultBit(Row):
     """One documented bit of `parameter`. In the overview, `level` is the level the bit sums up."""
 
     parameter: Key = Field(description="Key of its register.")
-    level: Level = Field(description="Severity.")
+    level: FaultLevel = Field(description="Severity.")
     group: FaultGroup = Field(description="Group within its table.")
     bit: Annotated[int, Field(ge=0, le=31)] = Field(description="Bit number in the 32-bit register, from 0.")
     key: Key = Field(description="Key of the bit.")

@@ -3,9 +3,9 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Final
 
-from hornbill.schema.fault import FaultBit, Level, overview_of
+from hornbill.schema.fault import FaultBit, FaultLevel, overview_of
 
-_LEVELS: Final[tuple[Level, ...]] = ("notification", "warning", "failure")
+_LEVELS: Final[tuple[FaultLevel, ...]] = ("notification", "warning", "failure")
 
 
 class SimFaults:

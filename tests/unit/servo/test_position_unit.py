@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hornbill.domain.servo import PositionUnit
 from hornbill.servo.device.position_estimate import DEGREES, HELD, LITERAL, Angle, Estimate
 
-UNITS = st.sampled_from(get_args(PositionUnit))
+UNITS = st.sampled_from(get_args(PositionUnit.__value__))
 Rounding = Literal["nearest", "down", "none"]
 ROUNDINGS = st.sampled_from(get_args(Rounding))
 Where = Callable[[float], float]
@@ -90,7 +90,7 @@ def test_no_angle_at_all_is_taken_for_another_unit(
     assert not estimate.clash
 
 
-@pytest.mark.parametrize("unit", get_args(PositionUnit))
+@pytest.mark.parametrize("unit", get_args(PositionUnit.__value__))
 @pytest.mark.parametrize("degrees", [0.0, 0.1, -0.4, 1.0, -1.9])
 def test_near_zero_nothing_is_concluded_and_what_is_shown_is_not_far_off(unit: PositionUnit, degrees: float) -> None:
     estimate = Estimate()
@@ -137,7 +137,7 @@ def test_a_horn_sent_from_place_to_place_never_confirms_another_unit_nor_a_confl
     assert not estimate.clash
 
 
-@pytest.mark.parametrize("unit", get_args(PositionUnit))
+@pytest.mark.parametrize("unit", get_args(PositionUnit.__value__))
 def test_two_angles_need_fewer_readings_than_one(unit: PositionUnit) -> None:
     estimate = Estimate()
     watch(estimate, still(20.0), unit, seconds=0.4)

@@ -3158,11 +3158,8 @@ export interface components {
             incomplete: string[];
             /** @description Triggers of the recording. */
             marks: components["schemas"]["Mark"][];
-            /**
-             * @description Type of trigger.
-             * @enum {string}
-             */
-            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** @description Type of trigger. */
+            reason: components["schemas"]["MarkReason"];
             /** @description Revision of the parameter tables. */
             schema_revision: string;
             /** @description One entry per servo. */
@@ -3250,6 +3247,8 @@ export interface components {
             /** @description One sentence for users. */
             text: string;
         };
+        /** @enum {string} */
+        Advice: "connect_adapter" | "check_adapter" | "as_adapter_says" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "free_computer" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "give_servo_ids" | "silence_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply";
         /**
          * Allocation
          * @description One row of the allocation table.
@@ -3277,11 +3276,8 @@ export interface components {
             node_id: number;
             /** @description Time at which the change takes effect, one sentence. */
             note: string;
-            /**
-             * @description Code of the note.
-             * @enum {string}
-             */
-            note_code: "problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned";
+            /** @description Code of the note. */
+            note_code: components["schemas"]["NoteCode"];
             note_params: components["schemas"]["Params"];
             /** @description Received recently. */
             online: boolean;
@@ -3302,16 +3298,15 @@ export interface components {
             /** @description Nodes that request a node ID now. */
             pending: components["schemas"]["PendingAllocation"][];
         };
+        /** @enum {string} */
+        AllocatorChoice: "on" | "off" | "insist";
         /**
          * AllocatorMode
          * @description What the allocator shall do.
          */
         AllocatorMode: {
-            /**
-             * @description on: allocate node IDs; off: do not; insist: also beside another allocator.
-             * @enum {string}
-             */
-            mode: "on" | "off" | "insist";
+            /** @description on: allocate node IDs; off: do not; insist: also beside another allocator. */
+            mode: components["schemas"]["AllocatorChoice"];
         };
         /**
          * AllocatorState
@@ -3322,11 +3317,8 @@ export interface components {
             free: number;
             /** @description Number of node IDs in the table. */
             granted: number;
-            /**
-             * @description Selected mode. insist: responds beside another allocator, too.
-             * @enum {string}
-             */
-            mode: "on" | "off" | "insist";
+            /** @description Selected mode. insist: responds beside another allocator, too. */
+            mode: components["schemas"]["AllocatorChoice"];
             /** @description another program uses hornbill's node id: unless told to insist, hornbill gives no node ids until a minute after its last frame */
             own_id_shared: boolean;
             /** @description Number of nodes that request a node ID now. */
@@ -3499,7 +3491,7 @@ export interface components {
              */
             all_or_none: boolean;
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn")[];
+            confirm?: components["schemas"]["SafetyCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
@@ -3570,7 +3562,7 @@ export interface components {
             problem?: string | null;
             problem_params?: components["schemas"]["Params"];
             /** @description Type of trigger. */
-            reason: ("failure" | "stop" | "lost" | "bus_lost" | "by_hand") | null;
+            reason: components["schemas"]["MarkReason"] | null;
             /** @description Duration, s. Null if the file cannot be read. */
             seconds: number | null;
             /** @description One sentence for users. */
@@ -3615,11 +3607,8 @@ export interface components {
             /** @description Time of the trigger, seconds since 1970 UTC. */
             at: number;
             params?: components["schemas"]["Params"];
-            /**
-             * @description Type of trigger.
-             * @enum {string}
-             */
-            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** @description Type of trigger. */
+            reason: components["schemas"]["MarkReason"];
             /** @description One sentence for users. */
             text: string;
             /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
@@ -3704,18 +3693,15 @@ export interface components {
             /** @description Commands, one per servo. */
             commands: components["schemas"]["BurstCommand"][];
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("turns" | "turn_count")[];
+            confirm?: components["schemas"]["MotionCode"][];
         };
         /**
          * BurstCommand
          * @description One servo's part of a burst.
          */
         BurstCommand: {
-            /**
-             * @description Type of the value: angle (°), speed (rpm) or torque (%).
-             * @enum {string}
-             */
-            type: "angle" | "speed" | "torque";
+            /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
+            type: components["schemas"]["CommandKind"];
             /** @description Unique ID, 32 lower-case hex digits. */
             uid: string;
             /** @description Angle (°), speed (rpm) or torque (%). */
@@ -3868,13 +3854,10 @@ export interface components {
          * @description Something to know before a command is sent.
          */
         Caution: {
-            /**
-             * @description Code for programs. Stable.
-             * @enum {string}
-             */
-            code: "turns" | "turn_count" | "endless" | "too_small" | "held" | "pwm" | "timeout_too_short";
+            /** @description Code for programs. Stable. */
+            code: components["schemas"]["CautionCode"];
             /** @description Confirmation code required to send it. Null if none. */
-            confirm: ("turns" | "turn_count") | null;
+            confirm: components["schemas"]["MotionCode"] | null;
             /**
              * @description failure: the motion may never end.
              * @enum {string}
@@ -3887,6 +3870,8 @@ export interface components {
             /** @description One sentence for users. */
             text: string;
         };
+        /** @enum {string} */
+        CautionCode: "turns" | "turn_count" | "endless" | "too_small" | "held" | "pwm" | "timeout_too_short";
         /**
          * Change
          * @description Result of one key. For torque_mode, `before` and `after` are configured values.
@@ -3906,6 +3891,8 @@ export interface components {
              */
             verdict: "planned" | "applied" | "clamped" | "refused" | "no_answer" | "unchanged" | "rolled_back";
         };
+        /** @enum {string} */
+        ChangeOutcome: "applied" | "rolled_back" | "planned";
         /**
          * Choice
          * @description One named value of a register that is a choice.
@@ -3959,7 +3946,7 @@ export interface components {
              */
             clamp: boolean;
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("turns" | "turn_count")[];
+            confirm?: components["schemas"]["MotionCode"][];
             /**
              * @description Time within the band before the move counts as settled, s.
              * @default 0.2
@@ -3974,11 +3961,8 @@ export interface components {
              * @default 5
              */
             timeout_s: number;
-            /**
-             * @description Type of the value: angle (°), speed (rpm) or torque (%).
-             * @enum {string}
-             */
-            type: "angle" | "speed" | "torque";
+            /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
+            type: components["schemas"]["CommandKind"];
             /** @description Angle (°), speed (rpm) or torque (%), rounded to the servo's step. */
             value: number;
             /**
@@ -4001,6 +3985,8 @@ export interface components {
              */
             value: number;
         };
+        /** @enum {string} */
+        CommandKind: "angle" | "speed" | "torque";
         /**
          * CommandMessage
          * @description Motion commands; the newest command of a servo wins when they come faster than the bus.
@@ -4109,7 +4095,7 @@ export interface components {
          */
         Commissioning: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn")[];
+            confirm?: components["schemas"]["SafetyCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
@@ -4123,9 +4109,8 @@ export interface components {
             /**
              * @description After the first servo with an unexpected result: leave the remaining servos unchanged, or continue.
              * @default stop
-             * @enum {string}
              */
-            on_anomaly: "stop" | "continue";
+            on_anomaly: components["schemas"]["OnAnomaly"];
             /** @description Name of the profile to apply to all servos. Null for none. */
             profile?: string | null;
             /**
@@ -4174,7 +4159,7 @@ export interface components {
              * @description True while the last command was one of these.
              * @default []
              */
-            last_command: ("angle" | "speed" | "torque")[];
+            last_command: components["schemas"]["CommandKind"][];
             /** @description Key of the row to check. Null for conditions on the last command. */
             parameter?: string | null;
             /**
@@ -4191,7 +4176,7 @@ export interface components {
          */
         Copy: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn")[];
+            confirm?: components["schemas"]["SafetyCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
@@ -4229,11 +4214,8 @@ export interface components {
             } | null;
             /** @description Number of CAN frames. */
             frames: number;
-            /**
-             * @description Broadcast message, request or response.
-             * @enum {string}
-             */
-            kind: "message" | "request" | "response";
+            /** @description Broadcast message, request or response. */
+            kind: components["schemas"]["TransferKind"];
             /** @description Payload bytes, hex. */
             payload: string;
             /** @description Transfer priority, 0 (highest) to 31. */
@@ -4289,7 +4271,7 @@ export interface components {
          */
         DriftRestore: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn")[];
+            confirm?: components["schemas"]["SafetyCode"][];
             /**
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
@@ -4383,6 +4365,8 @@ export interface components {
              */
             uid: string | null;
         };
+        /** @enum {string} */
+        EventCode: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_asked" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "let_go" | "stopped" | "stopped_late" | "stop_cleared" | "no_answer" | "torque_off" | "bundle_written" | "bundle_failed" | "bundles_dropped" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
         /**
          * EventMessage
          * @description Something happened, in one plain sentence.
@@ -4390,11 +4374,8 @@ export interface components {
         EventMessage: {
             /** @description Seconds since 1970 UTC. */
             at: number;
-            /**
-             * @description Code for programs. Stable.
-             * @enum {string}
-             */
-            code: "connected" | "disconnected" | "bus_lost" | "bus_trouble" | "bus_back" | "sample_point" | "allocator_mode" | "allocated" | "node_ids_freed" | "node_id_recycled" | "no_node_id" | "second_allocator" | "second_allocator_gone" | "own_node_id" | "own_node_id_alone" | "ready" | "offline" | "restarted" | "fault" | "fault_cleared" | "hunting" | "hunting_ended" | "saturated" | "saturated_ended" | "turns_lost" | "drift" | "ram_values_lost" | "position_unit" | "not_rolled_back" | "not_restored" | "lease_asked" | "lease_withdrawn" | "lease_refused" | "lease_passed" | "lease_forced" | "lease_ended" | "hold_ended" | "move_ended" | "stream_ended" | "let_go" | "stopped" | "stopped_late" | "stop_cleared" | "no_answer" | "torque_off" | "bundle_written" | "bundle_failed" | "bundles_dropped" | "log_started" | "log_stopped" | "log_full" | "log_failed" | "store_failed";
+            /** @description Code for programs. Stable. */
+            code: components["schemas"]["EventCode"];
             /**
              * @description Severity.
              * @enum {string}
@@ -4416,6 +4397,8 @@ export interface components {
             /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
             uid: string | null;
         };
+        /** @enum {string} */
+        EvidenceCode: "problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "asked" | "silent" | "restarted" | "restarted_when_asked" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_hold" | "values_still_hold" | "servo_id_parked" | "servo_id_put_back" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held";
         /** ExtendedAngleValue */
         ExtendedAngleValue: {
             /**
@@ -4474,11 +4457,8 @@ export interface components {
             last_seen: number;
             /** @description Active, and stays set until the servo restarts, regardless of its cause. */
             latched: boolean;
-            /**
-             * @description Severity.
-             * @enum {string}
-             */
-            level: "notification" | "warning" | "failure";
+            /** @description Severity. */
+            level: components["schemas"]["FaultLevel"];
             /** @description Describes something before the servo's last start. */
             past_event: boolean;
             /** @description Set in the last reading, which is too old to know the present state. */
@@ -4507,11 +4487,8 @@ export interface components {
              * @default false
              */
             latching: boolean;
-            /**
-             * @description Severity.
-             * @enum {string}
-             */
-            level: "notification" | "warning" | "failure";
+            /** @description Severity. */
+            level: components["schemas"]["FaultLevel"];
             /** @description Parameter that sets its threshold. Null if none. */
             limit?: string | null;
             /**
@@ -4539,6 +4516,8 @@ export interface components {
             /** @description Section of the specification. */
             section: string;
         };
+        /** @enum {string} */
+        FaultLevel: "notification" | "warning" | "failure";
         /**
          * FaultWords
          * @description The three fault words 0x19, 0x1A and 0x1B as last read; null while unknown (section 4.12).
@@ -4567,12 +4546,9 @@ export interface components {
          */
         Finding: {
             /** @description Code of `remedy`. Null if there is none. */
-            advice?: ("connect_adapter" | "check_adapter" | "as_adapter_says" | "check_timing_and_wiring" | "find_short" | "set_bit_timing" | "set_bit_rate" | "check_wires" | "check_wires_and_baud" | "free_serial_line" | "check_plugs" | "slow_sender" | "free_computer" | "none_needed" | "renumber_node" | "change_own_node_id" | "close_program" | "give_servo_ids" | "silence_commander" | "renumber_servos" | "keep_one_allocator" | "turn_allocator_on" | "free_node_id" | "check_node_and_restart" | "check_node" | "check_cable_and_restart" | "check_worst_cable" | "check_computer" | "check_supply") | null;
-            /**
-             * @description Code for programs. Stable.
-             * @enum {string}
-             */
-            code: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "answers_lost" | "answers_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
+            advice?: components["schemas"]["Advice"] | null;
+            /** @description Code for programs. Stable. */
+            code: components["schemas"]["FindingCode"];
             /** @description Observed values. */
             evidence: string;
             /** @description IDs of the nodes concerned. */
@@ -4590,6 +4566,8 @@ export interface components {
             /** @description Unique IDs of the servos concerned. */
             uids?: string[];
         };
+        /** @enum {string} */
+        FindingCode: "adapter" | "bus_off" | "bit_rate" | "no_traffic" | "own_node_id" | "duplicate_node_id" | "duplicate_servo_id" | "servos_without_id" | "other_commands" | "second_allocator" | "allocation_stuck" | "frames_dropped" | "errors_rising" | "load_over_budget" | "serial_line_full" | "silent_node" | "answers_lost" | "answers_slow" | "servo_offline" | "foreign_frames" | "no_bus" | "adapter_failed" | "adapter_lost" | "interface_down" | "sample_point" | "only_errors" | "unacknowledged" | "nothing_received" | "makers_program" | "allocator_off" | "allocation_refused" | "adapter_silent" | "bit_rate_fixed" | "baud_unknown" | "adapter_echoes" | "line_noise" | "latency_timer";
         /**
          * Forecast
          * @description Effect of a restart on the horn, and its risks.
@@ -4642,7 +4620,7 @@ export interface components {
              * @description Kind of transfer. Null for all.
              * @default null
              */
-            kind: ("message" | "request" | "response") | null;
+            kind: components["schemas"]["TransferKind"] | null;
             /**
              * @description Source or destination node ID. 0 for anonymous. Null for all.
              * @default null
@@ -4727,6 +4705,8 @@ export interface components {
             /** @description Version of hornbill. */
             version: string;
         };
+        /** @enum {string} */
+        HealthCode: "ok" | "warning" | "error" | "critical";
         /**
          * Heartbeat
          * @description Renews a lease. A lease once renewed over a socket ends when that socket closes.
@@ -4813,11 +4793,8 @@ export interface components {
              * @default false
              */
             resumable: boolean;
-            /**
-             * @description State of the job.
-             * @enum {string}
-             */
-            state: "queued" | "running" | "succeeded" | "failed" | "cancelled";
+            /** @description State of the job. */
+            state: components["schemas"]["JobState"];
             /** @description Current step, for users. Null if none. */
             step: string | null;
             /** @description Steps in order. */
@@ -4839,6 +4816,8 @@ export interface components {
              */
             type: "job";
         };
+        /** @enum {string} */
+        JobState: "queued" | "running" | "succeeded" | "failed" | "cancelled";
         /**
          * JobStep
          * @description One step of a job, with its evidence.
@@ -4846,17 +4825,14 @@ export interface components {
         JobStep: {
             /** @description End of `evidence` that describes remaining work. Obsolete once the job has ended. Null if none. */
             ahead?: string | null;
-            /**
-             * @description Code of the step; with the kind of the job it says what is done.
-             * @enum {string}
-             */
-            code: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "ask" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "there" | "numbers" | "plan" | "aside" | "away" | "identify" | "clear";
+            /** @description Code of the step; with the kind of the job it says what is done. */
+            code: components["schemas"]["StepCode"];
             /** @description End, seconds since 1970 UTC. Null until then. */
             ended_at?: number | null;
             /** @description Observed values. Null if none yet. */
             evidence?: string | null;
             /** @description Code of `evidence`. problem: `evidence_params` has its code as `problem`. Null if none. */
-            evidence_code?: ("problem" | "interrupted" | "rows_read" | "snapshot_taken" | "snapshot_known" | "snapshot_failed" | "sent" | "asked" | "silent" | "restarted" | "restarted_when_asked" | "back_on_node" | "no_soft_start" | "soft_start_over" | "soft_start_aborted" | "read_back" | "all_rows_read" | "torque_off" | "erased" | "rows_differ" | "nothing_differs" | "rows_written" | "saved_by_job" | "rows_verified" | "at_rest" | "not_limited" | "limited" | "wiggled" | "angle_unknown" | "returned" | "restored" | "test_conditions" | "samples" | "run_stored" | "planned" | "written" | "saved" | "save_not_needed" | "identified" | "values_hold" | "values_still_hold" | "servo_id_parked" | "servo_id_put_back" | "servo_id_lost" | "node_id_parked" | "failed_before" | "job_ended" | "values_refused" | "other_refused" | "other_failed" | "latch_cleared" | "not_latched" | "held") | null;
+            evidence_code?: components["schemas"]["EvidenceCode"] | null;
             evidence_params?: components["schemas"]["Params"];
             /** @description Name for programs. */
             name: string;
@@ -4996,11 +4972,8 @@ export interface components {
             key: string;
             /** @description Reason, one sentence. */
             why: string;
-            /**
-             * @description Code of the reason.
-             * @enum {string}
-             */
-            why_code: "problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned";
+            /** @description Code of the reason. */
+            why_code: components["schemas"]["NoteCode"];
             why_params: components["schemas"]["Params"];
         };
         /**
@@ -5023,7 +4996,7 @@ export interface components {
          */
         LineVerdict: {
             /** @description Code of the text. Null if the text is empty. */
-            code: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
+            code: components["schemas"]["NoteCode"] | null;
             /** @description Parameter key. */
             key: string;
             /** @description Line number from 1. 0 if unknown. */
@@ -5052,6 +5025,12 @@ export interface components {
             name: string;
         };
         /**
+         * LogFormat
+         * @description The four forms of a recording.
+         * @enum {string}
+         */
+        LogFormat: "candump" | "asc" | "blf" | "csv";
+        /**
          * LogRequest
          * @description What to log, and when to stop by itself.
          */
@@ -5059,9 +5038,8 @@ export interface components {
             /**
              * @description File format.
              * @default candump
-             * @enum {string}
              */
-            format: "candump" | "asc" | "blf" | "csv";
+            format: components["schemas"]["LogFormat"];
             /**
              * @description Size at which logging ends, MB.
              * @default 100
@@ -5080,7 +5058,7 @@ export interface components {
             /** @description Frames that could not be written in time. */
             dropped: number;
             /** @description File format. Null if there is no log. */
-            format: ("candump" | "asc" | "blf" | "csv") | null;
+            format: components["schemas"]["LogFormat"] | null;
             /** @description Number of CAN frames. */
             frames: number;
             /** @description Size at which logging ends, bytes. */
@@ -5090,7 +5068,7 @@ export interface components {
             /** @description Reason why it ended. Null if stopped manually. */
             reason: string | null;
             /** @description Code of the reason. Null if stopped manually. */
-            reason_code: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
+            reason_code: components["schemas"]["NoteCode"] | null;
             reason_params: components["schemas"]["Params"];
             /** @description Start, seconds since 1970 UTC. Null if there is no log. */
             started_at: number | null;
@@ -5128,16 +5106,17 @@ export interface components {
             /** @description Seconds since 1970 UTC. */
             at: number;
             params?: components["schemas"]["Params"];
-            /**
-             * @description Type of trigger.
-             * @enum {string}
-             */
-            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** @description Type of trigger. */
+            reason: components["schemas"]["MarkReason"];
             /** @description One sentence for users. */
             text: string;
             /** @description Unique ID of the servo, 32 hex digits. Null if it concerns none. */
             uid?: string | null;
         };
+        /** @enum {string} */
+        MarkReason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+        /** @enum {string} */
+        MotionCode: "turns" | "turn_count";
         /**
          * MotionHold
          * @description A speed or torque that lasts only while it is asked for again: for a button that is held.
@@ -5241,9 +5220,8 @@ export interface components {
             /**
              * @description Type of the values: angle (°), speed (rpm) or torque (%).
              * @default angle
-             * @enum {string}
              */
-            type: "angle" | "speed" | "torque";
+            type: components["schemas"]["CommandKind"];
             /** @description Servos that are commanded together, unique IDs. */
             uids: string[];
         };
@@ -5259,11 +5237,8 @@ export interface components {
             age_s: number;
             /** @description Hardware version from GetNodeInfo. */
             hardware_version: string | null;
-            /**
-             * @description Health from NodeStatus.
-             * @enum {string}
-             */
-            health: "ok" | "warning" | "error" | "critical";
+            /** @description Health from NodeStatus. */
+            health: components["schemas"]["HealthCode"];
             /**
              * @description Kind of node. unknown: not identified yet, or no response.
              * @enum {string}
@@ -5278,7 +5253,7 @@ export interface components {
             /** @description Reason why it is not a servo, or a peculiarity. Null if none. */
             note: string | null;
             /** @description Code of the note. Null if none. */
-            note_code: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
+            note_code: components["schemas"]["NoteCode"] | null;
             note_params: components["schemas"]["Params"];
             /** @description Received recently. */
             online: boolean;
@@ -5304,6 +5279,8 @@ export interface components {
              */
             value: number;
         };
+        /** @enum {string} */
+        NoteCode: "problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned";
         /** NumberReading */
         NumberReading: components["schemas"]["Reading"] & {
             configured: number | null;
@@ -5311,6 +5288,8 @@ export interface components {
             rom: number | null;
             value: number | null;
         };
+        /** @enum {string} */
+        OnAnomaly: "stop" | "continue";
         /** OriginValue */
         OriginValue: {
             /**
@@ -5738,11 +5717,8 @@ export interface components {
             failure?: string | null;
             /** @description ID of the save job, with `save`. Null otherwise. */
             job?: string | null;
-            /**
-             * @description All changes, or none: rolled_back restores the earlier values.
-             * @enum {string}
-             */
-            outcome: "applied" | "rolled_back" | "planned";
+            /** @description All changes, or none: rolled_back restores the earlier values. */
+            outcome: components["schemas"]["ChangeOutcome"];
             /** @description Reason for rolled_back, with code and facts. Null otherwise. */
             problem?: components["schemas"]["Problem"] | null;
             /** @description Effect of the save on the horn. */
@@ -5770,7 +5746,7 @@ export interface components {
             /** @description Reason why it gets no node ID. Null if it will get one. */
             refusal: string | null;
             /** @description Code of `refusal`. Null if it will get one. */
-            refusal_code: ("table_failed" | "pinned_id_in_use" | "all_taken") | null;
+            refusal_code: components["schemas"]["RefusalCode"] | null;
             refusal_params: components["schemas"]["Params"];
             /** @description Number of parts received, 0 to 3. */
             stage: number;
@@ -5788,11 +5764,8 @@ export interface components {
             marks: components["schemas"]["BundleMark"][];
             /** @description Time until it is written, s. */
             ready_in_s: number;
-            /**
-             * @description Type of trigger.
-             * @enum {string}
-             */
-            reason: "failure" | "stop" | "lost" | "bus_lost" | "by_hand";
+            /** @description Type of trigger. */
+            reason: components["schemas"]["MarkReason"];
             /** @description One sentence for users. */
             text: string;
         };
@@ -5804,13 +5777,15 @@ export interface components {
             /** @description Node ID, 1 to 127. */
             node_id: number;
         };
+        /** @enum {string} */
+        PositionUnit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
         /**
          * PositionUnitPut
          * @description Force a unit, or (null) measure it.
          */
         PositionUnitPut: {
             /** @description Unit of position 1.0. Null: measure it. */
-            unit: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
+            unit: components["schemas"]["PositionUnit"] | null;
         };
         /**
          * PositionUnitState
@@ -5824,11 +5799,8 @@ export interface components {
              * @enum {string}
              */
             state: "assumed" | "confirmed" | "forced" | "conflict";
-            /**
-             * @description Unit of positions in broadcasts.
-             * @enum {string}
-             */
-            unit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
+            /** @description Unit of positions in broadcasts. */
+            unit: components["schemas"]["PositionUnit"];
         };
         /**
          * Problem
@@ -5890,7 +5862,7 @@ export interface components {
          */
         ProfileApply: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn")[];
+            confirm?: components["schemas"]["SafetyCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
@@ -5899,9 +5871,8 @@ export interface components {
             /**
              * @description After the first servo with an unexpected result: stop, or continue.
              * @default stop
-             * @enum {string}
              */
-            on_anomaly: "stop" | "continue";
+            on_anomaly: components["schemas"]["OnAnomaly"];
             /**
              * @description Then write ROM: the servo restarts, its horn may move, and all rows are read back.
              * @default false
@@ -6062,6 +6033,8 @@ export interface components {
             /** @description Reason why it has no effect now. Null if it has. */
             why_not: string | null;
         };
+        /** @enum {string} */
+        ReasonCode: "by_hand" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore";
         /**
          * RecorderState
          * @description The recorder of the last ten minutes; it needs no starting.
@@ -6098,6 +6071,8 @@ export interface components {
             /** @description Removed rows, as they were. */
             freed: components["schemas"]["Allocation"][];
         };
+        /** @enum {string} */
+        RefusalCode: "table_failed" | "pinned_id_in_use" | "all_taken";
         /**
          * ResetPreview
          * @description Effect of a factory reset.
@@ -6157,7 +6132,7 @@ export interface components {
          */
         Restore: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn")[];
+            confirm?: components["schemas"]["SafetyCode"][];
             /**
              * @description Check everything and return the plan. Nothing is changed.
              * @default false
@@ -6195,11 +6170,8 @@ export interface components {
             job?: string | null;
             /** @description Rows that were not written. */
             left_out: components["schemas"]["LeftOut"][];
-            /**
-             * @description All changes, or none: rolled_back restores the earlier values.
-             * @enum {string}
-             */
-            outcome: "applied" | "rolled_back" | "planned";
+            /** @description All changes, or none: rolled_back restores the earlier values. */
+            outcome: components["schemas"]["ChangeOutcome"];
             /** @description Reason for rolled_back, with code and facts. Null otherwise. */
             problem?: components["schemas"]["Problem"] | null;
             /** @description Effect of the save on the horn. */
@@ -6224,6 +6196,8 @@ export interface components {
              */
             value: boolean;
         };
+        /** @enum {string} */
+        RoleName: "view" | "operate" | "configure" | "admin";
         /**
          * RomChange
          * @description A row that ROM will hold differently.
@@ -6272,6 +6246,8 @@ export interface components {
             /** @description Runs in the requested order. */
             runs: components["schemas"]["StepRun"][];
         };
+        /** @enum {string} */
+        SafetyCode: "supply" | "temperature" | "torque_off_in_rom" | "torque_on_in_rom" | "multi_turn";
         /**
          * Save
          * @description What a save is asked for with.
@@ -6402,7 +6378,7 @@ export interface components {
             /** @description Hardware version from GetNodeInfo. Null if unknown. */
             hardware_version: number | null;
             /** @description Health from NodeStatus. Null if unknown. */
-            health: ("ok" | "warning" | "error" | "critical") | null;
+            health: components["schemas"]["HealthCode"] | null;
             /** @description The tables contain its series. Servos of other series are read-only. */
             known_model: boolean;
             /** @description Nickname, stored by the server. */
@@ -6509,7 +6485,7 @@ export interface components {
             /** @description A token is required. */
             required: boolean;
             /** @description Role of the token. Null: login only. */
-            role: ("view" | "operate" | "configure" | "admin") | null;
+            role: components["schemas"]["RoleName"] | null;
         };
         /**
          * SimChange
@@ -6537,9 +6513,9 @@ export interface components {
             /** @description No responses and no broadcasts. */
             mute?: boolean | null;
             /** @description Unit of position 1.0 in its broadcasts. */
-            position_unit?: ("hundred_degrees" | "radian" | "degree" | "tenth_degree") | null;
+            position_unit?: components["schemas"]["PositionUnit"] | null;
             /** @description Supply. */
-            power?: ("off" | "on") | null;
+            power?: components["schemas"]["SimPower"] | null;
             /** @description Pulse width at the PWM input, µs. Null removes the signal. */
             pwm_us?: number | null;
             /** @description Keys of parameters whose writes the servo refuses. */
@@ -6555,6 +6531,8 @@ export interface components {
             /** @description Supply voltage, V. */
             voltage_v?: number | null;
         };
+        /** @enum {string} */
+        SimPower: "off" | "on";
         /**
          * SimServo
          * @description One simulated servo and everything the bench does to it.
@@ -6589,16 +6567,10 @@ export interface components {
              * @enum {string}
              */
             output: "on" | "off" | "brake";
-            /**
-             * @description Unit of position 1.0 in its broadcasts.
-             * @enum {string}
-             */
-            position_unit: "hundred_degrees" | "radian" | "degree" | "tenth_degree";
-            /**
-             * @description Supply.
-             * @enum {string}
-             */
-            power: "off" | "on";
+            /** @description Unit of position 1.0 in its broadcasts. */
+            position_unit: components["schemas"]["PositionUnit"];
+            /** @description Supply. */
+            power: components["schemas"]["SimPower"];
             /** @description Pulse width at the PWM input, µs. Null without a signal. */
             pwm_us: number | null;
             /** @description Keys of rows the servo refuses to write. */
@@ -6666,7 +6638,7 @@ export interface components {
             /** @description Reason for the snapshot. */
             reason: string;
             /** @description Code of the reason: `by_hand`, or the operation that it preceded. Null for a user's own words. */
-            reason_code: ("by_hand" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore") | null;
+            reason_code: components["schemas"]["ReasonCode"] | null;
             reason_params: components["schemas"]["Params"];
             /** @description Values known to be in ROM, by key. */
             rom: {
@@ -6685,7 +6657,7 @@ export interface components {
          */
         SocketCommand: {
             /** @description Confirmation codes of earlier `needs_confirmation` problems. */
-            confirm?: ("turns" | "turn_count")[];
+            confirm?: components["schemas"]["MotionCode"][];
             /**
              * @description Time limit of a speed or torque command. Null: the servo's own timeout applies.
              * @default null
@@ -6696,11 +6668,8 @@ export interface components {
              * @default null
              */
             profile: components["schemas"]["MotionProfile"] | null;
-            /**
-             * @description Type of the value: angle (°), speed (rpm) or torque (%).
-             * @enum {string}
-             */
-            type: "angle" | "speed" | "torque";
+            /** @description Type of the value: angle (°), speed (rpm) or torque (%). */
+            type: components["schemas"]["CommandKind"];
             /** @description Unique ID of the servo, 32 hex digits. */
             uid: string;
             /** @description Angle (°), speed (rpm) or torque (%). */
@@ -6810,6 +6779,8 @@ export interface components {
              */
             value: boolean;
         };
+        /** @enum {string} */
+        StepCode: "check" | "snapshot" | "write" | "silence" | "restart" | "back" | "soft_start" | "read_back" | "ask" | "torque_off" | "erase" | "read" | "identity" | "rows" | "save" | "verify" | "limit" | "wiggle" | "return" | "restore" | "there" | "numbers" | "plan" | "aside" | "away" | "identify" | "clear";
         /**
          * StepMetrics
          * @description Metrics of one step; all times ± `sample_s`. Null if the step never got that far.
@@ -6942,7 +6913,7 @@ export interface components {
             /** @description Motion is blocked until the stop is cleared. */
             latched: boolean;
             /** @description Torque off or brake. Null while not latched. */
-            mode: ("off" | "brake") | null;
+            mode: components["schemas"]["StopMode"] | null;
             /** @description Nodes that broadcast actuator status and may be servos. */
             nodes?: components["schemas"]["StopNode"][];
             /** @description Reason of the client. Null while not latched. */
@@ -6963,9 +6934,8 @@ export interface components {
             /**
              * @description Torque off or brake.
              * @default off
-             * @enum {string}
              */
-            mode: "off" | "brake";
+            mode: components["schemas"]["StopMode"];
             /**
              * @description Reason, shown to users and written to the audit. At most 200 characters are stored.
              * @default
@@ -6977,6 +6947,8 @@ export interface components {
              */
             type: "stop";
         };
+        /** @enum {string} */
+        StopMode: "off" | "brake";
         /**
          * StopNode
          * @description How stop went on a node that may be a servo and has not been identified.
@@ -6997,9 +6969,8 @@ export interface components {
             /**
              * @description Torque off or brake.
              * @default off
-             * @enum {string}
              */
-            mode: "off" | "brake";
+            mode: components["schemas"]["StopMode"];
             /**
              * @description 200 characters of it are kept
              * @default
@@ -7057,11 +7028,8 @@ export interface components {
             rate_hz: number;
             /** @description Number of bursts sent. */
             sent: number;
-            /**
-             * @description Type of the values: angle (°), speed (rpm) or torque (%).
-             * @enum {string}
-             */
-            type: "angle" | "speed" | "torque";
+            /** @description Type of the values: angle (°), speed (rpm) or torque (%). */
+            type: components["schemas"]["CommandKind"];
             /** @description Servos that are commanded together, unique IDs. */
             uids: string[];
             /** @description Greatest delay of a burst, ms. */
@@ -7116,7 +7084,7 @@ export interface components {
              */
             frames: components["schemas"]["FrameFilter"] | null;
             /** @description Topics to subscribe to. */
-            topics: ("servos" | "telemetry" | "events" | "jobs" | "bus" | "frames")[];
+            topics: components["schemas"]["Topic"][];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7227,7 +7195,7 @@ export interface components {
             /** @description Reason why nothing is polled now. Null if polled. */
             note?: string | null;
             /** @description Code of the note. Null if polled. */
-            note_code?: ("problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned") | null;
+            note_code?: components["schemas"]["NoteCode"] | null;
             note_params?: components["schemas"]["Params"];
             /**
              * @description Owner of the subscription.
@@ -7368,11 +7336,8 @@ export interface components {
         TokenDraft: {
             /** @description Name: letters, digits, spaces and . _ @ - */
             name: string;
-            /**
-             * @description Role of the token.
-             * @enum {string}
-             */
-            role: "view" | "operate" | "configure" | "admin";
+            /** @description Role of the token. */
+            role: components["schemas"]["RoleName"];
         };
         /**
          * TokenMade
@@ -7404,6 +7369,8 @@ export interface components {
             /** @description Role of the token. */
             role: string;
         };
+        /** @enum {string} */
+        Topic: "servos" | "telemetry" | "events" | "jobs" | "bus" | "frames";
         /** TorqueLimitCcwValue */
         TorqueLimitCcwValue: {
             /**
@@ -7462,6 +7429,8 @@ export interface components {
              */
             value: "on" | "off" | "brake";
         };
+        /** @enum {string} */
+        TransferKind: "message" | "request" | "response";
         /**
          * TreatedAs
          * @description The known model and firmware that stand for what the tables do not have.
@@ -7502,7 +7471,7 @@ export interface components {
          */
         Unsubscribe: {
             /** @description Topics to unsubscribe from. */
-            topics: ("servos" | "telemetry" | "events" | "jobs" | "bus" | "frames")[];
+            topics: components["schemas"]["Topic"][];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -8540,7 +8509,7 @@ export interface operations {
                 /** @description Kind of job. */
                 kind?: string | null;
                 /** @description State of the job. */
-                state?: ("queued" | "running" | "succeeded" | "failed" | "cancelled") | null;
+                state?: components["schemas"]["JobState"] | null;
                 /** @description Servo of the job, or of one of its steps. */
                 uid?: string | null;
             };
@@ -9781,7 +9750,7 @@ export interface operations {
         parameters: {
             query: {
                 /** @description Angle (°), speed (rpm) or torque (%). */
-                type: "angle" | "speed" | "torque";
+                type: components["schemas"]["CommandKind"];
                 /** @description Value of the command, in °, rpm or %. */
                 value: number;
             };

@@ -3,15 +3,17 @@
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+from typing_extensions import TypeAliasType
 
-from hornbill.domain.bus import Bus, DecodedTransfer, RawFrame
+from hornbill.domain.bus import Bus, DecodedTransfer, RawFrame, TransferKind
 from hornbill.domain.event import EventCode
 from hornbill.domain.fields import MotionConfirms, Param, Params, Short, UidText, Utc
 from hornbill.domain.job import Job
-from hornbill.domain.motion import LeaseView, MotionHold, MotionProfile, Stop
+from hornbill.domain.motion import LeaseView, MotionHold, MotionProfile, Stop, StopMode
 from hornbill.domain.servo import Reading, Servo
+from hornbill.schema.effect import CommandKind
 
-Topic = Literal["servos", "telemetry", "events", "jobs", "bus", "frames"]
+Topic = TypeAliasType("Topic", Literal["servos", "telemetry", "events", "jobs", "bus", "frames"])
 
 
 class Message(BaseModel):
@@ -33,9 +35,7 @@ class FrameFilter(Message):
     type: str | None = Field(
         default=None, max_length=80, description="Part of the DSDL name, case-insensitive. Null for all."
     )
-    kind: Literal["message", "request", "response"] | None = Field(
-        default=None, description="Kind of transfer. Null for all."
-    )
+    kind: TransferKind | None = Field(default=None, description="Kind of transfer. Null for all.")
     text: str | None = Field(
         default=None, max_length=100, description="Part of the summary, identifier or data. Null for all."
     )
@@ -72,9 +72,7 @@ class SocketCommand(Message):
     """One motion command of a `command` message."""
 
     uid: UidText
-    type: Literal["angle", "speed", "torque"] = Field(
-        description="Type of the value: angle (°), speed (rpm) or torque (%)."
-    )
+    type: CommandKind = Field(description="Type of the value: angle (°), speed (rpm) or torque (%).")
     value: float = Field(allow_inf_nan=False, description="Angle (°), speed (rpm) or torque (%).")
     confirm: MotionConfirms
     profile: MotionProfile | None = Field(
@@ -102,7 +100,7 @@ class StopMessage(Message):
     """Stop everything now; needs no lease."""
 
     type: Literal["stop"]
-    mode: Literal["off", "brake"] = Field(default="off", description="Torque off or brake.")
+    mode: StopMode = Field(default="off", description="Torque off or brake.")
     by: Short = Field(default="page", description="Client that stops, shown to other users.")
     reason: Short = Field(
         default="", description="Reason, shown to users and written to the audit. At most 200 characters are stored."

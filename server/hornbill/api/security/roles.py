@@ -6,9 +6,10 @@ from functools import lru_cache
 from typing import Final, Literal, NamedTuple, get_args
 
 from starlette.routing import Route, WebSocketRoute
+from typing_extensions import TypeAliasType
 
-RoleWord = Literal["view", "operate", "configure", "admin"]
-_WORDS: Final[tuple[RoleWord, ...]] = get_args(RoleWord)
+RoleName = TypeAliasType("RoleName", Literal["view", "operate", "configure", "admin"])
+_WORDS: Final[tuple[RoleName, ...]] = get_args(RoleName.__value__)
 
 
 class Role(IntEnum):
@@ -24,7 +25,7 @@ class Role(IntEnum):
     """Tokens, simulated servos, and deleting what was recorded."""
 
     @property
-    def word(self) -> RoleWord:
+    def word(self) -> RoleName:
         """How the API calls it."""
         return _WORDS[self - 1]
 

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from typing import Final, Protocol, TypeAlias
 
 from hornbill import __version__
-from hornbill.domain.recording import About, BundleBus, BundleServo, Mark, Reason, RecordedWrite
+from hornbill.domain.recording import About, BundleBus, BundleServo, Mark, MarkReason, RecordedWrite
 from hornbill.schema.catalog import Catalog
 from hornbill.servo.monitoring.telemetry import TelemetryCollector
 from hornbill.servo.recorder.frame_ring import FrameRing
@@ -69,7 +69,7 @@ BeginDraft: TypeAlias = Callable[[str], Awaitable[RecordingDraft]]
 class PendingRecording:
     """A bundle whose time is not over yet, or that is being written. Instants are on the event loop's clock."""
 
-    reason: Reason
+    reason: MarkReason
     text: str
     at: Instant
     since: Instant

@@ -12,7 +12,7 @@ import orjson
 
 from hornbill.domain.event import EventCode
 from hornbill.domain.fields import Param, known
-from hornbill.domain.recording import MARKS_MOST, Mark, Reason
+from hornbill.domain.recording import MARKS_MOST, Mark, MarkReason
 from hornbill.errors import Busy, HornbillError, InvalidValue, LogFailed
 from hornbill.node.tap import FrameTap
 from hornbill.schema.fault import bits_of
@@ -214,7 +214,7 @@ class Recorder:
 
     def _mark(
         self,
-        reason: Reason,
+        reason: MarkReason,
         text: str,
         uid: Uid | None = None,
         *,

@@ -21,13 +21,10 @@ from hornbill.domain.note import NoteCode
 routes = Routes("logs")
 
 
-Form = Literal["candump", "asc", "blf", "csv"]
-
-
 class LogRequest(Model):
     """What to log, and when to stop by itself."""
 
-    format: Form = Field(default="candump", description="File format.")
+    format: LogFormat = Field(default=LogFormat.CANDUMP, description="File format.")
     name: str | None = Field(default=None, description="File name without extension. Default: the start time.")
     limit_mb: Annotated[float, Field(gt=0, le=10_000)] = Field(
         default=100.0, description="Size at which logging ends, MB."
@@ -39,7 +36,7 @@ class LogState(Model):
 
     state: Literal["idle", "running", "stopped", "full", "failed"] = Field(description="State of the log.")
     name: str | None = Field(description="File name. Null if there is no log.")
-    format: Form | None = Field(description="File format. Null if there is no log.")
+    format: LogFormat | None = Field(description="File format. Null if there is no log.")
     started_at: float | None = Field(description="Start, seconds since 1970 UTC. Null if there is no log.")
     frames: int = Field(description="Number of CAN frames.")
     dropped: int = Field(description="Frames that could not be written in time.")
@@ -70,7 +67,7 @@ async def start_log(bus_log: TheBusLog, body: LogRequest) -> LogState:
     The log goes on when the bus is lost and found again. A slow disk never slows the bus: what it cannot take is
     counted as dropped.
     """
-    return _shown(await bus_log.start(LogFormat(body.format), body.name, round(body.limit_mb * 1e6)))
+    return _shown(await bus_log.start(body.format, body.name, round(body.limit_mb * 1e6)))
 
 
 @routes.get("/bus/log", Role.VIEW)
@@ -126,7 +123,7 @@ def _shown(status: LogStatus) -> LogState:
     return LogState(
         state=status.phase.value,
         name=status.name,
-        format=None if status.form is None else status.form.value,
+        format=status.form,
         started_at=status.started_at,
         frames=status.frames,
         dropped=status.dropped,

@@ -8,7 +8,7 @@ from hornbill.api import present
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.bus import AllocatorState, PendingAllocation
+from hornbill.domain.bus import AllocatorChoice, AllocatorState, HealthCode, PendingAllocation
 from hornbill.domain.fields import Model, Params, UidField
 from hornbill.domain.note import Note, NoteCode
 from hornbill.node.allocator import AllocationMode
@@ -27,7 +27,7 @@ routes = Routes("bus")
 class AllocatorMode(Model):
     """What the allocator shall do."""
 
-    mode: Literal["on", "off", "insist"] = Field(
+    mode: AllocatorChoice = Field(
         description="on: allocate node IDs; off: do not; insist: also beside another allocator."
     )
 
@@ -46,7 +46,7 @@ class Node(Model):
     online: bool = Field(description="Received recently.")
     name: str | None = Field(description="Name from GetNodeInfo. Null if unknown.")
     uid: str | None = Field(description="Unique ID of the servo, 32 hex digits. Null if it concerns none.")
-    health: Literal["ok", "warning", "error", "critical"] = Field(description="Health from NodeStatus.")
+    health: HealthCode = Field(description="Health from NodeStatus.")
     mode: str = Field(description="Mode from NodeStatus.")
     uptime_s: int = Field(description="Time since its start, s.")
     age_s: float = Field(description="Time since it was last received, s.")
@@ -281,9 +281,7 @@ def _speaking(
     )
 
 
-def _silent(
-    node_id: int, mode: str, health: Literal["ok", "warning"], heard: Instant, now: Instant, note: Note
-) -> Node:
+def _silent(node_id: int, mode: str, health: HealthCode, heard: Instant, now: Instant, note: Note) -> Node:
     """A node that has not said NodeStatus."""
     return Node(
         node_id=node_id, kind="unknown", online=now - heard < OFFLINE_AFTER_S, name=None, uid=None, health=health,

@@ -1,7 +1,7 @@
 """Parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
 
 from collections.abc import Collection
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import Depends, Path, Query
 from pydantic import Field, WithJsonSchema, create_model
@@ -12,7 +12,7 @@ from hornbill.api.routes.configuration import rows
 from hornbill.api.routes.configuration.rows import COMMAND_PROBLEMS, READ_PROBLEMS, WRITE_PROBLEMS, RowValue
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.change import Change, SavePreview
+from hornbill.domain.change import Change, ChangeOutcome, SavePreview
 from hornbill.domain.fields import Confirmed, DryRun, Model, SaveAfter
 from hornbill.domain.problem import Problem
 from hornbill.domain.servo import Reading
@@ -47,9 +47,7 @@ class ParametersPatch(Model):
 class ParametersPatched(SavePreview):
     """The outcome of a PATCH; with save, the job that saves, or what a dry run of it found."""
 
-    outcome: Literal["applied", "rolled_back", "planned"] = Field(
-        description="All changes, or none: rolled_back restores the earlier values."
-    )
+    outcome: ChangeOutcome = Field(description="All changes, or none: rolled_back restores the earlier values.")
     changes: list[Change] = Field(description="Changes, row by row.")
     revision: str = Field(description="Revision of the values, for If-Match.")
     job: str | None = Field(default=None, description="ID of the save job, with `save`. Null otherwise.")

@@ -9,10 +9,11 @@ from pydantic import Field
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
-from hornbill.domain.fields import Model, MotionConfirm, MotionConfirms, UidField, Utc
+from hornbill.domain.fields import Model, MotionCode, MotionConfirms, UidField, Utc
 from hornbill.domain.motion import Caution, MotionHold, MotionProfile
 from hornbill.domain.servo import Reading
 from hornbill.errors import InvalidValue
+from hornbill.schema.effect import CommandKind
 from hornbill.servo.device import permission
 from hornbill.servo.device.output import MODES, ON
 from hornbill.servo.device.reading import reading
@@ -26,9 +27,7 @@ routes = Routes("motion")
 class Command(Model):
     """A motion command for one servo. Needs a lease."""
 
-    type: Literal["angle", "speed", "torque"] = Field(
-        description="Type of the value: angle (°), speed (rpm) or torque (%)."
-    )
+    type: CommandKind = Field(description="Type of the value: angle (°), speed (rpm) or torque (%).")
     value: float = Field(
         description="Angle (°), speed (rpm) or torque (%), rounded to the servo's step.", allow_inf_nan=False
     )
@@ -41,8 +40,8 @@ class Command(Model):
         default=0.2, ge=0, le=10, description="Time within the band before the move counts as settled, s."
     )
     clamp: bool = Field(default=False, description="Move to the nearest legal value instead of refusing.")
-    confirm: list[MotionConfirm] = Field(
-        default_factory=list[MotionConfirm], description="Confirmation codes of earlier `needs_confirmation` problems."
+    confirm: list[MotionCode] = Field(
+        default_factory=list[MotionCode], description="Confirmation codes of earlier `needs_confirmation` problems."
     )
     profile: MotionProfile | None = Field(
         default=None, description="Speed and acceleration of the move, for angles only. Null: without limits."
@@ -92,9 +91,7 @@ class BurstCommand(Model):
     """One servo's part of a burst."""
 
     uid: UidField
-    type: Literal["angle", "speed", "torque"] = Field(
-        description="Type of the value: angle (°), speed (rpm) or torque (%)."
-    )
+    type: CommandKind = Field(description="Type of the value: angle (°), speed (rpm) or torque (%).")
     value: float = Field(allow_inf_nan=False, description="Angle (°), speed (rpm) or torque (%).")
 
 
@@ -192,9 +189,7 @@ async def command_servo(host: TheHost, servo: TheServo, body: Command, lease: Le
 async def get_cautions(
     host: TheHost,
     servo: TheServo,
-    kind: Annotated[
-        Literal["angle", "speed", "torque"], Query(alias="type", description="Angle (°), speed (rpm) or torque (%).")
-    ],
+    kind: Annotated[CommandKind, Query(alias="type", description="Angle (°), speed (rpm) or torque (%).")],
     value: Annotated[float, Query(description="Value of the command, in °, rpm or %.", allow_inf_nan=False)],
 ) -> list[Caution]:
     """What there would be to say before a command, and which words it would need. Reads, and moves nothing."""

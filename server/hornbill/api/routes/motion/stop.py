@@ -12,7 +12,7 @@ from hornbill.api.routes.server.jobs import Wait, answer, previewed, starts
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import HERE, Role
 from hornbill.domain.fields import DryRun, Model, Short, UidField
-from hornbill.domain.motion import OutputRestorePreview, Stop
+from hornbill.domain.motion import OutputRestorePreview, Stop, StopMode
 from hornbill.servo.runtime.actor import signed
 from hornbill.units import Uid
 
@@ -38,7 +38,7 @@ class OutputRestore(Model):
 class StopRequest(Model):
     """Stop everything now."""
 
-    mode: Literal["off", "brake"] = Field(default="off", description="Torque off or brake.")
+    mode: StopMode = Field(default="off", description="Torque off or brake.")
     reason: Short = Field(default="", description="200 characters of it are kept")
 
 

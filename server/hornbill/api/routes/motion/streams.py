@@ -1,6 +1,6 @@
 """Routes of streams: setpoints for many servos at a steady rate."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -10,6 +10,7 @@ from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.fields import Model, UidField
 from hornbill.domain.motion import MotionProfile
+from hornbill.schema.effect import CommandKind
 from hornbill.servo.motion.streams import SetpointStream
 from hornbill.servo.motion.trapezoid import TrapezoidProfile
 
@@ -22,9 +23,7 @@ class NewStream(Model):
     uids: list[UidField] = Field(
         min_length=1, max_length=60, description="Servos that are commanded together, unique IDs."
     )
-    type: Literal["angle", "speed", "torque"] = Field(
-        default="angle", description="Type of the values: angle (°), speed (rpm) or torque (%)."
-    )
+    type: CommandKind = Field(default="angle", description="Type of the values: angle (°), speed (rpm) or torque (%).")
     rate_hz: float = Field(default=50.0, gt=0, le=200, description="Bursts per second.")
 
 
@@ -46,9 +45,7 @@ class Stream(Model):
     id: str = Field(description="ID, as used in paths.")
     holder: str = Field(description="Client with motion control.")
     uids: list[str] = Field(description="Servos that are commanded together, unique IDs.")
-    type: Literal["angle", "speed", "torque"] = Field(
-        description="Type of the values: angle (°), speed (rpm) or torque (%)."
-    )
+    type: CommandKind = Field(description="Type of the values: angle (°), speed (rpm) or torque (%).")
     rate_hz: float = Field(description="Bursts per second.")
     bus_share: float = Field(description="Share of the bus, 0 to 1.")
     sent: int = Field(description="Number of bursts sent.")

@@ -9,7 +9,7 @@ from pydantic import Field
 from hornbill.api.dependencies import TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.access import COOKIE, WHO, Access, Identity, cookie
-from hornbill.api.security.roles import ANYBODY, Role, RoleWord
+from hornbill.api.security.roles import ANYBODY, Role, RoleName
 from hornbill.api.security.sessions import LASTING_S, TICKET_S
 from hornbill.domain.fields import Model
 from hornbill.errors import Conflict, Unauthorized
@@ -34,7 +34,7 @@ class SessionState(Model):
 
     required: bool = Field(description="A token is required.")
     name: str | None = Field(description="Name of the token. Null without one.")
-    role: RoleWord | None = Field(description="Role of the token. Null: login only.")
+    role: RoleName | None = Field(description="Role of the token. Null: login only.")
     expires_in_s: float | None = Field(description="Time until the login expires unless used, s. Null without a login.")
 
 
@@ -49,7 +49,7 @@ class TokenDraft(Model):
     """A token to be made."""
 
     name: str = Field(min_length=1, max_length=32, description="Name: letters, digits, spaces and . _ @ -")
-    role: RoleWord = Field(description="Role of the token.")
+    role: RoleName = Field(description="Role of the token.")
 
 
 class TokenView(Model):

@@ -1,6 +1,6 @@
 """Routes of jobs (list, one, cancel, resume), and how a route that starts one answers."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import orjson
 from fastapi import Query
@@ -12,7 +12,7 @@ from hornbill.api.dependencies import JobId, LeaseHeader, TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.domain.change import ResetPreview
-from hornbill.domain.job import Job
+from hornbill.domain.job import Job, JobState
 from hornbill.servo.host import Host
 from hornbill.servo.runtime.jobs import RunningJob
 
@@ -36,9 +36,7 @@ def starts(preview: type[BaseModel | ResetPreview] | None = None) -> dict[str, A
 async def list_jobs(
     host: TheHost,
     kind: Annotated[str | None, Query(description="Kind of job.")] = None,
-    state: Annotated[
-        Literal["queued", "running", "succeeded", "failed", "cancelled"] | None, Query(description="State of the job.")
-    ] = None,
+    state: Annotated[JobState | None, Query(description="State of the job.")] = None,
     uid: Annotated[str | None, Query(description="Servo of the job, or of one of its steps.")] = None,
 ) -> list[Job]:
     """Jobs under way and the last ones that ended, also before the server was started; oldest first."""

@@ -24,7 +24,7 @@ from hornbill.bus.recordings.bundle import (
 )
 from hornbill.bus.recordings.folder import StoredFile
 from hornbill.domain.fields import Model, Param, Params
-from hornbill.domain.recording import About, Columns, Reason
+from hornbill.domain.recording import About, Columns, MarkReason
 from hornbill.errors import InvalidValue, LogFailed
 
 routes = Routes("recorder")
@@ -34,7 +34,7 @@ class BundleMark(Model):
     """A moment for which a bundle was, or will be, written."""
 
     at: float = Field(description="Time of the trigger, seconds since 1970 UTC.")
-    reason: Reason = Field(description="Type of trigger.")
+    reason: MarkReason = Field(description="Type of trigger.")
     text: str = Field(description="One sentence for users.")
     uid: str | None = Field(
         default=None, description="Unique ID of the servo, 32 hex digits. Null if it concerns none."
@@ -45,7 +45,7 @@ class BundleMark(Model):
 class PendingBundle(Model):
     """A bundle that still takes in what happens."""
 
-    reason: Reason = Field(description="Type of trigger.")
+    reason: MarkReason = Field(description="Type of trigger.")
     text: str = Field(description="One sentence for users.")
     marks: list[BundleMark] = Field(description="Triggers of the recording.")
     ready_in_s: float = Field(description="Time until it is written, s.")
@@ -78,7 +78,7 @@ class Bundle(Model):
 
     name: str = Field(description="File name.")
     at: float = Field(description="Time of its first trigger, seconds since 1970 UTC.")
-    reason: Reason | None = Field(description="Type of trigger.")
+    reason: MarkReason | None = Field(description="Type of trigger.")
     text: str = Field(description="One sentence for users.")
     bytes: int = Field(description="Size, bytes.")
     seconds: float | None = Field(description="Duration, s. Null if the file cannot be read.")

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from fastapi import Depends, Path, Request
 from pydantic import Field
+from typing_extensions import TypeAliasType
 
 from hornbill.api import PREFIX
 from hornbill.api.routing import Routes
@@ -23,6 +24,9 @@ from hornbill.units import Uid
 Percent = Annotated[float, Field(ge=0, le=100)]
 
 
+SimPower = TypeAliasType("SimPower", Literal["off", "on"])
+
+
 class SimServo(Model):
     """One simulated servo and everything the bench does to it."""
 
@@ -31,7 +35,7 @@ class SimServo(Model):
     firmware: str = Field(description="Firmware version, such as `1.300`.")
     serial: int = Field(description="Product number.")
     story: str = Field(description="Purpose in the simulation, one sentence. Empty for a plain servo.")
-    power: Literal["off", "on"] = Field(description="Supply.")
+    power: SimPower = Field(description="Supply.")
     stage: Literal["off", "starting", "running", "saving"] = Field(description="Operating state.")
     starts: int = Field(description="Number of starts.")
     node_id: int | None = Field(description="Node ID. Null while it has none.")
@@ -115,7 +119,7 @@ class SimChange(Model):
     )
     position_unit: PositionUnit | None = Field(default=None, description="Unit of position 1.0 in its broadcasts.")
     behaviour: dict[str, Any] | None = Field(default=None, description="Choices to make, by name.")
-    power: Literal["off", "on"] | None = Field(default=None, description="Supply.")
+    power: SimPower | None = Field(default=None, description="Supply.")
 
 
 _OUTPUT: tuple[Literal["on", "off", "brake"], ...] = ("on", "off", "brake")
