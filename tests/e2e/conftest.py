@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, sync_playwright
 
 from e2e.chromium import find
+from e2e.servers import running
 
 DRIVER = "GL Driver Message"
 """What Chromium says of its own graphics driver: drawing in software it reads pictures back."""
@@ -28,7 +28,7 @@ class Demo:
 
 @contextmanager
 def running_demo(*flags: str) -> Generator[tuple[subprocess.Popen[str], str]]:
-    """`hornbill demo` on a free port: the process and the address it printed. It ends with the block."""
+    """`hornbill demo`, started as a user starts it: the process and the address it printed. It ends with the block."""
     command = [sys.executable, "-m", "hornbill", "demo", "--port", "0", *flags]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
@@ -42,23 +42,12 @@ def running_demo(*flags: str) -> Generator[tuple[subprocess.Popen[str], str]]:
             process.wait(timeout=10)
 
 
-def all_ready(api: httpx.Client, count: int, within_s: float) -> None:
-    """Wait until that many servos are ready."""
-    until = time.monotonic() + within_s
-    while sum(one["state"] == "ready" for one in api.get("/servos").json()) < count:
-        assert time.monotonic() < until, f"not all {count} servos are ready"
-        time.sleep(0.2)
-
-
 @contextmanager
-def ready_demo(count: int, within_s: float = 20) -> Generator[Demo]:
+def ready_demo(count: int, *flags: str, seed: int = 1) -> Generator[Demo]:
     """A demo with so many servos, all of them ready."""
-    with (
-        running_demo("--servos", str(count), "--seed", "1") as (_, url),
-        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
-    ):
-        all_ready(api, count, within_s)
-        yield Demo(url, api)
+    with running("demo", "--servos", str(count), "--seed", str(seed), *flags) as server:
+        server.ready(count, within_s=60)
+        yield Demo(server.url, server.api)
 
 
 FAILED = pytest.StashKey[bool]()

@@ -1,24 +1,22 @@
 """Servers of their own for browser tests that take one down, begin without a bus, or fill it from nothing."""
 
 import re
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
 
-COMMAND = (sys.executable, "-m", "hornbill")
+from e2e import preloaded
 
 
 @dataclass(frozen=True)
 class Server:
     """A running server: its process, its address, and a client of it."""
 
-    process: subprocess.Popen[str]
+    process: preloaded.Forked
     url: str
     api: httpx.Client
 
@@ -49,18 +47,15 @@ def until(what: Callable[[], bool], within_s: float, message: str) -> None:
 @contextmanager
 def running(*words: str, port: int = 0) -> Generator[Server]:
     """`hornbill` with these words, on `port` (0: a free one). It is ended with the block, stopped or not."""
-    command: Sequence[str] = [*COMMAND, *words, "--port", str(port)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            line = process.stdout.readline()
-            found = re.search(r"http://\S+/", line)
-            assert found is not None, f"{words} printed no address but {line!r}"
-            with httpx.Client(base_url=found[0] + "api/v1", timeout=30) as api:
-                yield Server(process, found[0], api)
-        finally:
-            process.kill()
-            process.wait(timeout=10)
+    process = preloaded.start(*words, "--port", str(port))
+    try:
+        line = process.stdout.readline()
+        found = re.search(r"https?://\S+/", line)
+        assert found is not None, f"{words} printed no address but {line!r}"
+        with httpx.Client(base_url=found[0] + "api/v1", timeout=30) as api:
+            yield Server(process, found[0], api)
+    finally:
+        process.end()
 
 
 def serving(folder: Path, *flags: str) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ WIDE: ViewportSize = {"width": 1440, "height": 900}
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
     """A demo of this file's own: one servo hunts, another turns."""
-    with ready_demo(2, 40) as one:
+    with ready_demo(2) as one:
         yield one
 
 

@@ -3,15 +3,13 @@
 import re
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 
-from e2e.conftest import Demo, running_demo
+from e2e.conftest import Demo, ready_demo
 from hornbill.cli.bench.file import parse
 
 
@@ -51,10 +49,8 @@ class Bench:
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
-    with running_demo("--servos", "2", "--seed", "3") as (_, url), httpx.Client(base_url=url + "api/v1") as api:
-        while [one["state"] for one in api.get("/servos").json()] != ["ready", "ready"]:
-            time.sleep(0.1)
-        yield Bench(Demo(url, api), tmp_path / "bench.toml")
+    with ready_demo(2, seed=3) as demo:
+        yield Bench(demo, tmp_path / "bench.toml")
 
 
 def test_what_is_exported_is_what_is_there_and_applying_it_does_nothing(bench: Bench) -> None:

@@ -10,19 +10,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 
-from e2e.conftest import Demo, as_in_rom, running_demo
-from e2e.servers import until
+from e2e.conftest import Demo, as_in_rom, ready_demo
 
 
 @pytest.fixture
 def untouched() -> Iterator[Demo]:
     """A demo of its own, two servos ready."""
-    with running_demo("--servos", "2") as (_, url), httpx.Client(base_url=url + "api/v1", timeout=30) as api:
-        until(lambda: [one["state"] for one in api.get("/servos").json()] == ["ready"] * 2, 30, "not ready")
-        yield Demo(url, api)
+    with ready_demo(2) as one:
+        yield one
 
 
 def hornbill(demo: Demo | None, *words: str, sub: bool = False) -> subprocess.CompletedProcess[str]:
@@ -98,9 +95,8 @@ def test_the_doctor_finds_nothing_in_a_demo_where_nothing_was_done(untouched: De
 
 
 def test_the_doctor_without_a_bus_says_so_and_exits_with_1() -> None:
-    with running_demo("--servos", "1") as (_, url):
-        httpx.delete(f"{url}api/v1/bus").raise_for_status()
-        lone = Demo(url, httpx.Client())
+    with ready_demo(1) as lone:
+        lone.api.delete("/bus").raise_for_status()
         examined = hornbill(lone, "doctor")
         assert examined.returncode == 1
         assert examined.stdout.startswith("Failure: No bus is connected\n")
@@ -108,16 +104,13 @@ def test_the_doctor_without_a_bus_says_so_and_exits_with_1() -> None:
         as_json = hornbill(lone, "doctor", "--json")
         assert as_json.returncode == 1
         assert [one["code"] for one in json.loads(as_json.stdout)] == ["no_bus"]
-        lone.api.close()
 
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[Demo]:
     """A server of our own: what is done to its servos disturbs nobody."""
-    with running_demo("--servos", "2", "--seed", "3") as (_, url), httpx.Client(base_url=url + "api/v1") as api:
-        while [one["state"] for one in api.get("/servos").json()] != ["ready", "ready"]:
-            time.sleep(0.1)
-        yield Demo(url, api)
+    with ready_demo(2, seed=3) as one:
+        yield one
 
 
 def first(bench: Demo) -> dict[str, Any]:

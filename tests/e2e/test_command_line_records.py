@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import httpx
 import pytest
 
-from e2e.conftest import Demo, running_demo
+from e2e.conftest import Demo, ready_demo
 from e2e.test_command_line import hornbill
 
 GROUPS = ("bundles", "bus", "drift", "faults", "ids", "inventory", "jobs", "lost", "runs", "snapshots")
@@ -19,13 +18,8 @@ GROUPS = ("bundles", "bus", "drift", "faults", "ids", "inventory", "jobs", "lost
 @pytest.fixture(scope="module")
 def bench() -> Iterator[Demo]:
     """A server of our own."""
-    with (
-        running_demo("--servos", "2", "--seed", "3") as (_, url),
-        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
-    ):
-        while [one["state"] for one in api.get("/servos").json()] != ["ready", "ready"]:
-            time.sleep(0.1)
-        yield Demo(url, api)
+    with ready_demo(2, seed=3) as one:
+        yield one
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 import json
 import re
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import httpx
 import pytest
 
-from e2e.conftest import running_demo
+from e2e.conftest import ready_demo
 from e2e.guides import ROOT, WRITTEN, Rig, blocks
 
 EXAMPLES = ROOT / "examples"
@@ -20,11 +19,9 @@ GUIDE = ROOT / "docs" / "rigs.md"
 
 @pytest.fixture(scope="module")
 def rig() -> Iterator[Rig]:
-    with running_demo("--servos", "2", "--seed", "3") as (_, url), httpx.Client(base_url=url + "api/v1") as api:
-        while [one["state"] for one in api.get("/servos").json()] != ["ready", "ready"]:
-            time.sleep(0.1)
-        servo: dict[str, Any] = api.get("/servos").json()[0]
-        yield Rig(url.rstrip("/"), str(servo["serial"]))
+    with ready_demo(2, seed=3) as demo:
+        servo: dict[str, Any] = demo.api.get("/servos").json()[0]
+        yield Rig(demo.url.rstrip("/"), str(servo["serial"]))
 
 
 def torque(rig: Rig) -> str:

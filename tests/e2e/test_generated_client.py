@@ -4,13 +4,11 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-import httpx
 import pytest
 
-from e2e.conftest import running_demo
+from e2e.conftest import ready_demo
 
 SCRIPT = """
 import sys
@@ -51,9 +49,9 @@ def test_a_client_made_from_the_served_document_moves_a_servo(tmp_path: Path) ->
     program = generator()
     if program is None:
         pytest.skip("openapi-python-client is not installed: 'make setup' installs it")
-    with running_demo("--servos", "1") as (_, url):
+    with ready_demo(1) as demo:
         document = tmp_path / "openapi.json"
-        document.write_bytes(httpx.get(f"{url}api/v1/openapi.json", timeout=30).content)
+        document.write_bytes(demo.api.get("/openapi.json").content)
         settings = tmp_path / "config.yaml"
         settings.write_text("post_hooks: []\n")
         made = subprocess.run(
@@ -62,13 +60,10 @@ def test_a_client_made_from_the_served_document_moves_a_servo(tmp_path: Path) ->
             capture_output=True, text=True, check=False, cwd=tmp_path, timeout=120,
         )  # fmt: skip
         assert made.returncode == 0, made.stdout + made.stderr
-        with httpx.Client(base_url=f"{url}api/v1") as api:
-            while [one["state"] for one in api.get("/servos").json()] != ["ready"]:
-                time.sleep(0.1)
         paths = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
         ran = subprocess.run(
-            [sys.executable, "-c", SCRIPT, url.rstrip("/")], capture_output=True, text=True, check=False, timeout=60,
-            env={**os.environ, "PYTHONPATH": paths},
+            [sys.executable, "-c", SCRIPT, demo.url.rstrip("/")],
+            capture_output=True, text=True, check=False, timeout=60, env={**os.environ, "PYTHONPATH": paths},
         )  # fmt: skip
         assert ran.returncode == 0, ran.stdout + ran.stderr
         assert 19 < float(ran.stdout) < 21

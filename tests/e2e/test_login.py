@@ -13,8 +13,8 @@ import httpx
 import pytest
 from playwright.sync_api import Browser, BrowserContext, expect
 
-from e2e.conftest import running_demo
 from e2e.looks import complaints
+from e2e.servers import running
 
 TOKEN = "a-token-for-the-browser-test"
 
@@ -46,8 +46,8 @@ def served(*flags: str, **environment: str) -> Generator[tuple[subprocess.Popen[
 
 
 def test_a_token_lets_one_in_and_signing_out_ends_it(profile: BrowserContext) -> None:
-    with running_demo("--servos", "2", "--token", TOKEN) as (_, url):
-        page = profile.new_page()
+    with running("demo", "--servos", "2", "--token", TOKEN) as server:
+        url, page = server.url, profile.new_page()
         page.goto(url)
         box = page.get_by_test_id("login-token")
         expect(box).to_be_focused()

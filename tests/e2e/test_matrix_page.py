@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
-from e2e.conftest import Demo, all_ready, running_demo
+from e2e.conftest import Demo
+from e2e.servers import running
 from e2e.test_technician import wait_for
 
 MODEL = "BLA21-06U-A0"
@@ -15,16 +15,14 @@ MODEL = "BLA21-06U-A0"
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
     """A demo of this file's own, with four servos of one model, one of them with another gain."""
-    with (
-        running_demo("--servos", "1", "--seed", "1") as (_, url),
-        httpx.Client(base_url=url + "api/v1", timeout=30) as api,
-    ):
+    with running("demo", "--servos", "1", "--seed", "1") as server:
+        api = server.api
         for _ in range(3):
             api.post("/sim/servos", json={"model": MODEL, "firmware": "1.300"}).raise_for_status()
-        all_ready(api, 4, 60)
+        server.ready(4, within_s=60)
         odd = api.get("/servos").json()[2]["uid"]
         api.put(f"/servos/{odd}/parameters/angle_p_gain", json={"value": 61}).raise_for_status()
-        yield Demo(url, api)
+        yield Demo(server.url, api)
 
 
 @pytest.fixture

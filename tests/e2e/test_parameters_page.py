@@ -12,7 +12,7 @@ from e2e.conftest import Demo, Watched, ready_demo
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
     """A demo of this file's own: a servo's output is switched off in it."""
-    with ready_demo(1, 40) as one:
+    with ready_demo(1) as one:
         yield one
 
 

@@ -23,7 +23,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
-from e2e.conftest import DRIVER, running_demo
+from e2e.conftest import DRIVER
+from e2e.servers import running
 from hornbill.view.page import client as viser_client
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "reverse-proxy.md"
@@ -77,8 +78,8 @@ def nginx(folder: Path, upstream: str, *, strips: bool) -> Generator[tuple[str, 
 @pytest.fixture(scope="module")
 def upstream() -> Iterator[str]:
     flags = ("--servos", "2", "--token", TOKEN, "--behind-proxy", "--root-path", "/hornbill")
-    with running_demo(*flags) as (_, url):
-        until = time.monotonic() + 20
+    with running("demo", *flags) as server:
+        url, until = server.url, time.monotonic() + 20
         while len(httpx.get(url + "api/v1/servos", headers={"Authorization": f"Bearer {TOKEN}"}).json()) < 2:
             assert time.monotonic() < until, "not both servos are there"
             time.sleep(0.2)
@@ -190,7 +191,8 @@ def test_with_a_certificate_it_serves_https_and_the_cookie_is_for_that_alone(tmp
     )  # fmt: skip
     trusted = ssl.create_default_context(cafile=str(cert))
     flags = ("--servos", "1", "--token", TOKEN, "--tls-cert", str(cert), "--tls-key", str(key))
-    with running_demo(*flags) as (_, url), httpx.Client(base_url=url, verify=trusted) as client:
+    with running("demo", *flags) as server, httpx.Client(base_url=server.url, verify=trusted) as client:
+        url = server.url
         assert url.startswith("https://")
         answer = client.post("api/v1/session", json={"token": TOKEN})
         assert "secure" in answer.headers["set-cookie"].lower()

@@ -12,7 +12,7 @@ from e2e.conftest import Demo, ready_demo
 @pytest.fixture(scope="module")
 def demo() -> Iterator[Demo]:
     """A demo of this file's own: torque is turned off in it."""
-    with ready_demo(6, 40) as one:
+    with ready_demo(6) as one:
         labels = ("Delta", "Alpha", "Echo", "Bravo", "Foxtrot", "Charlie")
         for servo, label in zip(one.api.get("/servos").json(), labels, strict=True):
             one.api.patch(f"/servos/{servo['uid']}", json={"label": label}).raise_for_status()

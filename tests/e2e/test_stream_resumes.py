@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import pytest
 
-from e2e.conftest import running_demo
+from e2e.servers import running
 from e2e.test_reverse_proxy import TOKEN, nginx
 
 BEARER = {"Authorization": f"Bearer {TOKEN}"}
@@ -21,8 +21,8 @@ STREAM = "api/v1/events/stream?topics=events"
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
     flags = ("--servos", "1", "--token", TOKEN, "--behind-proxy", "--root-path", "/hornbill")
-    with running_demo(*flags) as (_, url):
-        yield url
+    with running("demo", *flags) as one:
+        yield one.url
 
 
 @pytest.fixture(params=["uvicorn", "nginx"])
