@@ -14,11 +14,10 @@ RUN npm run build
 FROM python:${PYTHON}-slim AS docs
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1 PIP_ROOT_USER_ACTION=ignore
 WORKDIR /src
-COPY requirements.lock ./
-RUN awk '/^[a-z]/ { keep = /^(markdown-it-py|mdurl)==/ } keep' requirements.lock > docs.lock \
-    && python -m pip install --require-hashes --no-deps -r docs.lock
+COPY requirements-docs.lock ./
+RUN python -m pip install --require-hashes --no-deps -r requirements-docs.lock
 COPY . .
-RUN python docs/site/build.py
+RUN python -m sphinx -q -W -j auto -c docs/site -d /tmp/doctrees . docs/dist
 
 # The wheel, and an environment with it and exactly what the locks name. The environment has no pip of its own.
 FROM python:${PYTHON}-slim AS installed

@@ -22,6 +22,11 @@ $(VENV)/.runtime: requirements.lock pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
 	@touch $@
 
+$(VENV)/.docs: requirements-docs.lock $(VENV)/.runtime
+	@echo "installing what the documentation is built with (requirements-docs.lock) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements-docs.lock
+	@touch $@
+
 $(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime
 	@echo "installing what tests and checks need (requirements-dev.lock) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements-dev.lock
@@ -37,9 +42,10 @@ web/dist/index.html: web/node_modules/.stamp web/index.html web/package.json web
 	@echo "building the page ..."
 	@$(NPM) run --silent build
 
-docs/dist/index.html: $(VENV)/.runtime web/src/style/tokens.css $(wildcard *.md) $(shell find docs -type f -not -path 'docs/dist/*')
+docs/dist/index.html: $(VENV)/.docs web/src/style/tokens.css $(wildcard *.md) $(shell find docs -type f -not -path 'docs/dist/*')
 	@echo "building the documentation ..."
-	@$(BIN)/python docs/site/build.py
+	@rm -rf docs/dist
+	@$(BIN)/python -m sphinx -q -W -E -j auto -c docs/site -d build/doctrees . docs/dist || { rm -rf docs/dist; exit 1; }
 
 setup: $(VENV)/.dev web/node_modules/.stamp   ## install everything a developer needs
 
@@ -97,6 +103,7 @@ lock: $(VENV)/.dev                            ## bring the lock files up to date
 	@$(BIN)/python -m pip install --quiet uv
 	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --group dev --no-header pyproject.toml -o requirements-dev.lock
 	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --extra fast --no-header -c requirements-dev.lock pyproject.toml -o requirements.lock
+	@$(BIN)/uv pip compile -q --universal --generate-hashes --python-version 3.11 --group pyproject.toml:docs --no-header -c requirements-dev.lock -o requirements-docs.lock
 
 clean:                                        ## remove what was built and installed
 	rm -rf $(VENV) web/node_modules web/dist docs/dist dist build

@@ -7,7 +7,7 @@ files; what the page is built with is inside its scripts, so those texts are giv
 import json
 import re
 from email.message import Message
-from importlib.metadata import PackageNotFoundError, metadata
+from importlib.metadata import PackageNotFoundError, distribution, metadata
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -44,6 +44,14 @@ _WEB: Final = """
 
 These are compiled into the scripts of the page, which travels in the wheel.
 """
+_DOCUMENTATION: Final = """
+## Inside the documentation
+
+Style sheets and scripts of these are part of the documentation, which travels in the wheel. Furo contains normalize.css
+(Nicolas Gallagher and Jonathan Neal, MIT) and Gumshoe (Chris Ferdinandi, MIT), sphinx-copybutton contains clipboard.js
+(Zeno Rocha, MIT).
+"""
+BUILDERS: Final = ("furo", "sphinx", "sphinx-copybutton")
 
 
 class Unknown(Exception):
@@ -56,7 +64,8 @@ def document() -> str:
     for name, version in re.findall(r"^([\w.-]+)==([^\s\\;]+)", _read(ROOT / "requirements.lock"), re.MULTILINE):
         pinned.setdefault(name, []).append(version)
     rows = [f"| {name} | {', '.join(versions)} | {_licence(name)} |\n" for name, versions in pinned.items()]
-    return _HEAD + "".join(rows) + _WEB + "".join(map(_bundled, _runtime()))
+    page, documentation = map(_bundled, _runtime()), map(_built_in, BUILDERS)
+    return "".join((_HEAD, *rows, _WEB, *page, _DOCUMENTATION, *documentation))
 
 
 def _licence(name: str) -> str:
@@ -94,7 +103,17 @@ def _bundled(name: str) -> str:
     folder = WEB / "node_modules" / name
     about = json.loads(_read(folder / "package.json"))
     (text,) = (file for file in folder.iterdir() if file.name.upper().startswith("LICENSE"))
-    return f"\n### {name} {about['version']} ({about['license']})\n\n```text\n{_read(text).strip()}\n```\n"
+    return _entry(name, f"{about['version']} ({about['license']})", _read(text))
+
+
+def _built_in(name: str) -> str:
+    installed = distribution(name)
+    (text,) = (file for file in installed.files or () if file.name.startswith("LICENSE"))
+    return _entry(name, f"{installed.version} ({_licence(name)})", text.read_text(encoding="utf-8"))
+
+
+def _entry(name: str, about: str, text: str) -> str:
+    return f"\n### {name} {about}\n\n```text\n{text.strip()}\n```\n"
 
 
 def _read(path: Path) -> str:

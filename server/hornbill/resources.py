@@ -35,4 +35,4 @@ def docs() -> Path | None:
 
 def checkout() -> Path | None:
     """The folder of the sources with everything that builds them, or None in an installed package."""
-    return _CHECKOUT if (_CHECKOUT / "docs" / "site" / "build.py").is_file() else None
+    return _CHECKOUT if (_CHECKOUT / "docs" / "site" / "conf.py").is_file() else None

@@ -21,10 +21,13 @@ REQUIRED = [Requirement(one) for one in PROJECT["project"]["dependencies"]]
 EXTRAS = {
     name: [Requirement(one) for one in those] for name, those in PROJECT["project"]["optional-dependencies"].items()
 }
-DEVELOPERS = [Requirement(one) for one in PROJECT["dependency-groups"]["dev"]]
+GROUPS = PROJECT["dependency-groups"]
+DOCUMENTATION = [Requirement(one) for one in GROUPS["docs"]]
+DEVELOPERS = [*DOCUMENTATION, *(Requirement(one) for one in GROUPS["dev"] if isinstance(one, str))]
 LOCKS = {
     "requirements.lock": [*REQUIRED, *EXTRAS["fast"]],
     "requirements-dev.lock": [*REQUIRED, *EXTRAS["fast"], *DEVELOPERS],
+    "requirements-docs.lock": DOCUMENTATION,
 }
 
 USED_WITHOUT_IMPORT = {
@@ -32,11 +35,14 @@ USED_WITHOUT_IMPORT = {
     "msgpack": "python-can packs frames of udp_multicast with it",
     "psycopg": "SQLAlchemy opens PostgreSQL with it, by the scheme of the URL",
     "build": "make build",
+    "furo": "the theme that docs/site/conf.py names",
     "hatchling": "the wheel is made by it; contract/test_wheel.py runs it",
     "import-linter": "make check",
+    "myst-parser": "Sphinx reads Markdown with it",
     "openapi-python-client": "e2e/test_generated_client.py runs it",
     "pytest-xdist": "make test runs on every core",
     "ruff": "make check",
+    "sphinx-copybutton": "blocks of the documentation can be copied",
 }
 """Why something is declared that nothing imports."""
 
@@ -93,12 +99,17 @@ def test_everything_that_tests_import_is_declared() -> None:
     assert used <= PRODUCT | names(DEVELOPERS)
 
 
+def test_everything_that_builds_the_documentation_is_declared() -> None:
+    assert imported(ROOT / "docs" / "site") <= names(DOCUMENTATION)
+
+
 def test_nothing_declared_for_the_product_is_unused() -> None:
     assert PRODUCT - imported(ROOT / "server" / "hornbill") - USED_WITHOUT_IMPORT.keys() == set()
 
 
 def test_nothing_declared_for_developers_is_unused() -> None:
-    used = imported(ROOT / "tests") | imported(ROOT / "server") | imported(ROOT / "tools") | USED_WITHOUT_IMPORT.keys()
+    folders = ("tests", "server", "tools", "docs/site")
+    used = set[str]().union(USED_WITHOUT_IMPORT, *(imported(ROOT / folder) for folder in folders))
     assert names(DEVELOPERS) - used == set()
 
 

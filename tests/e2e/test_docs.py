@@ -1,7 +1,7 @@
 """Every command of every guide is run, and the built site holds together, with and without a browser."""
 
-import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -119,15 +119,27 @@ class Links(HTMLParser):
             self.pointers.add(str(given["href"]))
         if given.get("id"):
             self.anchors.add(str(given["id"]))
-        if "style" in given or any(name.startswith("on") for name in given) or (tag == "script" and "src" not in given):
+        element = tag == "style" or (tag == "script" and "src" not in given)
+        if element or "style" in given or any(name.startswith("on") for name in given):
             self.inline.append(f"<{tag} {attrs}>")
 
 
+def sphinx(sources: Path, out: Path, scratch: Path) -> subprocess.CompletedProcess[str]:
+    """As `make docs` calls it."""
+    options = ["-q", "-W", "-E", "-c", sources / "docs" / "site", "-d", scratch]
+    return subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, sources, out], capture_output=True, text=True, check=False
+    )
+
+
 @pytest.fixture(scope="module")
-def built() -> Path:
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, where the program looks for it in a checkout."""
-    subprocess.run([sys.executable, ROOT / "docs" / "site" / "build.py"], check=True, env=dict(os.environ))
-    return ROOT / "docs" / "dist"
+    out = ROOT / "docs" / "dist"
+    shutil.rmtree(out, ignore_errors=True)
+    made = sphinx(ROOT, out, tmp_path_factory.mktemp("doctrees"))
+    assert made.returncode == 0, made.stderr[-2000:]
+    return out
 
 
 def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_inline(built: Path) -> None:
@@ -146,8 +158,6 @@ def test_every_link_of_the_built_site_leads_somewhere_inside_it_and_nothing_is_i
 
 
 def test_a_link_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
-    import shutil
-
     copy = tmp_path / "checkout"
     for name in ("docs", "schemas", "web/src/style", "web/public", "server/README.md", "tests/README.md",
                  "web/README.md", "examples/README.md", "README.md", "CONTRIBUTING.md", "CHANGELOG.md"):  # fmt: skip
@@ -158,25 +168,23 @@ def test_a_link_that_leads_nowhere_ends_the_build(tmp_path: Path) -> None:
         else:
             shutil.copy(source, target)
     (copy / "docs" / "tutorial.md").write_text("# Broken\n\n[here](nowhere.md) and [there](rigs.md#no-such-heading)\n")
-    built = subprocess.run(
-        [sys.executable, copy / "docs" / "site" / "build.py"], capture_output=True, text=True, check=False
-    )
+    (copy / "docs" / "unlisted.md").write_text("# In no menu\n")
+    built = sphinx(copy, tmp_path / "out", tmp_path / "doctrees")
     assert built.returncode == 1
-    assert "nowhere.md: there is no such file" in built.stderr
-    assert "rigs.md#no-such-heading: there is no such heading" in built.stderr
-    assert not (copy / "docs" / "dist").exists()
+    assert re.search(r"tutorial\.md:3: WARNING: .*'nowhere\.md'", built.stderr)
+    assert re.search(r"tutorial\.md:3: WARNING: .*'no-such-heading'", built.stderr)
+    assert re.search(r"unlisted\.md: WARNING: document isn't included in any toctree", built.stderr)
 
 
 @pytest.mark.usefixtures("built")
 def test_the_program_serves_the_site_below_docs_under_the_pages_policy(demo: Demo) -> None:
     index = httpx.get(demo.url + "docs", follow_redirects=True)
     assert index.url.path == "/docs/"
-    assert "<title>Documentation" in index.text
-    assert "script-src 'self'" in index.headers["content-security-policy"]
+    assert "<title>hornbill documentation" in index.text
+    assert "script-src 'self'; style-src 'self';" in index.headers["content-security-policy"]
     assert httpx.get(demo.url + "docs/reference/parameters.html").status_code == 200
-    assert (
-        httpx.get(demo.url + "docs/search.js").headers["content-type"].startswith(("text/javascript", "application/"))
-    )
+    script = httpx.get(demo.url + "docs/searchindex.js").headers["content-type"]
+    assert script.startswith(("text/javascript", "application/javascript"))
     assert httpx.get(demo.url + "docs/no-such-page.html").status_code == 404
     assert httpx.get(demo.url + "docs/..%2f..%2fREADME.md").status_code == 404
 
@@ -189,15 +197,29 @@ def test_somebody_finds_a_page_reads_it_dark_and_axe_finds_nothing(page: Page, d
     assert there == demo.url + "docs/"
     page.goto(there)
     page.keyboard.press("/")
-    page.keyboard.type("position unit hardware")
-    page.locator("#found a").first.click()
-    page.get_by_role("heading", level=1).wait_for()
-    for _ in range(2):
+    page.keyboard.type("position unit\n")
+    page.locator(".search a").first.wait_for()
+    assert complaints(page) == []
+    page.locator(".search a", has_text="The unit of a position").click()
+    page.get_by_role("heading", level=1, name="The unit of a position").wait_for()
+    for theme in ("light", "dark"):
+        page.evaluate("theme => localStorage.setItem('hornbill.theme', theme)", theme)
         for path in ("docs/index.html", "docs/tutorial.html", "docs/reference/api/servos.html"):
             page.goto(demo.url + path)
+            assert page.locator("html").get_attribute("data-theme") == theme
             assert complaints(page) == [], path
-        page.get_by_role("button", name="Light or dark").click()
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.usefixtures("built")
+def test_the_theme_chosen_in_the_documentation_is_the_pages(page: Page, demo: Demo) -> None:
+    page.goto(demo.url + "docs/")
+    page.get_by_role("button", name="color theme").first.click()
+    chosen = page.locator("html").get_attribute("data-theme")
+    assert page.evaluate("localStorage.getItem('hornbill.theme')") == chosen
+    page.goto(demo.url + "docs/tutorial.html")
+    assert page.locator("html").get_attribute("data-theme") == chosen
+    page.get_by_role("button", name="Copy").first.wait_for(state="attached")
 
 
 GUIDES = re.findall(

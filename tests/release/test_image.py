@@ -97,7 +97,7 @@ def test_its_demo_answers_on_localhost_with_the_page_and_its_servos(demo: Runnin
 
 def test_it_has_the_documentation(demo: Running) -> None:
     with httpx.Client(base_url=f"http://localhost:{demo.port}/", timeout=30) as web:
-        for path in ("docs/", "docs/tutorial.html", "docs/search.js", "docs/tokens.css"):
+        for path in ("docs/", "docs/tutorial.html", "docs/searchindex.js", "docs/_static/tokens.css"):
             assert web.get(path).status_code == 200, path
         assert "<h1" in web.get("docs/tutorial.html").text
 

@@ -62,7 +62,7 @@ def _api_index(by_tag: Mapping[str, list[tuple[str, str, dict[str, Any]]]]) -> s
     for tag in sorted(by_tag):
         shown = [f"`{method} {_short(path)}`" for method, path, _ in by_tag[tag] if not _ROW.match(path)]
         lines.append(f"| [{tag}]({tag}.md) | {', '.join(shown)} |")
-    return "\n".join(lines)
+    return "\n".join([*lines, "", "Bodies and responses: [types](types.md)."])
 
 
 def _api_page(tag: str, found: Iterable[tuple[str, str, dict[str, Any]]], document: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""The documentation at /docs/, as it was built, under the content security policy of the page."""
+"""The documentation at /docs/, as it was built, under the content security policy of the page and its search form."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,10 +8,12 @@ from fastapi import Request
 from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
 
 from hornbill import resources
-from hornbill.api.pages.page import HEADERS, notice
+from hornbill.api.pages.page import CSP, HEADERS, notice
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import ANYBODY
 
+POLICY: Final = CSP.replace("form-action 'none'", "form-action 'self'")
+"""The page's, and its search box leads to the page of results."""
 _WORDS: Final = {
     "en": {
         "missing": "Documentation not available",
@@ -52,7 +54,7 @@ def routes(find: Callable[[], Path | None], find_page: Callable[[], Path | None]
         file = (folder / (path or "index.html")).resolve()
         if not file.is_relative_to(folder.resolve()) or not file.is_file():
             return _notice(request, find_page(), 404, "unknown", "moved", {"contents": "/docs/", "back": "/"})
-        return FileResponse(file, headers={**HEADERS, "Cache-Control": "no-cache"})
+        return FileResponse(file, headers={**HEADERS, "Content-Security-Policy": POLICY, "Cache-Control": "no-cache"})
 
     return made
 
