@@ -182,7 +182,7 @@ def test_a_servo_whose_new_dynamic_id_is_another_one_is_followed() -> None:
         await change(rig, servo, angle_p_gain=55)
         job_id = await saving_until(rig, servo, ServoStage.STARTING)
         assert was is not None
-        rig.host.store.allocations.forget(servo.uid)
+        rig.host.store.allocations.drop(servo.uid)
         rig.host.store.allocations.record(Uid("ee" * 16), was)  # somebody else's by now
         job = await ended(rig, job_id)
         assert job["state"] == "succeeded", job["error"]

@@ -69,7 +69,7 @@ class AllocationTable(Protocol):
         """Nodes without a pin that were last seen longer ago than that, the longest unseen first."""
         ...
 
-    def forget(self, uid: Uid) -> None:
+    def drop(self, uid: Uid, /) -> None:
         """Free a node's id."""
         ...
 
@@ -328,7 +328,7 @@ class Allocator:
         for uid in self._table.idle(RECYCLE_AFTER_S):
             node_id = entries.get(uid)
             if node_id is not None and node_id not in taken and 1 <= node_id <= HIGHEST_DYNAMIC:
-                self._table.forget(uid)
+                self._table.drop(uid)
                 log.warning("node id %d of %s is given to another node: no other was left", node_id, uid)
                 self.on_recycled.tell(uid, node_id)
                 return node_id

@@ -7,6 +7,7 @@ from sqlalchemy import Select, select, update
 
 from hornbill.errors import InvalidValue, OutOfRange, Unknown
 from hornbill.store.database import Database
+from hornbill.store.repository import Repository
 from hornbill.store.tables import AllocationRow
 from hornbill.units import NodeId, Uid
 
@@ -24,29 +25,15 @@ class AllocationEntry:
     last_seen: float | None
 
 
-class AllocationStore:
-    """The allocation table. Every method has been committed when it returns."""
+class AllocationStore(Repository[AllocationRow, AllocationEntry]):
+    """The allocation table, by unique id; a node that was dropped is new when it asks again."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
-        self._database = database
-        self._wall = wall
+        super().__init__(database, wall, AllocationRow, AllocationEntry)
 
     def rows(self) -> list[AllocationEntry]:
         """The whole table, by node id."""
-        with self._database.reading() as session:
-            found = session.scalars(select(AllocationRow).order_by(AllocationRow.node_id))
-            return [
-                AllocationEntry(Uid(row.uid), NodeId(row.node_id), row.pinned, row.first_seen, row.last_seen)
-                for row in found
-            ]
-
-    def row(self, uid: Uid) -> AllocationEntry:
-        """One node's row. Raises Unknown (unknown_uid)."""
-        found = next((one for one in self.rows() if one.uid == uid), None)
-        if found is None:
-            raise _unknown(uid)
-        return found
+        return self._facts(select(AllocationRow).order_by(AllocationRow.node_id))
 
     def entries(self) -> dict[Uid, NodeId]:
         """Node ids by unique id."""
@@ -115,14 +102,6 @@ class AllocationStore:
             else:
                 row.node_id, row.pinned = node_id, True
 
-    def forget(self, uid: Uid) -> None:
-        """Free a node's id; should it ask again, it is new. Raises Unknown (unknown_uid)."""
-        with self._database.transaction() as session:
-            row = session.get(AllocationRow, uid)
-            if row is None:
-                raise _unknown(uid)
-            session.delete(row)
-
     @staticmethod
     def _demand_free(owner: str | None, uid: Uid, node_id: NodeId) -> None:
         if owner not in (None, uid):
@@ -133,14 +112,13 @@ class AllocationStore:
                 cause="node_id_of_another",
             )
 
-
-def _unknown(uid: Uid) -> Unknown:
-    return Unknown(
-        "unknown_uid",
-        f"No node id is kept for {uid}. See the list of allocations.",
-        uid=uid,
-        cause="no_such_allocation",
-    )
+    def _unknown(self, key: Uid) -> Unknown:
+        return Unknown(
+            "unknown_uid",
+            f"No node id is kept for {key}. See the list of allocations.",
+            uid=key,
+            cause="no_such_allocation",
+        )
 
 
 def _owner(node_id: NodeId) -> Select[str]:

@@ -7,6 +7,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from hornbill.store.database import Database
+from hornbill.store.repository import Repository
 from hornbill.store.tables import FaultRow
 from hornbill.units import Uid
 
@@ -57,26 +58,26 @@ class Sight:
         return after
 
 
-class FaultLog:
-    """The history of fault bits. Every method has been committed when it returns."""
+class FaultLog(Repository[FaultRow, FaultEntry]):
+    """The history of fault bits."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
+    def __init__(self, database: Database, wall: Callable[[], float]) -> None:
+        super().__init__(database, wall, FaultRow, FaultEntry)
 
     def of(self, uid: Uid) -> dict[str, FaultEntry]:
         """Every bit a servo has shown, by key, the one first seen first."""
         with self._database.reading() as session:
-            return {key: _entry(row) for key, row in _rows(session, uid).items()}
+            return {key: self._fact(row) for key, row in _rows(session, uid).items()}
 
     def keep(self, sight: Sight) -> dict[str, FaultEntry]:
         """Keep what was seen, all of it or nothing; answers every bit the servo has shown, as `of`."""
         with self._database.transaction() as session:
-            return _changed(session, sight.uid, sight.changes)
+            return self._changed(session, sight.uid, sight.changes)
 
     def acknowledge(self, uid: Uid, keys: Iterable[str], by: str, at: float) -> dict[str, FaultEntry]:
         """Keep that somebody has seen these; answers every bit the servo has shown, as `of`. Others are passed over."""
         with self._database.transaction() as session:
-            return _changed(
+            return self._changed(
                 session, uid, lambda known: {key: known[key].acknowledged(by, at) for key in keys if key in known}
             )
 
@@ -85,29 +86,17 @@ class FaultLog:
         with self._database.transaction() as session:
             session.execute(delete(FaultRow).where(FaultRow.uid == uid))
 
+    def _changed(
+        self, session: Session, uid: Uid, change: Callable[[dict[str, FaultEntry]], dict[str, FaultEntry]]
+    ) -> dict[str, FaultEntry]:
+        rows = _rows(session, uid)
+        known = {key: self._fact(row) for key, row in rows.items()}
+        changed = change(known)
+        for entry in changed.values():
+            session.merge(FaultRow(**asdict(entry)))
+        return known | changed
+
 
 def _rows(session: Session, uid: Uid) -> dict[str, FaultRow]:
     asked = select(FaultRow).where(FaultRow.uid == uid).order_by(FaultRow.first_seen, FaultRow.key)
     return {row.key: row for row in session.scalars(asked)}
-
-
-def _changed(
-    session: Session, uid: Uid, change: Callable[[dict[str, FaultEntry]], dict[str, FaultEntry]]
-) -> dict[str, FaultEntry]:
-    rows = _rows(session, uid)
-    known = {key: _entry(row) for key, row in rows.items()}
-    changed = change(known)
-    for key, entry in changed.items():
-        if key not in rows:
-            session.add(FaultRow(**asdict(entry)))
-        else:
-            for name, value in asdict(entry).items():
-                setattr(rows[key], name, value)
-    return known | changed
-
-
-def _entry(row: FaultRow) -> FaultEntry:
-    return FaultEntry(
-        Uid(row.uid), row.key, row.first_seen, row.last_seen, row.count, row.active,
-        row.acknowledged_at, row.acknowledged_by,
-    )  # fmt: skip

@@ -7,6 +7,7 @@ from sqlalchemy import select
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
+from hornbill.store.repository import Repository
 from hornbill.store.tables import Json, ProfileRow
 
 
@@ -20,27 +21,16 @@ class StoredProfile:
     updated_at: float
 
 
-class ProfileTable:
-    """Profiles by name, 1..80 characters. Every method has been committed when it returns."""
+class ProfileTable(Repository[ProfileRow, StoredProfile]):
+    """Profiles by name, 1..80 characters."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
-        self._database = database
-        self._wall = wall
+        super().__init__(database, wall, ProfileRow, StoredProfile)
 
     def all(self) -> list[StoredProfile]:
         """Every profile, by name."""
-        with self._database.reading() as session:
-            # sorted here: every database has its own idea of the order of words
-            return sorted((_profile(row) for row in session.scalars(select(ProfileRow))), key=lambda one: one.name)
-
-    def get(self, name: str) -> StoredProfile:
-        """One profile. Raises Unknown (unknown_profile)."""
-        with self._database.reading() as session:
-            row = session.get(ProfileRow, name)
-            if row is None:
-                raise _unknown(name)
-            return _profile(row)
+        # sorted here: every database has its own idea of the order of words
+        return sorted(self._facts(select(ProfileRow)), key=lambda one: one.name)
 
     def put(self, name: str, document: Mapping[str, Json]) -> StoredProfile:
         """Keep a profile; one of the same name is replaced."""
@@ -52,26 +42,13 @@ class ProfileTable:
                 session.add(row)
             else:
                 row.document, row.updated_at = dict(document), now
-            return _profile(row)
+            return self._fact(row)
 
-    def drop(self, name: str) -> None:
-        """Forget one. Raises Unknown (unknown_profile)."""
-        with self._database.transaction() as session:
-            row = session.get(ProfileRow, name)
-            if row is None:
-                raise _unknown(name)
-            session.delete(row)
-
-
-def _unknown(name: str) -> Unknown:
-    return Unknown(
-        "unknown_profile",
-        f'There is no profile "{name[:80]}".',
-        request="GET /api/v1/profiles lists them.",
-        cause="no_such_profile",
-        name=name[:80],
-    )
-
-
-def _profile(row: ProfileRow) -> StoredProfile:
-    return StoredProfile(row.name, dict(row.document), row.created_at, row.updated_at)
+    def _unknown(self, key: str) -> Unknown:
+        return Unknown(
+            "unknown_profile",
+            f'There is no profile "{key[:80]}".',
+            request="GET /api/v1/profiles lists them.",
+            cause="no_such_profile",
+            name=key[:80],
+        )

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from sqlalchemy import delete, select
+from sqlalchemy import select
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
+from hornbill.store.repository import Repository
 from hornbill.store.tables import Json, RunRow
 from hornbill.units import Uid
 
@@ -25,13 +26,11 @@ class Run:
     document: Mapping[str, Json]
 
 
-class Runs:
-    """Runs by number. Every method has been committed when it returns."""
+class Runs(Repository[RunRow, Run]):
+    """Runs by number."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
-        self._database = database
-        self._wall = wall
+        super().__init__(database, wall, RunRow, Run)
 
     def add(self, uid: Uid, note: str, document: Mapping[str, Json]) -> Run:
         """Keep one. The oldest of the servo beyond `KEPT` are dropped."""
@@ -39,46 +38,21 @@ class Runs:
             row = RunRow(uid=uid, at=self._wall(), note=note[:200], document=dict(document))
             session.add(row)
             session.flush()
-            beyond = select(RunRow.id).where(RunRow.uid == uid).order_by(RunRow.id.desc()).offset(KEPT).limit(1000)
-            old = session.scalars(beyond).all()
-            if old:
-                session.execute(delete(RunRow).where(RunRow.id.in_(old)))
-            return _run(row)
+            self._prune(session, KEPT, RunRow.id, RunRow.uid == uid)
+            return self._fact(row)
 
     def of(self, uid: Uid | None = None, *, limit: int = KEPT) -> list[Run]:
         """Runs of a servo, or of all, newest first."""
         asked = select(RunRow).order_by(RunRow.id.desc()).limit(limit)
         if uid is not None:
             asked = asked.where(RunRow.uid == uid)
-        with self._database.reading() as session:
-            return [_run(row) for row in session.scalars(asked)]
+        return self._facts(asked)
 
-    def get(self, run_id: int) -> Run:
-        """One run. Raises Unknown (unknown_run)."""
-        with self._database.reading() as session:
-            row = session.get(RunRow, run_id)
-            if row is None:
-                raise _unknown(run_id)
-            return _run(row)
-
-    def drop(self, run_id: int) -> None:
-        """Forget one. Raises Unknown (unknown_run)."""
-        with self._database.transaction() as session:
-            row = session.get(RunRow, run_id)
-            if row is None:
-                raise _unknown(run_id)
-            session.delete(row)
-
-
-def _unknown(run_id: int) -> Unknown:
-    return Unknown(
-        "unknown_run",
-        f"There is no run {run_id}.",
-        request="GET /api/v1/runs lists them.",
-        run=run_id,
-        cause="no_such_run",
-    )
-
-
-def _run(row: RunRow) -> Run:
-    return Run(row.id, Uid(row.uid), row.at, row.note, dict(row.document))
+    def _unknown(self, key: int) -> Unknown:
+        return Unknown(
+            "unknown_run",
+            f"There is no run {key}.",
+            request="GET /api/v1/runs lists them.",
+            run=key,
+            cause="no_such_run",
+        )

@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Final
+from typing import Final
 
-from sqlalchemy import Connection, Row, bindparam, delete, func, insert, select
-from sqlalchemy.orm import Session
+from sqlalchemy import bindparam, delete, func, insert, select
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
-from hornbill.store.tables import HIGHEST_ID, Json, SnapshotRow
+from hornbill.store.repository import Repository
+from hornbill.store.tables import Json, SnapshotRow
 from hornbill.units import Uid
 
 AUTOMATIC_KEPT = 200
@@ -34,7 +34,7 @@ class StoredSnapshot:
     ram: Mapping[str, int]
     rom: Mapping[str, int]
     reason_code: str | None = None
-    reason_params: Mapping[str, Json] = field(default_factory=dict[str, "Json"])
+    reason_params: Mapping[str, Json] | None = field(default_factory=dict[str, "Json"])
 
 
 _ADD: Final = insert(SnapshotRow)
@@ -46,13 +46,11 @@ _NEWEST: Final = (
 )  # fmt: skip
 
 
-class Snapshots:
-    """The history of every servo. Every method has been committed when it returns."""
+class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
+    """The history of every servo."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
-        self._database = database
-        self._wall = wall
+        super().__init__(database, wall, SnapshotRow, StoredSnapshot)
         self._unpruned: dict[Uid, int] = {}
 
     def add(
@@ -82,41 +80,27 @@ class Snapshots:
         with self._database.writing() as connection:
             newest = connection.execute(_NEWEST, {"whose": uid}).first() if unless_same else None
             if newest is not None and (newest.ram, newest.rom) == (made.ram, made.rom):
-                return _snapshot(newest)
+                return self._fact(newest)
             values = asdict(made)
             del values["id"]
             number = connection.execute(_ADD, values).inserted_primary_key
             assert number is not None
             unpruned = self._unpruned.get(uid, PRUNED_EVERY) + 1
             if unpruned >= PRUNED_EVERY:
-                _prune(connection, uid)
+                mine = SnapshotRow.uid == uid, SnapshotRow.automatic.is_(True)
+                self._prune(connection, AUTOMATIC_KEPT, SnapshotRow.id, *mine)
                 unpruned = 0
         self._unpruned[uid] = unpruned
         return replace(made, id=int(number[0]))
 
     def of(self, uid: Uid, *, limit: int = 1000) -> list[StoredSnapshot]:
         """A servo's snapshots, newest first."""
-        with self._database.reading() as session:
-            found = session.scalars(
-                select(SnapshotRow).where(SnapshotRow.uid == uid).order_by(SnapshotRow.id.desc()).limit(limit)
-            )
-            return [_snapshot(row) for row in found]
+        asked = select(SnapshotRow).where(SnapshotRow.uid == uid).order_by(SnapshotRow.id.desc()).limit(limit)
+        return self._facts(asked)
 
     def latest(self, uid: Uid) -> StoredSnapshot | None:
         """A servo's newest snapshot."""
         return next(iter(self.of(uid, limit=1)), None)
-
-    def get(self, snapshot_id: int) -> StoredSnapshot:
-        """One snapshot. Raises Unknown (unknown_snapshot)."""
-        with self._database.reading() as session:
-            row = _row(session, snapshot_id)
-            return _snapshot(row)
-
-    def drop(self, snapshot_id: int) -> None:
-        """Forget one. Raises Unknown (unknown_snapshot)."""
-        with self._database.transaction() as session:
-            row = _row(session, snapshot_id)
-            session.delete(row)
 
     def drop_all(self, uid: Uid) -> int:
         """Forget every one of a servo; how many there were."""
@@ -131,26 +115,5 @@ class Snapshots:
             found = session.execute(select(SnapshotRow.uid, func.count()).group_by(SnapshotRow.uid))
             return {Uid(uid): int(count) for uid, count in found}
 
-
-def _prune(connection: Connection, uid: Uid) -> None:
-    mine = SnapshotRow.uid == uid, SnapshotRow.automatic.is_(True)
-    beyond = select(SnapshotRow.id).where(*mine).order_by(SnapshotRow.id.desc()).offset(AUTOMATIC_KEPT).limit(1000)
-    old = connection.scalars(beyond).all()
-    if old:
-        connection.execute(delete(SnapshotRow).where(SnapshotRow.id.in_(old)))
-
-
-def _row(session: Session, snapshot_id: int) -> SnapshotRow:
-    row = session.get(SnapshotRow, snapshot_id) if 0 < snapshot_id <= HIGHEST_ID else None
-    if row is None:
-        raise Unknown(
-            "unknown_snapshot", f"There is no snapshot {snapshot_id}.", snapshot=snapshot_id, cause="no_such_snapshot"
-        )
-    return row
-
-
-def _snapshot(row: SnapshotRow | Row[Any]) -> StoredSnapshot:
-    return StoredSnapshot(
-        row.id, Uid(row.uid), row.at, row.reason, row.by, row.automatic, row.model, row.firmware,
-        row.schema_revision, dict(row.ram), dict(row.rom), row.reason_code, dict(row.reason_params or {}),
-    )  # fmt: skip
+    def _unknown(self, key: int) -> Unknown:
+        return Unknown("unknown_snapshot", f"There is no snapshot {key}.", snapshot=key, cause="no_such_snapshot")

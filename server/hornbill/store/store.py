@@ -56,9 +56,9 @@ class Store:
         self.snapshots = Snapshots(self._database, now)
         self.profiles = ProfileTable(self._database, now)
         self.audit = AuditLog(self._database, now)
-        self.jobs = StoredJobs(self._database)
+        self.jobs = StoredJobs(self._database, now)
         self.runs = Runs(self._database, now)
-        self.faults = FaultLog(self._database)
+        self.faults = FaultLog(self._database, now)
         self.settings = SettingTable(self._database)
         self.tokens = Tokens(self._database, now)
         self.answers = Answers(self._database, now)
@@ -75,11 +75,11 @@ class Store:
                     session.execute(insert(table), rows)
         now = self._now
         self.allocations = self._behind(
-            self.allocations, AllocationStore(near, now), "record", "seen", "pin", "forget"
+            self.allocations, AllocationStore(near, now), "record", "seen", "pin", "drop"
         )  # fmt: skip
         self.servos = self._behind(self.servos, Servos(near, now), "met", "label", "keep_rom", "keep_drift", "forget")
         self.profiles = self._behind(self.profiles, ProfileTable(near, now), "put", "drop")
-        self.faults = self._behind(self.faults, FaultLog(near), "keep", "acknowledge", "forget")
+        self.faults = self._behind(self.faults, FaultLog(near, now), "keep", "acknowledge", "forget")
         self.settings = self._behind(self.settings, SettingTable(near), "put", "drop")
         self.audit = self._behind(self.audit, None, "add")
         self.jobs = self._behind(self.jobs, None, "put")

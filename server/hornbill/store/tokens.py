@@ -11,6 +11,7 @@ from sqlalchemy import select
 
 from hornbill.errors import Conflict, InvalidValue, Unknown
 from hornbill.store.database import Database
+from hornbill.store.repository import Repository
 from hornbill.store.tables import TokenRow
 
 NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._@-]{0,30}[A-Za-z0-9]|[A-Za-z0-9]")
@@ -39,18 +40,15 @@ def digest(secret: str) -> str:
     return sha256(secret.encode(errors="surrogatepass")).hexdigest()
 
 
-class Tokens:
-    """Tokens by name. Every method has been committed when it returns; all raise StoreFailed."""
+class Tokens(Repository[TokenRow, Token]):
+    """Tokens by name; one that was dropped opens nothing any more."""
 
     def __init__(self, database: Database, wall: Callable[[], float]) -> None:
-        """`wall` gives seconds since 1970 (UTC)."""
-        self._database = database
-        self._wall = wall
+        super().__init__(database, wall, TokenRow, Token)
 
     def all(self) -> list[Token]:
         """Every token, by name."""
-        with self._database.reading() as session:
-            return sorted((_token(row) for row in session.scalars(select(TokenRow))), key=lambda one: one.name)
+        return sorted(self._facts(select(TokenRow)), key=lambda one: one.name)
 
     def add(self, name: str, role: str) -> tuple[Token, str]:
         """Make a token: what is kept of it, and its secret, which nobody can be told again.
@@ -73,20 +71,7 @@ class Tokens:
                 )
             row = TokenRow(name=name, role=role, digest=digest(secret), created_at=self._wall(), last_used_at=None)
             session.add(row)
-            return _token(row), secret
-
-    def drop(self, name: str) -> None:
-        """Forget a token: it opens nothing any more. Raises Unknown (unknown_token)."""
-        with self._database.transaction() as session:
-            row = session.get(TokenRow, name)
-            if row is None:
-                raise Unknown(
-                    "unknown_token",
-                    f"There is no token {name[:40]!r}. 'hornbill token list' shows them.",
-                    cause="no_such_token",
-                    name=name[:40],
-                )
-            session.delete(row)
+            return self._fact(row), secret
 
     def used(self, instants: Mapping[str, float]) -> None:
         """Keep when tokens were used last, by name; one that was revoked meanwhile is passed over."""
@@ -96,6 +81,10 @@ class Tokens:
                 if row is not None:
                     row.last_used_at = at
 
-
-def _token(row: TokenRow) -> Token:
-    return Token(row.name, row.role, row.digest, row.created_at, row.last_used_at)
+    def _unknown(self, key: str) -> Unknown:
+        return Unknown(
+            "unknown_token",
+            f"There is no token {key[:40]!r}. 'hornbill token list' shows them.",
+            cause="no_such_token",
+            name=key[:40],
+        )

@@ -39,7 +39,7 @@ class MemoryTable:
         gone = [uid for uid, away in self.away_s.items() if away > longer_than_s and uid in self.kept]
         return [Uid(uid) for uid in sorted(gone, key=lambda uid: -self.away_s[uid]) if uid not in self.pins]
 
-    def forget(self, uid: Uid) -> None:
+    def drop(self, uid: Uid) -> None:
         """Drop it."""
         del self.kept[uid]
 

@@ -73,8 +73,8 @@ def test_nodes_that_are_there_are_seen_now_and_others_are_not(store: Store, wall
     wall.now = 2000.0
     store.allocations.seen([A, Uid("c0" * 16)])
     store.allocations.seen([])
-    assert store.allocations.row(A).last_seen == 2000.0
-    assert store.allocations.row(B).last_seen == 1000.0
+    assert store.allocations.get(A).last_seen == 2000.0
+    assert store.allocations.get(B).last_seen == 1000.0
     assert len(store.allocations.rows()) == 2
 
 
@@ -96,7 +96,7 @@ def test_an_id_belongs_to_one_node(store: Store) -> None:
         with pytest.raises(InvalidValue, match=f"Node id 125 belongs to {A}") as caught:
             method(B, NodeId(125))
         assert caught.value.facts == {"node_id": 125, "owner": A, "cause": "node_id_of_another"}
-    store.allocations.forget(A)
+    store.allocations.drop(A)
     store.allocations.pin(B, NodeId(125))
     assert store.allocations.entries() == {B: 125}
 
@@ -111,7 +111,7 @@ def test_ids_nobody_may_be_given_cannot_be_pinned(store: Store, node_id: int) ->
 
 
 def test_what_is_not_there_cannot_be_forgotten(store: Store) -> None:
-    for method in (store.allocations.forget, store.allocations.row):
+    for method in (store.allocations.drop, store.allocations.get):
         with pytest.raises(Unknown) as caught:
             method(A)
         assert caught.value.code == "unknown_uid"

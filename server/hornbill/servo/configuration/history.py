@@ -80,7 +80,7 @@ def _entry(
     one: StoredSnapshot, by: str, outcome: str, *, before: int | None = None, after: int | None = None
 ) -> NewAuditEntry:
     """A row of the audit; its requested value is the reason by code with its values, None for a user's own words."""
-    reason = None if one.reason_code is None else {"reason": one.reason_code, **one.reason_params}
+    reason = None if one.reason_code is None else {"reason": one.reason_code, **(one.reason_params or {})}
     return NewAuditEntry(by, "snapshot", outcome, one.uid, None, before, reason, after, one.reason)
 
 

@@ -139,14 +139,14 @@ class NodeIdTable:
 
         `busy` names what the node is doing that must not be disturbed. Raises Unknown (unknown_uid) and Busy.
         """
-        node_id = self._store.allocations.row(uid).node_id
+        node_id = self._store.allocations.get(uid).node_id
         if busy is not None:
             raise Busy(
                 f"{busy} Its node id cannot be forgotten before that has ended.",
                 node_id=node_id,
                 cause="allocation_busy",
             )
-        await self._store.run(self._store.allocations.forget, uid)
+        await self._store.run(self._store.allocations.drop, uid)
         now_on = self.online().get(uid)
         if now_on is None:
             text = f"Node id {node_id} is free now. Should the node ask again, it is new."
@@ -161,7 +161,7 @@ class NodeIdTable:
         """
         freed = [uid for uid in self._store.allocations.idle(idle_longer_than_s) if uid not in spared]
         for uid in freed:
-            await self._store.run(self._store.allocations.forget, uid)
+            await self._store.run(self._store.allocations.drop, uid)
         if freed:
             count = "1 node id was" if len(freed) == 1 else f"{len(freed)} node ids were"
             text = f"{count} freed: their nodes were not seen for {idle_longer_than_s:g} s."
@@ -264,8 +264,8 @@ class _Table:
     def idle(self, longer_than_s: float) -> list[Uid]:
         return self._store.allocations.idle(longer_than_s)
 
-    def forget(self, uid: Uid) -> None:
-        self._store.allocations.forget(uid)
+    def drop(self, uid: Uid) -> None:
+        self._store.allocations.drop(uid)
 
 
 def _kept_mode(store: Store) -> AllocationMode:

@@ -145,13 +145,13 @@ async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHea
         text = f"It has the fixed node id {fixed} (0x46) and asks for none. The pin counts once 0x46 is 0."
         note = Note(text, "pin_after_fixed", {"node_id": fixed})
     _note(host, lease, "pin", uid, before, body.node_id, note.text)
-    return _change(host, host.store.allocations.row(Uid(uid)), note)
+    return _change(host, host.store.allocations.get(Uid(uid)), note)
 
 
 @routes.delete("/allocations/{uid}", Role.CONFIGURE, "unknown_uid", "busy", "invalid_value")
 async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = None) -> AllocationChange:
     """Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew."""
-    entry = host.store.allocations.row(Uid(uid))
+    entry = host.store.allocations.get(Uid(uid))
     note = await host.allocating.forget(Uid(uid), _why_busy(host, uid))
     _note(host, lease, "forget", uid, entry.node_id, None, note.text)
     return _change(host, entry, note)

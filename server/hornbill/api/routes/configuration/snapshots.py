@@ -219,7 +219,8 @@ def _shown(host: Host, one: StoredSnapshot) -> Snapshot:
     return Snapshot(
         id=one.id, uid=one.uid, at=one.at, reason=one.reason,
         reason_code=cast("ReasonCode | None", one.reason_code),
-        reason_params=cast("dict[str, Param]", one.reason_params), by=one.by, automatic=one.automatic, model=one.model,
+        reason_params=cast("dict[str, Param]", one.reason_params or {}),
+        by=one.by, automatic=one.automatic, model=one.model,
         firmware=None if one.firmware is None else to_text(one.firmware),
         values=_known(snapshot_side(host.catalog, one, "ram")), rom=_known(snapshot_side(host.catalog, one, "rom")),
     )  # fmt: skip
