@@ -1,9 +1,32 @@
 """What a tool says of a page without looking at it: axe of its access, a ruler of what a finger can hit."""
 
-import json
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
 
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page
+from playwright.sync_api import Page, Request
+
+AXE = """options => axe.run(document, options).then(found =>
+    found.violations.map(one => `${one.id}: ${one.nodes[0].html.slice(0, 200)}`))"""
+
+STILL = """() => new Promise(done => {
+    const end = () => {
+        watch.disconnect();
+        const moving = document.getAnimations().filter(one => one.effect.getTiming().iterations !== Infinity);
+        Promise.race([Promise.allSettled(moving.map(one => one.finished)), pause(700)]).then(done);
+    };
+    const pause = ms => new Promise(then => setTimeout(then, ms));
+    let quiet = setTimeout(end, 100);
+    const watch = new MutationObserver(() => {
+        clearTimeout(quiet);
+        quiet = setTimeout(end, 100);
+    });
+    watch.observe(document.documentElement, { childList: true, subtree: true });
+    setTimeout(end, 700);
+})"""
+"""Until no element came or went for 0.1 s and nothing fades any more. A page that never rests is waited for 0.7 s."""
+LONGEST_S = 10
 
 SMALL = """() => {
     const targets = 'button, a[href], input, select, textarea, summary, [role=tab], [role=switch], [role=slider]';
@@ -26,10 +49,42 @@ SMALL = """() => {
 """What a finger cannot hit: everything that takes a touch and is less than 44 px wide or high."""
 
 
-def complaints(page: Page) -> list[str]:
-    """What axe finds wrong: each rule with the first element that breaks it."""
-    found = json.loads(json.dumps(Axe().run(page, options={"resultTypes": ["violations"]}).response))["violations"]
-    return [f"{one['id']}: {one['nodes'][0]['html'][:200]}" for one in found]
+def still(page: Page) -> None:
+    """Wait until what the page shows has come, and has faded in."""
+    page.evaluate(STILL)
+
+
+@contextmanager
+def loading(page: Page) -> Generator[None]:
+    """Wait, after the block, until everything the page asked for in it is answered and shown."""
+    asked: set[Request] = set()
+
+    def on_request(request: Request) -> None:
+        asked.add(request)
+
+    def on_answer(request: Request) -> None:
+        asked.discard(request)
+
+    listeners = (("request", on_request), ("requestfinished", on_answer), ("requestfailed", on_answer))
+    for event, listener in listeners:
+        page.on(event, listener)  # pyright: ignore[reportCallIssue, reportArgumentType] - a literal a call there
+    try:
+        yield
+        until = time.monotonic() + LONGEST_S
+        still(page)
+        while asked and time.monotonic() < until:
+            still(page)
+    finally:
+        for event, listener in listeners:
+            page.remove_listener(event, listener)
+
+
+def complaints(page: Page, *rules: str) -> list[str]:
+    """What axe finds wrong: each rule, or each of `rules`, with the first element that breaks it."""
+    if not page.evaluate("() => 'axe' in window"):
+        page.evaluate(Axe().axe_script)
+    chosen = {"runOnly": list(rules)} if rules else {}
+    return page.evaluate(AXE, {"resultTypes": ["violations"], **chosen})
 
 
 def too_small(page: Page) -> list[str]:

@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Page, Route, expect
 
 from e2e.conftest import Demo, Watched
-from e2e.looks import complaints
-from e2e.test_access import THEMES, show
+from e2e.looks import complaints, loading, still
+from e2e.test_access import show
 from e2e.test_technician import servo_of, wait_for
 
 MODEL = "BLA21-12U-A0"
@@ -197,8 +197,8 @@ def without_a_bus(page: Page, demo: Demo, say: Say) -> None:
     page.route("**/api/v1/bus/doctor*", lambda route: route.fulfill(json=told))
     show(page, demo, "bus")
     page.get_by_test_id("bus-change").click()
-    expect(page.get_by_test_id("connect-dialog")).to_be_visible()
-    page.wait_for_timeout(500)
+    with loading(page):
+        expect(page.get_by_test_id("connect-dialog")).to_be_visible()
     say("connect, with findings")
     close(page)
     page.unroute("**/api/v1/bus/doctor*")
@@ -246,12 +246,13 @@ def test_axe_finds_nothing_in_dialogs_and_deep_states(
     found: dict[str, list[str]] = {}
 
     def say(name: str) -> None:
-        page.wait_for_timeout(250)  # what fades in is looked at when it is there
-        for theme in THEMES:
-            page.emulate_media(color_scheme=theme)
-            wrong = complaints(page)
-            if wrong:
-                found[f"{name}, {theme}"] = wrong
+        still(page)
+        page.emulate_media(color_scheme="light")
+        wrong = complaints(page)
+        page.emulate_media(color_scheme="dark")
+        wrong += [f"dark: {one}" for one in complaints(page, "color-contrast")]
+        if wrong:
+            found[name] = wrong
 
     page.emulate_media(reduced_motion="reduce")
     path(page, demo, say)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
@@ -118,15 +119,21 @@ def gloves(page: Page) -> None:
         assert box["y"] > stop["y"] + stop["height"] + STOP_GAP
 
 
+def snapshots(demo: Demo, uid: str) -> list[dict[str, Any]]:
+    return demo.api.get(f"/servos/{uid}/snapshots").json()
+
+
 def test_the_records_show_what_was_written_and_undo_it(page: Page, demo: Demo, new_servos: list[str]) -> None:
     uid = new_servos[0]
     page.goto(f"{demo.url}records#snapshots/{uid}")
+    before = {one["id"] for one in snapshots(demo, uid)}
     page.get_by_test_id("take-snapshot").click()
     expect(page.get_by_test_id("compare")).to_be_visible()
+    (taken,) = {one["id"] for one in snapshots(demo, uid)} - before
     held = demo.api.get(f"/servos/{uid}/parameters/angle_limit_cw").json()["value"]
     demo.api.put(f"/servos/{uid}/parameters/angle_limit_cw", json={"value": held - 10}).raise_for_status()
     page.reload()
-    page.get_by_test_id(re.compile(r"snapshot-\d+")).last.click()
+    page.get_by_test_id(f"snapshot-{taken}").click()
     page.get_by_test_id("differs-angle_limit_cw").get_by_role("checkbox").check()
     page.get_by_test_id("restore-ticked").click()
     expect(page.get_by_test_id("plan-angle_limit_cw")).to_be_visible()

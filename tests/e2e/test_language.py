@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Dialog, Page, expect
 
 from e2e.conftest import Demo
+from e2e.looks import loading
 from e2e.test_access import PAGES
 from e2e.test_technician import servo_of
 
@@ -69,9 +70,9 @@ def test_what_is_staged_and_ticked_survives_another_language_unasked(page: Page,
 def test_in_english_no_japanese_is_fetched(page: Page, demo: Demo) -> None:
     fetched: list[str] = []
     page.on("response", lambda response: fetched.append(response.text()) if response.url.endswith(".js") else None)
-    page.goto(demo.url + "bus")
-    expect(page.get_by_test_id("bus-page")).to_be_visible()
-    page.wait_for_timeout(1000)
+    with loading(page):
+        page.goto(demo.url + "bus")
+        expect(page.get_by_test_id("bus-page")).to_be_visible()
     assert [len(script) for script in fetched if re.search(r"[\u3040-\u30ff]{4}", script)] == []
 
 
@@ -91,9 +92,10 @@ def test_the_first_paint_comes_within_a_second_in_either_language(page: Page, ja
 
 @pytest.mark.parametrize("path", PAGES)
 def test_no_label_of_a_page_is_left_in_english(japanese: Page, demo: Demo, path: str) -> None:
-    japanese.goto(demo.url + path.format(uid=servo_of(demo, "BLA21-12U-A0")))
-    expect(japanese.locator("main h1").first).to_be_visible()
-    japanese.wait_for_timeout(800)
+    uid = servo_of(demo, "BLA21-12U-A0")
+    with loading(japanese):
+        japanese.goto(demo.url + path.format(uid=uid))
+        expect(japanese.locator("main h1").first).to_be_visible()
     # Buttons, heads of tables and tabs are the page's own words; names of servos, files and hosts are not.
     left = japanese.evaluate(
         """() => [...document.querySelectorAll('h1, h2, h3, th, button, [role=tab], label, .rail a')]

@@ -14,10 +14,10 @@ from e2e.conftest import Demo
 from e2e.servers import Server, running
 from e2e.test_technician import servo_of
 
-pytestmark = pytest.mark.alone
-
 STATUS_PERIOD_S = 0.1
 """A servo tells its angle ten times a second (the Status message)."""
+SILENCE_S = 2.0
+"""Nothing heard of the server for so long: the link is down."""
 TOLD_S = 0.6
 """The request (0.1 s), batches on their way (0.1 s), the page's clock (0.2 s), and something else to do (0.2 s)."""
 MOST_HELD_S = 0.75
@@ -113,14 +113,14 @@ def test_when_the_server_hangs_controls_wait_within_two_seconds_and_go_on_by_the
     begin(page, "[data-testid=enable-motion]", "disabled", "true")
     os.kill(server.process.pid, signal.SIGSTOP)
     try:
-        took = seconds(page, 6)
+        took, most = seconds(page, 6), allowed(page, SILENCE_S)
         expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "down")
         expect(page.get_by_test_id("stop")).to_contain_text("NO LINK")
         expect(page.get_by_text("No link to hornbill for")).to_be_visible()
         expect(page.locator(".readouts [data-stale=false]")).to_have_count(0)
     finally:
         os.kill(server.process.pid, signal.SIGCONT)
-    assert took <= 2.0, f"{took:.2f} s"
+    assert took <= most, f"{took:.2f} s of {most:.2f} s"
     expect(page.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=10_000)
     expect(page.get_by_test_id("enable-motion")).to_be_enabled(timeout=10_000)
     expect(page.get_by_test_id("stop")).to_contain_text("STOP")
@@ -135,7 +135,8 @@ def test_a_server_that_ends_and_comes_back_on_its_port_is_taken_up_again(own: tu
     begin(page, "[data-testid=live-state]", "data-state", "down")
     server.process.kill()
     server.process.wait(timeout=10)
-    assert seconds(page, 5) <= 2.0
+    took, most = seconds(page, 5), allowed(page, SILENCE_S)
+    assert took <= most, f"{took:.2f} s of {most:.2f} s"
     expect(page.locator(".c-angle[data-stale=false]"), "nothing is shown as fresh").to_have_count(0)
 
     with running("demo", "--servos", "4", "--seed", "3", port=port) as again:

@@ -12,7 +12,7 @@ from playwright.sync_api import BrowserContext, Locator, Page, Route, expect
 
 from e2e.conftest import Demo
 from e2e.servers import Server, running, until
-from e2e.test_never_lies import STATUS_PERIOD_S, alive, allowed, begin, seconds
+from e2e.test_never_lies import SILENCE_S, STATUS_PERIOD_S, alive, allowed, begin, seconds
 
 HEARTBEAT_S = 1.0
 OFFLINE_AFTER_S = 3.0
@@ -99,7 +99,6 @@ CASES = {
 }
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize("name", with_scene(CASES))
 def test_on_each_page_what_acts_waits_within_two_seconds_of_silence_and_goes_on_by_itself(
     name: str, tab: Page, own: Server
@@ -117,12 +116,12 @@ def test_on_each_page_what_acts_waits_within_two_seconds_of_silence_and_goes_on_
         begin(tab, case.selector, case.attribute, "true")
         os.kill(own.process.pid, signal.SIGSTOP)
         try:
-            took = seconds(tab, 10)
+            took, most = seconds(tab, 10), allowed(tab, SILENCE_S)
             expect(tab.get_by_text("No link to hornbill for")).to_be_visible()
             expect(tab.locator("main [data-stale=false]"), "nothing is shown as fresh").to_have_count(0)
         finally:
             os.kill(own.process.pid, signal.SIGCONT)
-        assert took <= 2.0, f"{took:.2f} s"
+        assert took <= most, f"{took:.2f} s of {most:.2f} s"
         expect(tab.get_by_test_id("live-state")).to_have_attribute("data-state", "up", timeout=COMING_BACK_MS)
         acts(one, case)
     finally:

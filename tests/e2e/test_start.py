@@ -12,9 +12,8 @@ import pytest
 
 from e2e.conftest import running_demo
 
-pytestmark = pytest.mark.alone
 
-
+@pytest.mark.alone
 def test_http_answers_soon_and_all_six_servos_are_there_within_twelve_seconds() -> None:
     began = time.monotonic()
     with running_demo("--servos", "6", "--seed", "5") as (process, url):

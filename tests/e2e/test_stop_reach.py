@@ -45,6 +45,9 @@ BEYOND = """() => { const { scrollWidth, scrollHeight } = document.scrollingElem
   return [scrollWidth - innerWidth, scrollHeight - innerHeight]; }"""
 """How far a script or a focus could scroll the window, Stop with it, px."""
 
+DRAWN = "() => new Promise(then => requestAnimationFrame(() => requestAnimationFrame(then)))"
+"""Until the page was drawn as large as its window is now."""
+
 
 def stop_is_seen(page: Page, where: str) -> None:
     found = page.evaluate(SEEN)
@@ -65,12 +68,29 @@ def latched(demo: Demo) -> bool:
     return demo.api.get("/stop").json()["latched"]
 
 
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_stop_is_seen_whole_on_every_page_in_every_window(language: str, browser: Browser, demo: Demo) -> None:
+    context = browser.new_context(has_touch=True)
+    try:
+        page = context.new_page()
+        page.add_init_script(f"localStorage.setItem('hornbill.language', '{language}')")
+        for path in ("servos", f"servos/{servo_of(demo, 'BLA21-12U-A0')}/parameters", "bus"):
+            page.goto(demo.url + path)
+            expect(page.get_by_test_id("stop")).to_be_visible()
+            for window, (width, height) in WINDOWS.items():
+                page.set_viewport_size({"width": width, "height": height})
+                page.evaluate(DRAWN)
+                stop_is_seen(page, f"{path}, {window}")
+    finally:
+        context.close()
+
+
 @pytest.mark.usefixtures("stops")
 @pytest.mark.parametrize(
     ("window", "language"),
     [*((window, "en") for window in WINDOWS), *((window, "ja") for window in ("small phone", "tablet", "laptop"))],
 )
-def test_stop_is_seen_whole_in_every_window_and_stops_at_a_touch(
+def test_stop_is_seen_whole_while_motion_is_on_and_stops_at_a_touch(
     window: str, language: str, browser: Browser, demo: Demo
 ) -> None:
     width, height = WINDOWS[window]
@@ -80,12 +100,9 @@ def test_stop_is_seen_whole_in_every_window_and_stops_at_a_touch(
         page = context.new_page()
         page.set_default_timeout(15_000)
         page.add_init_script(f"localStorage.setItem('hornbill.language', '{language}')")
-        uid = servo_of(demo, "BLA21-12U-A0")
-        for path in ("servos", f"servos/{uid}/parameters", "bus"):
-            page.goto(demo.url + path)
-            expect(page.get_by_test_id("stop")).to_be_visible()
-            stop_is_seen(page, path)
-        page.goto(f"{demo.url}servos/{uid}/motion")
+        page.goto(f"{demo.url}servos/{servo_of(demo, 'BLA21-12U-A0')}/motion")
+        expect(page.get_by_test_id("stop")).to_be_visible()
+        stop_is_seen(page, "loaded")
         page.get_by_test_id("enable-motion").tap()
         expect(page.get_by_test_id("motion-band")).to_be_visible()
         stop_is_seen(page, "motion")
