@@ -50,52 +50,58 @@ from typing import Any, ClassVar, Literal, TypeAlias, cast
 Cause: TypeAlias = Literal[
     "a_command", "adapter_lost", "allocation_busy", "angle_unknown", "another_servos_snapshot", "asked_already",
     "baud_not_found", "baud_not_known", "before_out_of_range", "between_steps", "beyond_array_command",
-    "beyond_half_turn", "brake_unanswered", "braked_meanwhile", "bundle_damaged", "bundle_not_written",
-    "bundle_unreadable", "bus_is_lost", "bus_left_meanwhile", "bus_off", "bus_parting", "changed_since",
-    "closed_meanwhile", "command_in_profile", "could_switch_off", "data_folder_only", "demo_only", "does_not_follow",
-    "driver_hangs", "driver_refused", "driver_silent", "file_toml_or_json", "file_too_large", "file_unreadable",
-    "force_without_reason", "going_away", "guarded", "holds_another", "holds_something_else", "horn_loaded",
-    "horn_moved_away", "horn_strayed", "horn_turning", "horn_turns", "horn_turns_off", "id_changed_since_prepared",
-    "id_kept_by_another", "id_not_addressable", "id_not_taken", "id_of_all", "id_of_all_new", "id_still_held",
-    "id_taken", "id_wanted_twice", "identity_in_profile", "in_use", "interface_bus_off", "interface_down",
-    "job_cancelled", "job_runs", "last_not_taken", "lease_of_key_over", "lease_over", "lease_over_meanwhile",
+    "beyond_half_turn", "body_too_large", "brake_unanswered", "braked_meanwhile", "bundle_damaged",
+    "bundle_not_written", "bundle_unreadable", "bus_is_lost", "bus_left_meanwhile", "bus_off", "bus_parting",
+    "changed_since", "closed_meanwhile", "command_in_profile", "could_switch_off", "data_folder_only", "demo_only",
+    "does_not_follow", "driver_hangs", "driver_refused", "driver_silent", "file_toml_or_json", "file_too_large",
+    "file_unreadable", "first_token_admin", "force_without_reason", "going_away", "guarded", "holds_another",
+    "holds_something_else", "horn_loaded", "horn_moved_away", "horn_strayed", "horn_turning", "horn_turns",
+    "horn_turns_off", "id_changed_since_prepared", "id_kept_by_another", "id_not_addressable", "id_not_taken",
+    "id_of_all", "id_of_all_new", "id_still_held", "id_taken", "id_wanted_twice", "identity_in_profile", "in_use",
+    "interface_bus_off", "interface_down", "job_cancelled", "job_runs", "key_malformed", "key_reused",
+    "last_not_taken", "lease_of_another", "lease_of_key_over", "lease_over", "lease_over_meanwhile",
     "let_go_at_once", "let_go_first", "line_not_utf8", "lines_wrong", "linux_only", "loaded_horns", "log_damaged",
     "log_not_written", "log_runs", "mavlink", "mode_off", "name_taken", "named_at_start", "named_twice",
-    "names_no_file", "names_no_runs", "never_met", "never_showed", "never_touched", "never_written", "no_address",
-    "no_bit_rate", "no_bundle", "no_bundle_folder", "no_bus", "no_can_kernel", "no_candle_channel",
-    "no_candle_package", "no_channel", "no_channel_of", "no_device", "no_driver", "no_file_name", "no_firmware",
-    "no_frame_gap", "no_frames", "no_frames_in_time", "no_hold_for_angle", "no_host", "no_interface", "no_lease",
-    "no_log", "no_message", "no_model_allows", "no_names_of_channels", "no_node_id", "no_node_id_left", "no_number",
-    "no_permission", "no_pyarrow", "no_restart_seen", "no_room_to_wiggle", "no_row_of_profile", "no_server",
-    "no_settling", "no_slcan_rate", "no_snapshot_kept", "no_socketcand_address", "no_speed", "no_step_test",
-    "no_such_adapter", "no_such_allocation", "no_such_baud", "no_such_channel", "no_such_commands", "no_such_file",
-    "no_such_interface", "no_such_job", "no_such_model", "no_such_parameter", "no_such_profile", "no_such_row",
-    "no_such_run", "no_such_snapshot", "no_such_token", "no_token_name", "no_values", "nobody_asks",
-    "node_id_came_back", "node_id_held", "node_id_in_use", "node_id_leaves_later", "node_id_of_another",
-    "node_id_out_of_range", "noise", "not_commanded", "not_connected", "not_deleted", "not_done", "not_for_profiles",
-    "not_given_back", "not_identified", "not_identified_yet", "not_in_firmware", "not_in_source", "not_kept_in_rom",
-    "not_on_bus", "not_playable", "not_ready", "not_restorable", "not_resumable", "not_taken", "not_taken_by_driver",
-    "nothing_at_baud", "nothing_left", "nothing_received", "off_unconfirmed", "offline", "one_source",
-    "only_a_recording", "open_failed", "other_bit_rate", "other_command_first", "other_node", "other_stream",
-    "other_unit", "output_not_kept", "output_stays", "outside_limits", "own_node_id", "passing_failed",
-    "passing_now", "passing_to", "past_model_limit", "past_own_limit", "perhaps_serial", "played_no_more",
-    "plays_recording", "port_closed", "profile_for_angles", "profile_of_unknown_series", "ram_unknown", "read_only",
-    "read_only_in_profile", "recorded_label", "recorded_servo", "recording_over", "recording_too_large",
-    "refused_before_write", "register_refused", "replay_failed", "request_over", "reset_refused", "restart_refused",
+    "names_no_file", "names_no_runs", "never_built_with", "never_met", "never_showed", "never_touched",
+    "never_written", "no_address", "no_bit_rate", "no_bundle", "no_bundle_folder", "no_bus", "no_can_kernel",
+    "no_candle_channel", "no_candle_package", "no_channel", "no_channel_of", "no_device", "no_driver",
+    "no_file_name", "no_firmware", "no_frame_gap", "no_frames", "no_frames_in_time", "no_hold_for_angle", "no_host",
+    "no_interface", "no_json", "no_json_type", "no_lease", "no_log", "no_message", "no_model_allows",
+    "no_names_of_channels", "no_node_id", "no_node_id_left", "no_number", "no_permission", "no_pyarrow",
+    "no_restart_seen", "no_room_to_wiggle", "no_row_of_profile", "no_server", "no_settling", "no_simulator",
+    "no_slcan_rate", "no_snapshot_kept", "no_socketcand_address", "no_speed", "no_step_test", "no_such_adapter",
+    "no_such_allocation", "no_such_baud", "no_such_channel", "no_such_commands", "no_such_file", "no_such_firmware",
+    "no_such_interface", "no_such_job", "no_such_model", "no_such_names", "no_such_parameter", "no_such_profile",
+    "no_such_row", "no_such_run", "no_such_setting", "no_such_side", "no_such_sim_servo", "no_such_snapshot",
+    "no_such_stream", "no_such_token", "no_token_name", "no_values", "nobody_asks", "node_id_came_back",
+    "node_id_held", "node_id_in_use", "node_id_leaves_later", "node_id_of_another", "node_id_out_of_range", "noise",
+    "not_commanded", "not_connected", "not_deleted", "not_done", "not_for_profiles", "not_given_back",
+    "not_identified", "not_identified_yet", "not_in_firmware", "not_in_source", "not_kept_in_rom", "not_of_stream",
+    "not_on_bus", "not_playable", "not_read_otherwise", "not_ready", "not_restorable", "not_restored_after_wiggle",
+    "not_resumable", "not_simulated", "not_taken", "not_taken_by_driver", "nothing_at_baud", "nothing_left",
+    "nothing_received", "of_servos", "off_unconfirmed", "offline", "one_source", "only_a_recording", "open_failed",
+    "other_bit_rate", "other_command_first", "other_host", "other_node", "other_site", "other_stream", "other_unit",
+    "outcome_unknown", "output_not_kept", "output_stays", "outputs_stayed_off", "outside_limits", "own_defect",
+    "own_node_id", "passing_failed", "passing_now", "passing_to", "past_model_limit", "past_own_limit",
+    "perhaps_serial", "played_no_more", "plays_recording", "port_closed", "profile_for_angles", "profile_not_taken",
+    "profile_of_unknown_series", "ram_unknown", "read_only", "read_only_in_profile", "recorded_label",
+    "recorded_servo", "recording_not_written", "recording_over", "recording_too_large", "refused_before_write",
+    "register_refused", "replay_failed", "request_malformed", "request_over", "reset_refused", "restart_refused",
     "restarted_before_save", "restarted_before_write", "restarted_meanwhile", "restarted_since_prepared",
-    "restarted_while_read", "restarts_repeatedly", "restarts_repeatedly_reset", "rom_differs", "rom_lost_in_save",
-    "runs_on", "runs_on_defaults", "save_cancelled", "save_refused", "server_ended", "server_silent",
-    "several_adapters", "shared_servo_id", "silent_node", "silent_servo", "silent_too_long", "sim_holds",
-    "slcan_refuses", "snapshot_holds_before", "snapshot_of_unknown_model", "socketcand_refuses", "soft_start_reads",
-    "soft_start_stuck", "step_strayed", "still_there", "stopped", "store_slow", "store_unusable", "stream_commands",
-    "stream_over", "stream_too_fast", "supply_bad_reset", "supply_bad_save", "switched_off_in_save",
-    "switched_off_meanwhile", "taken_unseen", "timeout_needs_lease", "token_name_taken", "token_needed",
-    "token_unknown", "too_many_commands", "too_many_errors", "too_many_requests", "took_another",
+    "restarted_while_read", "restarts_repeatedly", "restarts_repeatedly_reset", "role_too_low", "rom_differs",
+    "rom_lost_in_save", "rows_do_not_fit", "runs_on", "runs_on_defaults", "save_cancelled", "save_refused",
+    "server_ended", "server_silent", "servo_id_taken_meanwhile", "several_adapters", "shared_servo_id",
+    "silent_node", "silent_servo", "silent_too_long", "sim_holds", "slcan_refuses", "snapshot_holds_before",
+    "snapshot_of_unknown_model", "socketcand_refuses", "soft_start_reads", "soft_start_stuck", "step_strayed",
+    "still_there", "stopped", "store_newer", "store_slow", "store_unusable", "stream_commands", "stream_over",
+    "stream_too_fast", "supply_bad_reset", "supply_bad_save", "switched_off_in_save", "switched_off_meanwhile",
+    "table_wrong", "taken_unseen", "timeout_needs_lease", "token_name_taken", "token_needed", "token_unknown",
+    "too_many_attempts", "too_many_commands", "too_many_errors", "too_many_requests", "took_another",
     "torque_in_rom_unknown", "torque_into_rom", "torque_is_off", "torque_off_not_taken", "torque_on",
-    "torque_on_not_taken", "torque_taken", "torque_unproved", "torque_unproved_stop", "two_commands",
-    "under_command", "under_speed_command", "unique_for_many", "unit_follows", "unit_in_conflict",
-    "unit_under_command", "unknown_in_source", "unknown_series", "unplugged", "unread_after_restart", "values_gone",
-    "wiggle_failed", "worked_on", "wrong_kind",
+    "torque_on_not_taken", "torque_taken", "torque_unproved", "torque_unproved_stop", "turn_count", "turns",
+    "turns_of_several", "two_commands", "type_of_form", "under_command", "under_speed_command", "unique_for_many",
+    "unit_follows", "unit_in_conflict", "unit_under_command", "unknown_in_source", "unknown_series", "unplugged",
+    "unread_after_restart", "values_gone", "wiggle_failed", "worked_on", "wrong_kind",
 ]  # fmt: skip
 """What exactly went wrong, where one code has several causes: with it and the facts a page words a problem in its
 language."""
@@ -118,11 +124,12 @@ class HornbillError(Exception):
         *,
         request: str | None = None,
         summary: str | None = None,
-        cause: Cause | None = None,
+        cause: Cause | None,
         **facts: object,
     ) -> None:
-        """`cause` is one of the facts. `request` ends the detail with what a program sends: a sentence, or the end of
-        one (": GET /servos").
+        """`cause` is one of the facts; None in programs alone, whose errors no page words, and of an older server.
+
+        `request` ends the detail with what a program sends: a sentence, or the end of one (": GET /servos").
 
         A request in the middle of the detail takes a `summary` of its own.
         """
@@ -135,10 +142,9 @@ class HornbillError(Exception):
         self.detail = detail
         self.facts: dict[str, Any] = facts if cause is None else {**facts, "cause": cause}
 
-    def extend(self, *, before: str = "", after: str = "", also: Cause | None = None) -> None:
+    def extend(self, *, before: str = "", after: str = "", also: Cause, **facts: object) -> None:
         """Say more: words before and after what is said already, with their space; `also` is the code of them."""
-        if also is not None:
-            self.facts["also"] = [*self.facts.get("also", []), also]
+        self.facts = {**self.facts, **facts, "also": [*self.facts.get("also", []), also]}
         self.detail = f"{before}{self.detail}{after}"
         self.summary = f"{before}{self.summary}{after}"
 
@@ -273,7 +279,7 @@ class Unknown(BadRequest):
         *,
         request: str | None = None,
         summary: str | None = None,
-        cause: Cause | None = None,
+        cause: Cause | None,
         **facts: object,
     ) -> None:
         super().__init__(detail, request=request, summary=summary, cause=cause, **facts)

@@ -107,7 +107,7 @@ def _under_test(hornbill: "Hornbill", config: pytest.Config) -> "Servo":
 
     name = config.getoption("--hornbill-servo")
     if name is None and _url(config) is not None:
-        raise InvalidValue("Say which with --hornbill-servo LABEL, SERIAL or UID.")
+        raise InvalidValue("Say which with --hornbill-servo LABEL, SERIAL or UID.", cause=None)
     until = time.monotonic() + APPEAR_S
     state = None
     while time.monotonic() < until:
@@ -118,8 +118,8 @@ def _under_test(hornbill: "Hornbill", config: pytest.Config) -> "Servo":
                     return hornbill.find(uid=one.uid)
         time.sleep(0.1)
     if state is not None:
-        raise Busy(f"The servo is not ready after {APPEAR_S:g} s: it is {state.replace('_', ' ')}.")
-    raise Unknown("unknown_servo", f"No servo on the bus has the label, serial or uid {name!r}.")
+        raise Busy(f"The servo is not ready after {APPEAR_S:g} s: it is {state.replace('_', ' ')}.", cause=None)
+    raise Unknown("unknown_servo", f"No servo on the bus has the label, serial or uid {name!r}.", cause=None)
 
 
 @contextmanager

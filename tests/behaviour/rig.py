@@ -86,7 +86,7 @@ class Cable:
 
         async def open_one(statistics: PortStatistics) -> CanPort:
             if not self.plugged:
-                raise PortOpenFailed("There is no such adapter. Plug it in.", address=address)
+                raise PortOpenFailed("There is no such adapter. Plug it in.", cause=None, address=address)
             self.inner = self._bus.port(address.removeprefix("memory:"), bitrate=bitrate)
             self.inner.statistics = statistics
             self.openings += 1
@@ -249,7 +249,7 @@ def play(
 
         async def open_port(address: str, bitrate: int) -> CanPort:
             if address == "memory:broken":
-                raise PortOpenFailed("The adapter is broken. Take another.", address=address)
+                raise PortOpenFailed("The adapter is broken. Take another.", cause=None, address=address)
             port = cable.port(address, bitrate)
             await port.open()
             return port

@@ -387,7 +387,7 @@ def test_another_run_of_the_server_goes_on_where_a_servo_runs_on(tmp_path: Path)
 
 def test_a_store_that_fails_keeps_nobody_from_seeing_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
-        raise StoreFailed("The disk is full. Make room.")
+        raise StoreFailed("The disk is full. Make room.", cause=None)
 
     async def scene(rig: Rig) -> None:
         servo = (await rig.ready())[0]

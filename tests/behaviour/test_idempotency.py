@@ -264,7 +264,7 @@ def test_a_store_that_cannot_keep_the_key_does_nothing_and_says_so(monkeypatch: 
     from hornbill.errors import StoreFailed
 
     def full(*_: object) -> None:
-        raise StoreFailed("The disk is full, so nothing can be kept.")
+        raise StoreFailed("The disk is full, so nothing can be kept.", cause=None)
 
     async def scene(rig: Rig) -> None:
         with monkeypatch.context() as patch:

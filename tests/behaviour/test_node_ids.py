@@ -400,7 +400,7 @@ def test_a_server_killed_in_any_stage_leaves_a_table_its_successor_goes_on_with(
                     0.002 if sent else 0, lambda: asyncio.ensure_future(rig.cable.unplug())
                 )
                 if not sent:
-                    raise BusDisconnected("The process is dead.")
+                    raise BusDisconnected("The process is dead.", cause=None)
             broadcast(message, priority=priority)
 
         participant.broadcast = until_killed

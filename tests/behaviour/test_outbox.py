@@ -56,7 +56,7 @@ def test_every_message_is_of_the_form_the_contract_gives_and_in_order() -> None:
         servo = (await rig.ready())[0]
         box = box_of(EventLog(rig.host, demo=False), "servos", "telemetry", "events", "jobs", "bus")
         rig.host.hub.tell(ReadingChanged(servo.uid, "angle_p_gain"))
-        box.refuse(Busy("a reason"))
+        box.refuse(Busy("a reason", cause=None))
         rig.host.restarting.start(servo, "restart")
         await asyncio.sleep(2)
         begun = rig.host.base.now()

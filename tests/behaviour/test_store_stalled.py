@@ -126,7 +126,7 @@ def test_a_node_id_is_given_only_when_the_table_has_it_for_good(tmp_path: Path) 
 def test_an_id_that_cannot_be_kept_is_not_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def scene(rig: Rig) -> None:
         def full() -> Any:
-            raise StoreFailed("The disk of the database is full. Make room.")
+            raise StoreFailed("The disk of the database is full. Make room.", cause=None)
 
         await rig.ready()
         with monkeypatch.context() as broken:
@@ -175,7 +175,7 @@ def test_a_stop_that_cannot_be_stored_at_once_is_stored_when_the_server_ends(
 ) -> None:
     async def first(rig: Rig) -> None:
         def full() -> Any:
-            raise StoreFailed("The disk of the database is full. Make room.")
+            raise StoreFailed("The disk of the database is full. Make room.", cause=None)
 
         await rig.ready()
         with monkeypatch.context() as broken:
@@ -212,7 +212,7 @@ def test_a_change_that_cannot_be_stored_is_refused_and_not_shown(
 ) -> None:
     async def scene(rig: Rig) -> None:
         def full() -> Any:
-            raise StoreFailed("The disk of the database is full. Make room.")
+            raise StoreFailed("The disk of the database is full. Make room.", cause=None)
 
         servo = (await rig.ready())[0]
         json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "rudder"}))

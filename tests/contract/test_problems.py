@@ -1,6 +1,7 @@
 """Every error of the tree has an HTTP answer, and the codes are those the contract fixes."""
 
 import ast
+import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -40,7 +41,9 @@ def test_every_error_has_a_status(kind: type[errors.HornbillError]) -> None:
 
 
 def test_facts_become_members_of_the_problem_and_never_replace_its_own() -> None:
-    shown = problem(errors.OutOfRange("too much", minimum=0, maximum=100, unit="%", requested=120, status=200))
+    shown = problem(
+        errors.OutOfRange("too much", cause=None, minimum=0, maximum=100, unit="%", requested=120, status=200)
+    )
     dumped = shown.model_dump()
     assert (dumped["minimum"], dumped["maximum"], dumped["unit"], dumped["requested"]) == (0, 100, "%", 120)
     assert (dumped["status"], dumped["code"], dumped["detail"]) == (422, "out_of_range", "too much")
@@ -70,6 +73,37 @@ def test_what_programs_are_told_is_no_part_of_a_summary() -> None:
     assert told == []
 
 
+PROGRAMS = re.compile(r"(cli|client|probe)/|(pytest_plugin|app/(network_policy|serving|simulate))\.py$")
+"""Files whose errors end in a terminal: no page words them."""
+
+
+@pytest.mark.parametrize("kind", list(classes(errors.HornbillError)), ids=lambda kind: kind.__name__)
+def test_no_error_can_be_made_without_a_cause(kind: type[errors.HornbillError]) -> None:
+    """The argument is required, so pyright refuses a call without it."""
+    cause = inspect.signature(kind).parameters["cause"]
+    assert (cause.kind, cause.default) == (inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty)
+
+
+def test_a_problem_of_the_server_has_a_cause() -> None:
+    """None, or the facts of another error, only where a program reports it, or one error repeats another."""
+    root = Path(hornbill.__file__).parent
+    bare = [
+        f"{file}:{call.lineno}"
+        for file, call in (
+            (path.relative_to(root).as_posix(), node)
+            for path in sorted(root.rglob("*.py"))
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            if isinstance(node, ast.Call)
+        )
+        if not PROGRAMS.search(file) and ast.unparse(call.func).removeprefix("errors.") in ERRORS
+        if {one.arg: ast.unparse(one.value) for one in call.keywords if one.arg in ("cause", None)}.get(
+            "cause", "facts" if any(one.arg is None for one in call.keywords) else "None"
+        )
+        == "None"
+    ]
+    assert bare == []
+
+
 @pytest.mark.parametrize(
     ("detail", "request_", "whole"),
     [
@@ -80,8 +114,8 @@ def test_what_programs_are_told_is_no_part_of_a_summary() -> None:
     ],
 )
 def test_a_request_ends_the_detail_and_not_the_summary(detail: str, request_: str, whole: str) -> None:
-    error = errors.Busy(detail, request=request_, key="x")
+    error = errors.Busy(detail, cause=None, request=request_, key="x")
     assert (error.detail, str(error), error.summary, error.facts) == (whole, whole, detail, {"key": "x"})
-    error.extend(before="1 of 2 failed. ", after=" Nothing was sent.")
+    error.extend(before="1 of 2 failed. ", after=" Nothing was sent.", also="not_done")
     assert error.detail == f"1 of 2 failed. {whole} Nothing was sent."
     assert error.summary == f"1 of 2 failed. {detail} Nothing was sent."

@@ -78,7 +78,11 @@ class Idempotency:
             return
         try:
             if len(keys) > 1 or not _KEY.fullmatch(keys[0]):
-                raise InvalidValue(f"{KEY_HEADER} is one text of 1 to {LONGEST_KEY} visible ASCII characters.")
+                raise InvalidValue(
+                    f"{KEY_HEADER} is one text of 1 to {LONGEST_KEY} visible ASCII characters.",
+                    cause="key_malformed",
+                    longest=LONGEST_KEY,
+                )
             body, receive = await whole(receive)
             if body is None:
                 return  # gone before all of it was here: nothing is done
@@ -99,7 +103,8 @@ class Idempotency:
             if known != request:
                 raise KeyReused(
                     f"This {KEY_HEADER} came with another request before. Make a new one, a UUID for one, for each "
-                    "request."
+                    "request.",
+                    cause="key_reused",
                 )
             if first is not None:
                 answered = await asyncio.shield(first[1])
@@ -159,7 +164,8 @@ def _again(host: Host, path: str, answered: Answer | None, here: bool) -> Respon
         )
         raise Interrupted(
             f"This request was begun before. {why}: whether it was done is not known. Look at what is there; "
-            "it is not done again with this key."
+            "it is not done again with this key.",
+            cause="outcome_unknown",
         )
     body, look = answered.body, _AS_IT_IS_NOW.get(path)
     if look is not None and answered.status < 300:

@@ -148,14 +148,19 @@ def install(app: FastAPI) -> None:
         found = [{"where": ".".join(str(part) for part in one["loc"]), "what": one["msg"]} for one in error.errors()]
         text = "; ".join(f"{one['where']}: {one['what']}" for one in found[:3])
         return answer(
-            errors.InvalidValue(f"The request is not of the form the API document gives. {text}.", errors=found)
+            errors.InvalidValue(
+                f"The request is not of the form the API document gives. {text}.",
+                cause="request_malformed",
+                where=[one["where"] for one in found[:3]],
+                errors=found,
+            )
         )
 
     @app.exception_handler(HTTPException)
     async def _routing(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         if error.status_code == 400:
-            return answer(errors.InvalidValue(f"The body is not JSON: {error.detail}."))
+            return answer(errors.InvalidValue(f"The body is not JSON: {error.detail}.", cause="no_json"))
         code = {404: "not_found", 405: "method_not_allowed"}.get(error.status_code, "internal")
         shown = Problem(
             type=f"urn:hornbill:{code}", title=str(error.detail), status=error.status_code, code=code,

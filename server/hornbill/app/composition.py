@@ -13,7 +13,7 @@ from starlette.requests import HTTPConnection
 from hornbill import __version__, resources
 from hornbill.api.http import create_api
 from hornbill.api.security.access import Access
-from hornbill.api.security.origin import local_policy
+from hornbill.api.security.origin import Policy, local_policy
 from hornbill.app.bus_ports import EMBEDDED, BusPorts, StoredBauds, places, with_frame_gap
 from hornbill.app.network_policy import NetworkPolicy, decide, may_open
 from hornbill.app.settings import Settings
@@ -153,7 +153,7 @@ def bus_log_of(host: Host, logs: Path) -> BusLog:
     )
 
 
-def _view_policy(policy: Callable[[HTTPConnection], str | None]) -> Callable[[HTTPConnection], bool]:
+def _view_policy(policy: Policy) -> Callable[[HTTPConnection], bool]:
     """The same rule for the view's routes, and a socket must bring an Origin: only browsers look at horns."""
 
     def allowed(connection: HTTPConnection) -> bool:

@@ -60,7 +60,8 @@ def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | N
     if given is not None and len(given) < SHORTEST:
         raise NotExposed(
             f"A token of {len(given)} characters can be guessed. Give one of {SHORTEST} or more, or none and make "
-            "one with 'hornbill token add NAME --role admin'."
+            "one with 'hornbill token add NAME --role admin'.",
+            cause=None,
         )
     wide = settings.host not in LOCAL
     reached = wide or settings.behind_proxy or bool(settings.allow_host)
@@ -73,7 +74,7 @@ def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | N
     if demo:
         if contained and not settings.behind_proxy and not settings.allow_host:
             return NetworkPolicy(hosts, simulated_only=True)
-        raise NotExposed(_refusal(settings) + "give a token of your own: --token TOKEN, or HORNBILL_TOKEN.")
+        raise NotExposed(_refusal(settings) + "give a token of your own: --token TOKEN, or HORNBILL_TOKEN.", cause=None)
     first: str | None = None
     with Store(settings.database or settings.data_dir) as store:
         if not store.tokens.all():
@@ -81,7 +82,7 @@ def decide(settings: Settings, *, demo: bool, environment: Mapping[str, str] | N
                 raise NotExposed(
                     _refusal(settings) + "make a token first: hornbill token add NAME --role admin"
                     + ("" if settings.database is None else " (with HORNBILL_DATABASE as here)")
-                    + f" --data-dir {settings.data_dir}. Or give one with --token or HORNBILL_TOKEN."
+                    + f" --data-dir {settings.data_dir}. Or give one with --token or HORNBILL_TOKEN.", cause=None
                 )  # fmt: skip
             _, first = store.tokens.add(FIRST, "admin")
     return NetworkPolicy(_named(hosts, settings.host), wide, required=True, first_token=first)
@@ -165,6 +166,6 @@ def _tls(settings: Settings) -> None:
     files = {"--tls-cert": settings.tls_cert, "--tls-key": settings.tls_key}
     for flag, file in files.items():
         if file is None and any(files.values()):
-            raise NotExposed(f"TLS takes a certificate and its key: {flag} is missing.")
+            raise NotExposed(f"TLS takes a certificate and its key: {flag} is missing.", cause=None)
         if file is not None and not file.is_file():
-            raise NotExposed(f"{flag}: there is no file {file}. Give a PEM file.")
+            raise NotExposed(f"{flag}: there is no file {file}. Give a PEM file.", cause=None)

@@ -53,7 +53,7 @@ def listen(host: str, port: int) -> socket.socket:
     except OSError as error:
         made.close()
         raise CannotListen(
-            f"Port {port} on {host} cannot be used: {error.strerror}. Choose another with --port."
+            f"Port {port} on {host} cannot be used: {error.strerror}. Choose another with --port.", cause=None
         ) from None
     return made
 
@@ -68,7 +68,9 @@ async def serve(app: FastAPI, listening: socket.socket, announce: str, tls: tupl
         config.load()
     except OSError as error:  # of ssl, too
         listening.close()
-        raise CannotListen(f"The certificate and its key cannot be used: {error}. Give a matching pair.") from None
+        raise CannotListen(
+            f"The certificate and its key cannot be used: {error}. Give a matching pair.", cause=None
+        ) from None
     logging.getLogger("uvicorn.error").addFilter(Sparing())
     sys.setswitchinterval(SWITCH_S)
     server = _Server(config, app)

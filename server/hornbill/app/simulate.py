@@ -31,7 +31,7 @@ async def simulate(
     InvalidValue.
     """
     if not 1 <= servos <= 100:
-        raise InvalidValue(f"{servos} servos are outside 1 to 100.")
+        raise InvalidValue(f"{servos} servos are outside 1 to 100.", cause=None)
     catalog = Catalog.load()
     recipes = recipes_of(catalog, servos, model, firmware, node_id, seed, any_firmware=any_firmware)
     adapter = adapter_port(bus)
@@ -81,7 +81,7 @@ def recipes_of(
         return recipes
     if not (node_id.isascii() and node_id.isdigit()) or not 1 <= int(node_id) <= 126 - servos:
         raise InvalidValue(
-            f"--node-id {node_id!r} is not auto, none or 1 to {126 - servos}, the first of {servos} servos."
+            f"--node-id {node_id!r} is not auto, none or 1 to {126 - servos}, the first of {servos} servos.", cause=None
         )
     return [replace(one, node_id=int(node_id) + index, rom_sound=True) for index, one in enumerate(recipes)]
 

@@ -86,7 +86,7 @@ def changes_of(words: list[str]) -> dict[str, bool | int | float | str]:
     for word in words:
         key, equals, value = word.partition("=")
         if not equals:
-            raise InvalidValue(f"{word!r} is no change. Write KEY=VALUE, for example angle_p_gain=40.")
+            raise InvalidValue(f"{word!r} is no change. Write KEY=VALUE, for example angle_p_gain=40.", cause=None)
         found[key.strip()] = typed(value.strip())
     return found
 

@@ -28,5 +28,6 @@ def text_of(file: Path) -> str:
         return data.decode(encoding).replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         raise InvalidValue(
-            f"{file.name} is no text in UTF-8: byte {error.start} is {data[error.start]:#04x}. Save it as UTF-8."
+            f"{file.name} is no text in UTF-8: byte {error.start} is {data[error.start]:#04x}. Save it as UTF-8.",
+            cause=None,
         ) from None

@@ -34,7 +34,7 @@ def raised(status: int, body: Mapping[str, Any]) -> HornbillError:
     """
     code = str(body.get("code", "internal"))
     detail = str(body.get("detail", "")) or f"The server answered with status {status} and no reason."
-    facts = {key: value for key, value in body.items() if key not in MEMBERS}
+    facts = {"cause": None, **{key: value for key, value in body.items() if key not in MEMBERS}}
     kind = _BY_CODE.get(code)
     if kind is not None:
         error = kind(detail, **facts)

@@ -89,14 +89,20 @@ class Probe:
     def _look_first(self) -> None:
         stop = self._hornbill.stop_state()
         if stop["latched"]:
-            raise Stopped(f"Stopped by {stop['by']}. Look at the servo, then clear it: 'hornbill stop --clear'.")
+            raise Stopped(
+                f"Stopped by {stop['by']}. Look at the servo, then clear it: 'hornbill stop --clear'.", cause=None
+            )
         servo = self._servo.refresh()
         if servo["state"] not in ("ready", "soft_start"):
-            raise Conflict(f"{self._servo.title} is {servo['state']}: look at its supply and its plug first.")
+            raise Conflict(
+                f"{self._servo.title} is {servo['state']}: look at its supply and its plug first.", cause=None
+            )
         # Torque that was turned off is no configuration: a restart brings back what ROM says, and tells so beforehand.
         rows = ", ".join(key for key in servo["unsaved"] if key != "torque_mode")
         if rows:
-            raise Conflict(f"{rows} of {self._servo.title} would be lost in a restart: save or restore first.")
+            raise Conflict(
+                f"{rows} of {self._servo.title} would be lost in a restart: save or restore first.", cause=None
+            )
         self._note_node()
 
     def _step(self, probed: Probed, name: str, question: str | None, do: Callable[[], None]) -> None:
@@ -173,7 +179,7 @@ class Probe:
         before = self._servo.reading(MARK)
         value = before["value"]
         if not isinstance(value, (int, float)):
-            raise Conflict(f"{MARK} cannot be read, so that nothing would show whether RAM is lost.")
+            raise Conflict(f"{MARK} cannot be read, so that nothing would show whether RAM is lost.", cause=None)
         step = 1 / max(1, round(abs(before["raw"] or 1) / abs(value))) if value else 0.1
         highest = before["maximum"]
         other = value + step if highest is None or value + step <= highest else value - step
@@ -188,7 +194,7 @@ class Probe:
 
     def _save(self) -> None:
         if self._servo.refresh()["unsaved"]:
-            raise Conflict("RAM is not what ROM holds, so nothing is saved.")
+            raise Conflict("RAM is not what ROM holds, so nothing is saved.", cause=None)
         self._begin("save")
         self._watch(2.5)
 
@@ -208,10 +214,12 @@ class Probe:
             if seen["state"] not in ("queued", "running"):
                 break
             if time.monotonic() > until:
-                raise TookTooLong(f"The {kind} is not done after {READY_WITHIN_S:g} s.")
+                raise TookTooLong(f"The {kind} is not done after {READY_WITHIN_S:g} s.", cause=None)
             self._sleep(0.1)
         if seen["state"] != "succeeded":
-            raise Conflict(f"The {kind} did not succeed: {(seen['error'] or {}).get('detail', seen['state'])}")
+            raise Conflict(
+                f"The {kind} did not succeed: {(seen['error'] or {}).get('detail', seen['state'])}", cause=None
+            )
         for key in ramped:
             self._quietly(key)
 
@@ -234,7 +242,7 @@ class Probe:
     def _angle(self) -> float:
         value = self._servo.read("current_angle")
         if not isinstance(value, (int, float)):
-            raise Conflict("0x08 reads no angle: the horn is not moved.")
+            raise Conflict("0x08 reads no angle: the horn is not moved.", cause=None)
         return float(value)
 
     def _limits(self) -> tuple[float, float]:
@@ -242,7 +250,7 @@ class Probe:
         found = [rows[key]["value"] for key in ("angle_limit_cw", "angle_limit_ccw")]
         numbers = sorted(float(one) for one in found if isinstance(one, (int, float)))
         if len(numbers) != 2:
-            raise Conflict("The angle limits cannot be read: the horn is not moved.")
+            raise Conflict("The angle limits cannot be read: the horn is not moved.", cause=None)
         return numbers[0], numbers[1]
 
     def _note_node(self) -> None:

@@ -40,7 +40,7 @@ class EffectsTable(Row):
 def mistake(file: str, row: str | None, what: str) -> TableError:
     """The error for something wrong in `file`, in `row` where one row is to blame."""
     where = f"{file}, row {row}" if row else file
-    return TableError(f"{where}: {what}", file=file, row=row)
+    return TableError(f"{where}: {what}", cause="table_wrong", file=file, row=row)
 
 
 def read(folder: Path, file: str, shape: type[Table]) -> Table:

@@ -65,7 +65,8 @@ class Database:
         except (SQLAlchemyError, ImportError) as error:
             raise StoreFailed(
                 f"{self.address} is no database that can be used here: {error}. "
-                "Correct the address, install its driver, or give a folder."
+                "Correct the address, install its driver, or give a folder.",
+                cause="store_unusable",
             ) from error
         if self._is_file:
             event.listen(self._engine, "connect", _prepare_sqlite)
@@ -79,11 +80,13 @@ class Database:
             self.close()
             raise StoreFailed(
                 f"{self.address} was written by a newer hornbill (tables {error}). "
-                "Install that one, or choose another data folder."
+                "Install that one, or choose another data folder.",
+                cause="store_newer",
             ) from None
         except (SQLAlchemyError, sqlite3.Error, OSError) as error:
             self.close()
-            raise StoreFailed(f"{self.address} cannot be opened: {_cause(error)}. {self._remedy}") from error
+            text = f"{self.address} cannot be opened: {_cause(error)}. {self._remedy}"
+            raise StoreFailed(text, cause="store_unusable") from error
         self._patience_s = PATIENCE_S
 
     @contextmanager
@@ -169,14 +172,16 @@ def _url(place: str | Path) -> URL:
             url = make_url(place)
         except (SQLAlchemyError, ValueError) as error:
             # The address may hold a password: it is not repeated.
-            raise StoreFailed("The database address cannot be read. Give a folder, or a URL.") from error
+            text = "The database address cannot be read. Give a folder, or a URL."
+            raise StoreFailed(text, cause="store_unusable") from error
         # Without a driver's name SQLAlchemy would take psycopg2; "postgres" is how many hosters spell it.
         return url.set(drivername="postgresql+psycopg") if url.drivername in ("postgresql", "postgres") else url
     folder = Path(place)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StoreFailed(f"{folder} cannot be made: {error.strerror}. Choose another data folder.") from error
+        text = f"{folder} cannot be made: {error.strerror}. Choose another data folder."
+        raise StoreFailed(text, cause="store_unusable") from error
     return URL.create("sqlite", database=str(folder / FILE_NAME))
 
 

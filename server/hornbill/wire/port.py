@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import lru_cache
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 from hornbill.errors import BusDisconnected, PortError
 from hornbill.wire.frame import Frame
@@ -148,9 +148,8 @@ def not_connected(address: str, trouble: PortError | None) -> BusDisconnected:
     if trouble is None:
         text = f"{address} is not connected. Connect a bus and try again."
         return BusDisconnected(text, cause="not_connected", address=address)
-    error = BusDisconnected(f"{address} is not connected. {trouble.detail}")
-    error.facts = {"address": address, **trouble.facts}
-    return error
+    facts: dict[str, Any] = {"address": address, **trouble.facts}
+    return BusDisconnected(f"{address} is not connected. {trouble.detail}", **facts)
 
 
 FrameSink = Callable[[list[Frame]], None]

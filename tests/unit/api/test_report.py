@@ -52,7 +52,7 @@ def job(*sheets: ServoRecord, failed: bool = False, kind: str = "commissioning",
     made = RunningJob("f00d" * 4, kind, None, listed, 10.0, lambda: 0.0, lambda _job: None)
     made.result = {"units": [one.document() for one in sheets], **more}
     made.state, made.ended_at = ("failed" if failed else "succeeded"), 13.0
-    made.error = NoAnswer("The second servo did not answer.") if failed else None
+    made.error = NoAnswer("The second servo did not answer.", cause=None) if failed else None
     return made
 
 
@@ -185,7 +185,7 @@ def test_a_job_that_kept_no_sheet_is_told_from_its_steps_and_the_inventory() -> 
     assert [len(unit.steps) for unit in made.targets] == [1]
     found = made.targets[0].record
     assert (found.serial, found.label, found.firmware, found.verdict) == ("61-000123", "knee", "1.300", "done")
-    one.state, one.error = "failed", NoAnswer("It is gone.")
+    one.state, one.error = "failed", NoAnswer("It is gone.", cause=None)
     assert report(one, lambda _uid: None, CATALOG).targets[0].record.problem == "It is gone."
 
 

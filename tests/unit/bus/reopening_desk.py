@@ -34,7 +34,7 @@ class Adapter:
 
     def send(self, frames: Sequence[Frame]) -> None:
         if self.state in (PortState.LOST, PortState.DISCONNECTED):
-            raise BusDisconnected("gone")
+            raise BusDisconnected("gone", cause=None)
         self.sent += frames
         self.statistics.tx_frames += len(frames)
 
@@ -67,7 +67,10 @@ class Desk:
         return ReopeningPort(self.open, address="test:0", bitrate=1_000_000)
 
     def lose(self, trouble: str | None = None) -> None:
-        self.opened[-1].state, self.opened[-1].trouble = PortState.LOST, None if trouble is None else PortError(trouble)
+        self.opened[-1].state, self.opened[-1].trouble = (
+            PortState.LOST,
+            None if trouble is None else PortError(trouble, cause=None),
+        )
 
 
 def play(scene: Callable[[Desk, ReopeningPort], Awaitable[None]], desk: Desk | None = None) -> None:
@@ -86,4 +89,4 @@ def play(scene: Callable[[Desk, ReopeningPort], Awaitable[None]], desk: Desk | N
 
 
 def refusal(text: str = "There is no such device.") -> PortOpenFailed:
-    return PortOpenFailed(text, address="test:0")
+    return PortOpenFailed(text, cause=None, address="test:0")

@@ -38,7 +38,7 @@ class Log:
 
     def send(self, frames: list[Frame]) -> None:
         if self.lost:
-            raise BusDisconnected("gone")
+            raise BusDisconnected("gone", cause=None)
         now = asyncio.get_running_loop().time()
         self.sent += [(round(now, 4), frame.id, frame.data[0]) for frame in frames]
 

@@ -146,7 +146,7 @@ def test_an_adapter_that_is_lost_again_and_again_is_waited_for_longer_and_longer
 def test_a_controller_off_the_bus_is_given_a_moment_and_then_opened_again() -> None:
     async def scene(desk: Desk, port: ReopeningPort) -> None:
         adapter = desk.opened[0]
-        adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.")
+        adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.", cause=None)
         with pytest.raises(BusDisconnected):
             port.send([Frame(1, b"")])
         await asyncio.sleep(BUS_OFF_S / 2)
@@ -154,7 +154,7 @@ def test_a_controller_off_the_bus_is_given_a_moment_and_then_opened_again() -> N
         adapter.state, adapter.trouble = PortState.ACTIVE, None
         await asyncio.sleep(BUS_OFF_S)
         assert len(desk.opened) == 1, "it recovered by itself"
-        adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.")
+        adapter.state, adapter.trouble = PortState.BUS_OFF, PortError("Off the bus.", cause=None)
         await asyncio.sleep(BUS_OFF_S + 0.1)
         assert (port.state, str(port.trouble)) == (PortState.LOST, "Off the bus.")
         await asyncio.sleep(0.3)

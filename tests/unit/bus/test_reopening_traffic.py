@@ -85,7 +85,7 @@ def test_a_request_that_waits_fails_within_50_ms_and_the_participant_goes_on_aft
 def test_whichever_way_it_is_gone_nobody_waits_for_an_answer(state: PortState) -> None:
     async def main() -> None:
         adapter = Adapter(PortStatistics())
-        adapter.trouble = PortError("Plug it in.")
+        adapter.trouble = PortError("Plug it in.", cause=None)
         version = SoftwareVersion(0, 1)
         host = Participant(adapter, node_id=127, name="host", unique_id=bytes(16), software_version=version)
         host.start()

@@ -18,24 +18,24 @@ def classes(root: type[errors.HornbillError]) -> Iterator[type[errors.HornbillEr
 
 @pytest.mark.parametrize("kind", list(classes(errors.HornbillError)), ids=lambda kind: kind.__name__)
 def test_no_failure_is_a_success(kind: type[errors.HornbillError]) -> None:
-    error = kind("unknown_servo", "x") if kind is errors.Unknown else kind("x")
+    error = kind("unknown_servo", "x", cause=None) if kind is errors.Unknown else kind("x", cause=None)
     assert code_of(error) not in (Exit.DONE, Exit.USAGE, Exit.INTERRUPTED)
 
 
 @pytest.mark.parametrize(
     ("error", "code"),
     [
-        (NoServer("x", sent=False), Exit.NO_SERVER),
-        (errors.NoAnswer("x"), Exit.NO_ANSWER),
-        (errors.Refused("x"), Exit.REFUSED),
-        (errors.Stopped("x"), Exit.BLOCKED),
-        (errors.Busy("x"), Exit.BLOCKED),
-        (errors.LeaseHeld("x"), Exit.BLOCKED),
-        (errors.BusDisconnected("x"), Exit.BLOCKED),
-        (errors.Unauthorized("x"), Exit.NOT_ALLOWED),
-        (errors.ForbiddenRole("x"), Exit.NOT_ALLOWED),
-        (errors.OutOfRange("x"), Exit.FAILED),
-        (errors.NotAsWanted("x"), Exit.FAILED),
+        (NoServer("x", cause=None, sent=False), Exit.NO_SERVER),
+        (errors.NoAnswer("x", cause=None), Exit.NO_ANSWER),
+        (errors.Refused("x", cause=None), Exit.REFUSED),
+        (errors.Stopped("x", cause=None), Exit.BLOCKED),
+        (errors.Busy("x", cause=None), Exit.BLOCKED),
+        (errors.LeaseHeld("x", cause=None), Exit.BLOCKED),
+        (errors.BusDisconnected("x", cause=None), Exit.BLOCKED),
+        (errors.Unauthorized("x", cause=None), Exit.NOT_ALLOWED),
+        (errors.ForbiddenRole("x", cause=None), Exit.NOT_ALLOWED),
+        (errors.OutOfRange("x", cause=None), Exit.FAILED),
+        (errors.NotAsWanted("x", cause=None), Exit.FAILED),
     ],
 )
 def test_every_kind_of_failure_has_its_number(error: errors.HornbillError, code: Exit) -> None:
@@ -52,7 +52,7 @@ def test_the_numbers_are_those_that_scripts_know() -> None:
 
 
 def test_what_a_server_says_is_printed_with_its_code(capsys: pytest.CaptureFixture[str]) -> None:
-    error = errors.OutOfRange("0 is below this model's limit of 1.")
+    error = errors.OutOfRange("0 is below this model's limit of 1.", cause=None)
     error.status = 422
     with pytest.raises(typer.Exit), failures():
         raise error

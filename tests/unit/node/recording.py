@@ -32,7 +32,7 @@ class RecordingPort:
     def send(self, frames: Sequence[Frame]) -> None:
         """Keep the frames. Raises BusDisconnected unless the state is active."""
         if self.state is not PortState.ACTIVE:
-            raise BusDisconnected(f"{self.address} is {self.state}. Connect it.")
+            raise BusDisconnected(f"{self.address} is {self.state}. Connect it.", cause=None)
         self.calls.append(list(frames))
         self.sent.extend(frames)
 

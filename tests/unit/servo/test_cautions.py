@@ -70,17 +70,21 @@ def test_with_lost_turns_only_a_short_move_from_a_known_place_needs_no_word() ->
 
 def test_all_missing_words_are_named_at_once() -> None:
     said = [
-        Caution("warning", "turns", "One.", "turns", {}),
+        Caution("warning", "turns", "One.", "turns", {"turns": 2.0, "to_deg": 720.0}),
         Caution("failure", "held", "Two.", None, {}),
-        Caution("warning", "turn_count", "Three.", "turn_count", {}),
+        Caution("warning", "turn_count", "Three.", "turn_count", {"before_deg": 10.5}),
     ]
+    one = servo()
     with pytest.raises(NeedsConfirmation) as caught:
-        require(said, ())
-    assert caught.value.facts == {"confirm": "turns", "words": ["turns", "turn_count"]}
+        require(one, said, ())
+    assert caught.value.facts == {
+        "confirm": "turns", "words": ["turns", "turn_count"], "cause": "turns", "also": ["turn_count"],
+        "servo": one.title, "turns": 2.0, "to_deg": 720.0, "before_deg": 10.5,
+    }  # fmt: skip
     with pytest.raises(NeedsConfirmation) as caught:
-        require(said, ["turns"])
-    assert caught.value.facts["words"] == ["turn_count"]
-    require(said, ["turn_count", "turns"])
+        require(one, said, ["turns"])
+    assert (caught.value.facts["words"], caught.value.facts["cause"]) == (["turn_count"], "turn_count")
+    require(one, said, ["turn_count", "turns"])
 
 
 @given(raw=st.integers(-36000, 36000) | st.integers(-1810, 1810), unit=st.sampled_from(list(DEGREES)))

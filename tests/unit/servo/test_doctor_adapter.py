@@ -123,7 +123,10 @@ def test_an_interface_that_is_taken_down_while_it_is_used_and_up_again() -> None
 def test_an_adapter_that_never_opened_is_not_called_lost() -> None:
     async def main() -> None:
         port = RecordingPort()
-        port.state, port.trouble = PortState.LOST, PortError("There is no such device. Plug the adapter in.")
+        port.state, port.trouble = (
+            PortState.LOST,
+            PortError("There is no such device. Plug the adapter in.", cause=None),
+        )
         doctor = Doctor(asyncio.get_running_loop().time, list)
         directory = Directory()
         allocator = Allocator(MemoryTable(), own_ids=frozenset(), residents=directory)
@@ -296,7 +299,7 @@ def test_the_reopened_adapter_goes_on_where_it_was() -> None:
         await ward.live(1)
         assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
         ward.port.state = PortState.LOST
-        ward.port.trouble = PortError("socketcan:can0 is off the bus after too many errors.")
+        ward.port.trouble = PortError("socketcan:can0 is off the bus after too many errors.", cause=None)
         await ward.live(1)
         assert (ward.only().code, ward.only().severity) == ("bus_off", "failure")
         ward.port.state, ward.quiet = PortState.ACTIVE, False

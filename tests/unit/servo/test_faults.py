@@ -290,7 +290,7 @@ def test_a_store_that_fails_is_said_once_and_faults_show_all_the_same(
     desk: Desk, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> dict[str, FaultEntry]:
-        raise StoreFailed("full")
+        raise StoreFailed("full", cause=None)
 
     for name in ("of", "keep", "acknowledge"):
         monkeypatch.setattr(store.faults, name, fail)
@@ -312,7 +312,7 @@ def test_what_was_kept_before_the_store_failed_is_there_when_it_works_again(
     store.faults.keep(Sight(UID, 5.0, appeared=frozenset(["voltage_low"])))
 
     def fail(_uid: Uid) -> dict[str, FaultEntry]:
-        raise StoreFailed("locked")
+        raise StoreFailed("locked", cause=None)
 
     with monkeypatch.context() as broken:
         broken.setattr(store.faults, "of", fail)

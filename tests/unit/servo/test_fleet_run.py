@@ -73,7 +73,7 @@ def states(job: RunningJob) -> list[str]:
 
 
 def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
-    job = play({A: NoAnswer("silent"), C: Busy("saving", seconds=3)})
+    job = play({A: NoAnswer("silent", cause=None), C: Busy("saving", cause=None, seconds=3)})
     assert states(job) == ["failed", "done", "failed"]
     assert isinstance(job.error, NoAnswer)
     assert job.error.detail == "2 of 3 servos failed. silent"
@@ -82,13 +82,13 @@ def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
 
 
 def test_with_stop_the_first_problem_leaves_out_the_rest() -> None:
-    job = play({B: NoAnswer("silent")}, "stop")
+    job = play({B: NoAnswer("silent", cause=None)}, "stop")
     assert states(job) == ["done", "failed", "skipped"]
     assert job.steps[2].evidence == "left out"
 
 
 def test_what_concerns_every_servo_ends_the_run_as_it_is() -> None:
-    job = play({B: Stopped("stop was pressed")})
+    job = play({B: Stopped("stop was pressed", cause=None)})
     assert states(job) == ["done", "failed", "waiting"]
     assert isinstance(job.error, Stopped)
     assert job.error.detail == "stop was pressed"
@@ -107,6 +107,6 @@ def test_a_cancelled_run_ends_the_step_that_must_be_whole_and_keeps_its_result(w
         await asyncio.sleep(1.5)
         await jobs.cancel(job.id)
 
-    job = play({A: NoAnswer("silent")}, whole=whole, then=cancel)
+    job = play({A: NoAnswer("silent", cause=None)}, whole=whole, then=cancel)
     assert states(job) == ["failed", expected, "waiting"]
     assert (job.state, job.result) == ("cancelled", {"failed": [A]})

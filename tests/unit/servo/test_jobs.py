@@ -60,7 +60,7 @@ def test_an_error_fails_the_running_step_and_is_kept() -> None:
     async def work(jobs: Jobs) -> None:
         async def body(job: RunningJob) -> dict[str, object]:
             job.begin("one")
-            raise NoAnswer("gone")
+            raise NoAnswer("gone", cause=None)
 
         job = await jobs.wait(jobs.start("save", Uid("aa"), [Step("one", "1"), Step("two", "2")], body))
         assert job.state == "failed"
@@ -129,10 +129,10 @@ def test_the_next_process_knows_how_each_ended() -> None:
             return {"rows": 42, "by_uid": {A: [1, None]}}
 
         async def badly(job: RunningJob) -> dict[str, object]:
-            raise NotAsWanted("It holds something else.", differences=[{"key": "origin", "wanted": 1}])
+            raise NotAsWanted("It holds something else.", cause=None, differences=[{"key": "origin", "wanted": 1}])
 
         async def unknown(job: RunningJob) -> dict[str, object]:
-            raise Unknown("unknown_profile", "There is no such profile.")
+            raise Unknown("unknown_profile", "There is no such profile.", cause=None)
 
         for body in (well, badly, unknown):
             await jobs.wait(jobs.start("save", A, steps(), body))
@@ -251,7 +251,7 @@ def test_a_job_is_resumed_as_itself_with_what_was_done_behind_it() -> None:
 def test_a_resumer_that_refuses_leaves_the_job_as_it_was() -> None:
     async def later(jobs: Jobs) -> None:
         def resumer(job: RunningJob) -> Work:
-            raise Stopped("Stop is latched.")
+            raise Stopped("Stop is latched.", cause=None)
 
         jobs.resumers["commissioning"] = resumer
         cut = jobs.all()[0]
@@ -304,7 +304,7 @@ def test_a_store_that_fails_stops_no_job_and_is_told_once(caplog: pytest.LogCapt
             return {}
 
         def fail(job: StoredJob) -> None:
-            raise HornbillError("The disk is full.")
+            raise HornbillError("The disk is full.", cause=None)
 
         jobs._kept.put = fail  # pyright: ignore[reportPrivateUsage, reportAttributeAccessIssue]
         job = await jobs.wait(jobs.start("save", A, steps(), body))

@@ -73,7 +73,7 @@ def test_slots_that_passed_are_counted_and_not_caught_up() -> None:
 def test_what_motion_refuses_ends_a_run_with_one_notice() -> None:
     def refuse(slot: int) -> float:
         if slot == 2:
-            raise Stopped("Stopped.")
+            raise Stopped("Stopped.", cause=None)
         return 0.0
 
     source, events = run(9, refuse)

@@ -197,7 +197,7 @@ def test_a_servo_taken_off_twice_at_once_is_unknown_the_second_time() -> None:
 
 def test_a_servo_that_finds_no_port_is_not_on_the_bench() -> None:
     def opened(name: str) -> CanPort:
-        raise PortOpenFailed(f"{name} finds no place.", address=name)
+        raise PortOpenFailed(f"{name} finds no place.", cause=None, address=name)
 
     async def scenario() -> None:
         bench = Bench(opened, catalog())

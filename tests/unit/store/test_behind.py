@@ -141,7 +141,7 @@ def test_rows_have_the_instant_of_the_change_and_not_of_the_write(place: str) ->
 def test_a_change_that_is_waited_for_is_made_in_the_database_first_or_not_at_all(place: str) -> None:
     async def scene(store: Store, gate: Gate) -> None:
         await store.run(store.servos.label, UID, "rudder")
-        gate.error = StoreFailed("The disk is full.")
+        gate.error = StoreFailed("The disk is full.", cause=None)
         with pytest.raises(StoreFailed):
             await store.run(store.servos.label, UID, "elbow")
         with pytest.raises(StoreFailed):
@@ -212,7 +212,7 @@ def test_a_change_that_does_not_follow_is_told_and_the_next_one_that_does_too(pl
     async def scene(store: Store, gate: Gate) -> None:
         told: list[Exception | None] = []
         store.listen(told.append)
-        gate.error = failure = StoreFailed("The disk is full.")
+        gate.error = failure = StoreFailed("The disk is full.", cause=None)
         job = StoredJob("1", "save", UID, "running", 1.0, None, None, {"steps": []})
         store.jobs.put(job)
         store.settings.put("one", 1)

@@ -11,7 +11,7 @@ export type Facts = Readonly<Record<string, string | undefined>>;
 export type Saying = (facts: Facts) => string;
 
 /** What names rows. */
-const KEYS: ReadonlySet<string> = new Set(["key", "keys", "limit", "other"]);
+const KEYS: ReadonlySet<string> = new Set(["key", "keys", "limit", "not_restored", "other"]);
 
 const UNITS: Readonly<Record<string, string>> = {
   s: "s",

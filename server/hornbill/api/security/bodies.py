@@ -27,12 +27,20 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
     media = headers.get(b"content-type", "").partition(";")[0].strip().lower()
     if takes_file(scope["method"], path):
         if media in _FORMS:
-            raise WrongMediaType(f"A file is not of the type {media}.", request="Name its own type in Content-Type.")
+            raise WrongMediaType(
+                f"A file is not of the type {media}.",
+                request="Name its own type in Content-Type.",
+                cause="type_of_form",
+                media=media,
+            )
         _within(size, LARGEST_FILE)
         return receive
     if path.startswith("/api/") and not (media == "application/json" or media.endswith("+json")):
         raise WrongMediaType(
-            f"The body is {media[:60] or 'of no type'}.", request="Send it with 'Content-Type: application/json'."
+            f"The body is {media[:60] or 'of no type'}.",
+            request="Send it with 'Content-Type: application/json'.",
+            cause="no_json_type",
+            media=media[:60],
         )
     _within(size, LARGEST)
     return (await whole(receive))[1]
@@ -45,7 +53,12 @@ def takes_file(method: str, path: str) -> bool:
 
 def _within(size: int, limit: int) -> None:
     if size > limit:
-        raise TooLarge(f"The body has more than {limit // 1024} kB, which is the limit here.", limit_bytes=limit)
+        raise TooLarge(
+            f"The body has more than {limit // 1024} kB, which is the limit here.",
+            cause="body_too_large",
+            limit_kb=limit // 1024,
+            limit_bytes=limit,
+        )
 
 
 async def whole(receive: Receive) -> tuple[bytes | None, Receive]:

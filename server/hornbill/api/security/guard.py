@@ -14,7 +14,7 @@ from hornbill.api.security.bodies import ready
 from hornbill.api.security.origin import LOCAL_NAMES, Policy
 from hornbill.api.security.proxied import as_the_proxy_saw_it
 from hornbill.api.security.roles import ANYBODY, HERE, ROW, Role, RouteTable, needed
-from hornbill.errors import ForbiddenOrigin, HornbillError, Unauthorized
+from hornbill.errors import HornbillError, Unauthorized
 from hornbill.servo.runtime.actor import act_as
 
 _GONE: Final = 4401
@@ -74,9 +74,9 @@ class Guard:
     def _admit(self, scope: Scope) -> Identity | None:
         """Who it is. Raises ForbiddenOrigin, Unauthorized, TooManyAttempts or ForbiddenRole."""
         connection = HTTPConnection(scope)
-        why = None if self._policy is None else self._policy(connection)
-        if why is not None:
-            raise ForbiddenOrigin(why)
+        refusal = None if self._policy is None else self._policy(connection)
+        if refusal is not None:
+            raise refusal
         method, path = scope.get("method", "GET"), route_path(scope)
         role, stopping = needed(scope[ROW]), (method, path) == ("POST", "/api/v1/stop")
         who = self._access.who(connection, _ticket(scope), stopping=stopping)

@@ -7,8 +7,10 @@ from urllib.parse import urlsplit
 
 from starlette.requests import HTTPConnection
 
-Policy = Callable[[HTTPConnection], str | None]
-"""Why a request is refused, or None."""
+from hornbill.errors import ForbiddenOrigin
+
+Policy = Callable[[HTTPConnection], ForbiddenOrigin | None]
+"""The refusal of a request, or None."""
 
 LOCAL_NAMES: Final = frozenset(("127.0.0.1", "localhost", "::1"))
 _OURS: Final = ("same-origin", "none")
@@ -24,17 +26,31 @@ def local_policy(hosts: frozenset[str], *, addresses: bool = False) -> Policy:
     Sec-Fetch-Site of all others whether another site made them. A link to our page may be on another site.
     """
 
-    def check(connection: HTTPConnection) -> str | None:
+    def check(connection: HTTPConnection) -> ForbiddenOrigin | None:
         host = connection.headers.get("host", "")
         name = _hostname(host)
         if name not in hosts and not (addresses and name is not None and _is_address(name)):
             known = ", ".join(sorted(hosts))
-            return f"Host {host[:80]!r} is not this server. Use one of: {known}; or start it with --allow-host NAME."
+            return ForbiddenOrigin(
+                f"Host {host[:80]!r} is not this server. Use one of: {known}; or start it with --allow-host NAME.",
+                cause="other_host",
+                host=host[:80],
+                known=sorted(hosts),
+            )
         origin = connection.headers.get("origin")
         if origin is not None and origin not in (f"http://{host}", f"https://{host}"):
-            return f"Origin {origin[:80]!r} is another site. Open hornbill's own page at http://{host}/."
+            return ForbiddenOrigin(
+                f"Origin {origin[:80]!r} is another site. Open hornbill's own page at http://{host}/.",
+                cause="other_site",
+                origin=origin[:80],
+                host=host[:80],
+            )
         if connection.headers.get("sec-fetch-site", "none") not in _OURS and not _link(connection):
-            return f"Another site asked for this. Open hornbill's own page at http://{host}/."
+            return ForbiddenOrigin(
+                f"Another site asked for this. Open hornbill's own page at http://{host}/.",
+                cause="other_site",
+                host=host[:80],
+            )
         return None
 
     return check

@@ -118,6 +118,8 @@ class Attempts:
                 wait_s = max(1, round(times[-most] + WINDOW_S - now))
                 raise TooManyAttempts(
                     f"{len(times)} {self._what} in the last minute. Try again in {wait_s} s.",
+                    cause="too_many_attempts",
+                    count=len(times),
                     retry_after_s=wait_s,
                 )
 

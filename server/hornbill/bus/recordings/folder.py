@@ -203,8 +203,10 @@ class RecordingFolder:
             return await asyncio.get_running_loop().run_in_executor(self._thread, work)
         except OSError as error:
             remedy = " Make room on the disk of the data folder." if error.errno == errno.ENOSPC else ""
-            why = f"The {self.kind.word} cannot be written: {error.strerror or error}.{remedy}"
-            raise LogFailed(why) from error
+            why = error.strerror or str(error)
+            raise LogFailed(
+                f"The {self.kind.word} cannot be written: {why}.{remedy}", cause="recording_not_written", error=why
+            ) from error
 
     def _is_name(self, name: str) -> bool:
         """Whether a recording may be called so: no folder, no odd sign."""

@@ -56,7 +56,9 @@ class Complaints:
     def tell(self) -> None:
         """Raises InvalidValue when there are any; nothing is written then."""
         if self._found:
-            raise InvalidValue("\n".join(f"{self._file}:{line}: {text}" for line, text in sorted(self._found)))
+            raise InvalidValue(
+                "\n".join(f"{self._file}:{line}: {text}" for line, text in sorted(self._found)), cause=None
+            )
 
 
 def parse(file: Path, text: str) -> list[BenchEntry]:
@@ -85,7 +87,9 @@ def parse(file: Path, text: str) -> list[BenchEntry]:
     ]
     complaints.tell()
     if not entries:
-        raise InvalidValue(f"{file.name}: There is no servo in it. 'hornbill export' writes a file to begin with.")
+        raise InvalidValue(
+            f"{file.name}: There is no servo in it. 'hornbill export' writes a file to begin with.", cause=None
+        )
     return [one for one in entries if one is not None]
 
 

@@ -114,7 +114,7 @@ def carry_out(
     left = [one for one in plan(hornbill, file, [one.entry for one in changed], saves=False) if one.differences]
     if left:
         told = "; ".join(f"{one.servo.title}: {', '.join(row.key for row in one.differences)}" for one in left)
-        raise NotAsWanted(f"After all was written, this is not as the file says: {told}.")
+        raise NotAsWanted(f"After all was written, this is not as the file says: {told}.", cause=None)
 
 
 def _servos(hornbill: "Hornbill", entries: Sequence[BenchEntry], complaints: Complaints) -> "list[Servo | None]":

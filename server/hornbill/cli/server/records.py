@@ -181,4 +181,4 @@ def _known(hornbill: "Hornbill", name: str) -> "answers.KnownServo":
     if len(found) == 1:
         return found[0]
     text = f"{len(found)} servos were" if found else "No servo was ever"
-    raise Unknown("unknown_servo", f"{text} known as {name!r}. 'hornbill inventory list' shows them.")
+    raise Unknown("unknown_servo", f"{text} known as {name!r}. 'hornbill inventory list' shows them.", cause=None)

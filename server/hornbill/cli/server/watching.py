@@ -113,7 +113,7 @@ async def _messages(
                     pass
                 now = time.monotonic()
     except (OSError, WebSocketException) as error:
-        raise NoServer(f"The connection to {hornbill.socket_url} ended: {error}.", sent=False) from None
+        raise NoServer(f"The connection to {hornbill.socket_url} ended: {error}.", cause=None, sent=False) from None
 
 
 def _clock(at: float) -> str:

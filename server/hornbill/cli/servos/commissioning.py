@@ -37,7 +37,7 @@ def commission(
             number, _, label = wanted.partition(":")
             if not equals or not number.isdecimal():
                 raise InvalidValue(
-                    f"{word!r} is no servo with an id. Write SERVO=ID, for example 61-466861=3:Elevator."
+                    f"{word!r} is no servo with an id. Write SERVO=ID, for example 61-466861=3:Elevator.", cause=None
                 )
             units.append({"uid": hornbill.look_up(name).uid, "servo_id": int(number), "label": label})
         if dry_run:

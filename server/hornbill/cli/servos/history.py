@@ -166,7 +166,9 @@ def undo(
             if keys:
                 break
         else:
-            raise Unknown("unknown_snapshot", f"Nothing is kept of {found.title} that differs from what it holds now.")
+            raise Unknown(
+                "unknown_snapshot", f"Nothing is kept of {found.title} that differs from what it holds now.", cause=None
+            )
         print(cell(f"Snapshot {one['id']}, {instant(one['at'])}: {one['reason']}"), file=sys.stderr)
         _write(hornbill, servo, f"snapshot:{one['id']}", None, identity, save, dry_run, yes, confirm, as_json)
 
@@ -234,7 +236,9 @@ def apply_lost(
         found = hornbill.look_up(servo)
         values = {one["key"]: one["value"] for one in found.refresh()["lost"] if one["value"] is not None}
         if not values:
-            raise Unknown("unknown_parameter", f"{found.title} has lost no RAM values. Nothing was written.")
+            raise Unknown(
+                "unknown_parameter", f"{found.title} has lost no RAM values. Nothing was written.", cause=None
+            )
         _show_written(hornbill, found.write_many(values, save=save, confirm=confirm or ()), as_json)
 
 

@@ -133,13 +133,15 @@ class AsyncConnection:
         if "CERTIFICATE_VERIFY_FAILED" in why:
             remedy = "Name the file of its certificate, or of who signed it, in SSL_CERT_FILE."
             return NoServer(
-                f"What answers at {self.url} has a certificate that is not trusted: {why}. {remedy}", sent=False
+                f"What answers at {self.url} has a certificate that is not trusted: {why}. {remedy}",
+                cause=None,
+                sent=False,
             )
         if isinstance(error, (httpx.ConnectError, httpx.ConnectTimeout)):
             start = "Start one with 'hornbill demo' or 'hornbill serve', or name its address in HORNBILL_URL."
-            return NoServer(f"No hornbill server answers at {self.url}: {why}. {start}", sent=False)
+            return NoServer(f"No hornbill server answers at {self.url}: {why}. {start}", cause=None, sent=False)
         lost = "The connection ended before the answer came, so that it is not known whether it was done."
-        return NoServer(f"{lost} {self.url}: {why}. Look before you ask again.", sent=True)
+        return NoServer(f"{lost} {self.url}: {why}. Look before you ask again.", cause=None, sent=True)
 
 
 def _authorities() -> ssl.SSLContext:

@@ -72,17 +72,17 @@ class AsyncHornbill(AsyncConnection):
         wanted: dict[str, str | int | None] = {"label": label, "serial": serial, "servo_id": servo_id, "uid": uid}
         given = {key: value for key, value in wanted.items() if value is not None}
         if not given:
-            raise InvalidValue("Say which servo: by label, serial, servo_id or uid.")
+            raise InvalidValue("Say which servo: by label, serial, servo_id or uid.", cause=None)
         until = time.monotonic() + within_s
         while True:
             every: list[answers.Servo] = await self.ask("GET", "/servos")
             found = [one for one in every if given.items() <= {**one}.items()]
             if len(found) > 1:
-                raise Conflict(f"{len(found)} servos have {_told(given)}. Name it by serial or uid.")
+                raise Conflict(f"{len(found)} servos have {_told(given)}. Name it by serial or uid.", cause=None)
             if found and found[0]["online"] and found[0]["state"] != "identifying":
                 return AsyncServo(self, found[0])
             if time.monotonic() > until:
-                raise Unknown("unknown_servo", _missing(given, found, every))
+                raise Unknown("unknown_servo", _missing(given, found, every), cause=None)
             await asyncio.sleep(LOOK_S)
 
     async def look_up(self, name: str) -> AsyncServo:
@@ -93,7 +93,7 @@ class AsyncHornbill(AsyncConnection):
         if len(found) == 1:
             return AsyncServo(self, found[0])
         text = f"{len(found)} servos are" if found else "No servo is"
-        raise Unknown("unknown_servo", f"{text} known as {name!r}. 'hornbill list' shows them.")
+        raise Unknown("unknown_servo", f"{text} known as {name!r}. 'hornbill list' shows them.", cause=None)
 
     def lease(
         self, holder: str, *, ttl_s: float = 3.0, beat: bool = True, force: bool = False, reason: str = ""
@@ -187,12 +187,12 @@ class AsyncHornbill(AsyncConnection):
             if seen["state"] == "succeeded":
                 return seen
             if seen["state"] == "cancelled":
-                raise Interrupted(f"The {seen['kind']} job was cancelled.", job=seen)
+                raise Interrupted(f"The {seen['kind']} job was cancelled.", cause=None, job=seen)
             if seen["state"] == "failed":
                 problem = seen["error"]
                 raise raised(500 if problem is None else problem["status"], {**(problem or {}), "job": seen})
             if until is not None and time.monotonic() > until:
-                raise TookTooLong(f"The {seen['kind']} job is not done after {timeout_s:g} s.", job=seen)
+                raise TookTooLong(f"The {seen['kind']} job is not done after {timeout_s:g} s.", cause=None, job=seen)
             await asyncio.sleep(LOOK_S)
 
     async def profiles(self) -> list[answers.Profile]:

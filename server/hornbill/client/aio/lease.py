@@ -50,7 +50,7 @@ class AsyncLease:
             if error is None:
                 raise
         if self.lost is not None and error is None:
-            raise LeaseRequired(f"Motion control was lost before the end of the block. {self.lost}")
+            raise LeaseRequired(f"Motion control was lost before the end of the block. {self.lost}", cause=None)
 
     async def renew(self) -> answers.Lease:
         """A sign of life by hand. Raises Unknown when it has ended."""

@@ -167,7 +167,7 @@ class AsyncServo:
         done = await self._command(body, speed_deg_s, 2 * timeout_s + SLACK_S)
         if not done["settled"]:
             raise DidNotMove(
-                _unmet(self.title, done, timeout_s=timeout_s, band_deg=band_deg, dwell_s=dwell_s),
+                _unmet(self.title, done, timeout_s=timeout_s, band_deg=band_deg, dwell_s=dwell_s), cause=None,
                 unmet=done["unmet"], target_deg=done["value"], angle_deg=done["angle_deg"],
                 in_band_s=done["in_band_s"],
             )  # fmt: skip

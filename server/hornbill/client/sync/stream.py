@@ -64,5 +64,5 @@ class Stream:
 
 def _running(state: answers.Stream) -> answers.Stream:
     if state["ended"] is not None:
-        raise Conflict(f"The stream has ended: {state['ended']}")
+        raise Conflict(f"The stream has ended: {state['ended']}", cause=None)
     return state

@@ -289,6 +289,8 @@ def _packed(parts: Sequence[Part]) -> Prepared:
 
 def _together(needed: Sequence[NeedsConfirmation]) -> NeedsConfirmation:
     """One question for all that there is to confirm."""
+    if len(needed) == 1:
+        return needed[0]
     words: list[str] = []
     for error in needed:
         found = error.facts["words"]
@@ -296,4 +298,7 @@ def _together(needed: Sequence[NeedsConfirmation]) -> NeedsConfirmation:
         words += [str(word) for word in found if word not in words]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     detail = " ".join(error.detail for error in needed[:3])
     summary = " ".join(error.summary for error in needed[:3])
-    return NeedsConfirmation(detail, summary=summary, confirm=words[0], words=words)
+    servos = [str(error.facts["servo"]) for error in needed]
+    return NeedsConfirmation(
+        detail, summary=summary, cause="turns_of_several", confirm=words[0], words=words, servos=servos
+    )

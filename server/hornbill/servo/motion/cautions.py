@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Collection, Sequence
+from typing import Any
 
 from hornbill.domain.motion import Caution
-from hornbill.errors import NeedsConfirmation
+from hornbill.errors import Cause, NeedsConfirmation
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.device.permission import ROW_OF
@@ -46,15 +47,17 @@ def cautions(servo: Servo, kind: str, raw: Raw, here: Collection[Raw], shortest_
     return found
 
 
-def require(said: Sequence[Caution], confirmed: Collection[str]) -> None:
+def require(servo: Servo, said: Sequence[Caution], confirmed: Collection[str]) -> None:
     """Raises NeedsConfirmation with all the words that are missing; its fact `confirm` is the first of them."""
     missing = [one for one in said if one.confirm is not None and one.confirm not in confirmed]
     if missing:
-        words = [str(one.confirm) for one in missing]
+        words: list[Cause] = [one.confirm for one in missing if one.confirm is not None]
+        facts: dict[str, Any] = {name: value for one in missing for name, value in one.params.items()}
         listed = ", ".join(f'"{word}"' for word in words)
         raise NeedsConfirmation(
             " ".join(one.text for one in missing), request=f"To do it, send it again with confirm: [{listed}].",
-            confirm=words[0], words=words,
+            confirm=words[0], words=words, cause=words[0], also=words[1:], servo=servo.title,
+            **facts,
         )  # fmt: skip
 
 

@@ -374,8 +374,7 @@ class IdentifyMotion:
         )
         self._hub.tell(Happened("failure", "not_restored", text, servo.uid, {"servo": servo.title, "keys": left}))
         if isinstance(error, HornbillError):
-            error.extend(after=f" {text}")
-            error.facts["not_restored"] = left
+            error.extend(after=f" {text}", also="not_restored_after_wiggle", servo=servo.title, not_restored=left)
 
     async def _read(self, key: str) -> float:
         self._renew()

@@ -134,7 +134,7 @@ class Motion:
         permission.check_mode(servo, kind)
         target = permission.target(servo, kind, value, clamp=clamp)
         said = self.cautions(servo, kind, target.raw)
-        cautions.require(said, confirm)
+        cautions.require(servo, said, confirm)
         if not said:
             return target
         words = frozenset(one.confirm for one in said if one.confirm is not None)
@@ -181,7 +181,7 @@ class Motion:
             )
         if (why := driven.let_go) is not None:
             error = copy(why)
-            error.extend(before=f"{servo.title} was let go before it settled: ")
+            error.extend(before=f"{servo.title} was let go before it settled: ", also="let_go_first", servo=servo.title)
             raise error
         if driven.alive is None or driven.alive.done():
             raise Busy(f"{servo.title} was let go before it settled.", cause="let_go_first", servo=servo.title)

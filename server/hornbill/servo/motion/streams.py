@@ -147,7 +147,11 @@ class Streams:
         found = self._streams.get(stream_id)
         if found is None:
             raise Unknown(
-                "unknown_stream", f"There is no stream {stream_id[:40]!r}.", request="GET /api/v1/streams lists them."
+                "unknown_stream",
+                f"There is no stream {stream_id[:40]!r}.",
+                request="GET /api/v1/streams lists them.",
+                cause="no_such_stream",
+                stream=stream_id[:40],
             )
         return found
 
@@ -199,7 +203,11 @@ class Streams:
         uids = set(stream.uids)
         foreign = next((uid for uid in values if uid not in uids), None)
         if foreign is not None:
-            raise InvalidValue(f"{foreign[:40]!r} is no servo of this stream. Name some of those it was begun with.")
+            raise InvalidValue(
+                f"{foreign[:40]!r} is no servo of this stream. Name some of those it was begun with.",
+                cause="not_of_stream",
+                uid=foreign[:40],
+            )
         per_unit = {part.servo.uid: part.target.parameter.per_unit for part in stream.prepared.parts}
         steps = {Uid(uid): round(value * per_unit[Uid(uid)]) / per_unit[Uid(uid)] for uid, value in values.items()}
         there = self._bursts.renewed(stream.prepared, steps)

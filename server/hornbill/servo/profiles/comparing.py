@@ -112,7 +112,11 @@ class Sides:
             return Side(name, f'profile "{rest}"', profile.values, profile.units)
         if form == "default" and rest:
             return self._default(name, rest)
-        raise InvalidValue(f'"{name[:60]}" names nothing that can be compared. Write {FORMS}.', requested=name[:200])
+        raise InvalidValue(
+            f'"{name[:60]}" names nothing that can be compared. Write {FORMS}.',
+            cause="no_such_side",
+            requested=name[:200],
+        )
 
     async def snapshot(self, snapshot_id: int) -> StoredSnapshot:
         """The snapshot of that number, however large it is. Raises Unknown (unknown_snapshot)."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import Final
+from typing import Any, Final
 
 from hornbill.domain.change import LeftOut, Reason
 from hornbill.domain.fields import known
@@ -151,13 +151,19 @@ def _check(
             problems.append(error)
     if not problems:
         return
-    listed = [{"key": one.facts["key"], "code": one.code, "detail": one.detail} for one in problems]
+    listed = [
+        {"key": one.facts["key"], "code": one.code, "detail": one.detail, "params": one.params} for one in problems
+    ]
     first = problems[0]
     first.facts["problems"] = listed
     if len(problems) == 1:
         raise first
     shown = " ".join(f"{rows[str(one['key'])].label}: {one['detail']}" for one in listed)
-    raise type(first)(f"{len(listed)} rows of {side.title} do not fit this servo. {shown}", **first.facts)
+    facts: dict[str, Any] = {
+        **first.facts, "cause": "rows_do_not_fit", "servo": side.title, "count": len(problems),
+        "keys": [one["key"] for one in listed],
+    }  # fmt: skip
+    raise type(first)(f"{len(listed)} rows of {side.title} do not fit this servo. {shown}", **facts)
 
 
 def _check_unit(row: Parameter, known: Mapping[str, Raw | None], side: Side) -> None:

@@ -64,6 +64,7 @@ class ProfileRun(FleetJob[ProfileTarget]):
     """One job of applying a profile."""
 
     FAILED = "servos did not take the profile"
+    ALSO = "profile_not_taken"
 
     profile: Profile
     options: ApplyOptions

@@ -4,10 +4,10 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass, field
-from typing import ClassVar, Generic, Literal, Self, TypeAlias, TypeVar
+from typing import Any, ClassVar, Generic, Literal, Self, TypeAlias, TypeVar
 
 from hornbill.domain.change import Change, SavePreview
-from hornbill.errors import HornbillError, Interrupted, NotAsWanted, Unknown
+from hornbill.errors import Cause, HornbillError, Interrupted, NotAsWanted, Unknown
 from hornbill.servo.configuration.writing import Outcome
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.shielded import shielded
@@ -154,6 +154,8 @@ class FleetJob(FleetRun[T]):
 
     FAILED: ClassVar[str] = "servos failed"
     """End of the sentence that counts the targets with a problem."""
+    ALSO: ClassVar[Cause] = "of_servos"
+    """Code of that sentence; its values are `failed`, `targets` and `titles`."""
 
     SHOWS_RESULT: ClassVar[bool] = False
     """Whether the job has a result after each step, not at its end only."""
@@ -216,13 +218,18 @@ class FleetJob(FleetRun[T]):
             return
         first = failed[0].problem
         assert first is not None
+        facts: dict[str, Any] = {"cause": None, **first.facts, "uid": failed[0].uid, "uids": [one.uid for one in failed]}
         error = (
-            HornbillError(first.detail, summary=first.summary)
+            HornbillError(first.detail, summary=first.summary, **facts)
             if isinstance(first, Unknown | Interrupted)
             else copy(first)
         )
-        error.facts = {**first.facts, "uid": failed[0].uid, "uids": [one.uid for one in failed]}
-        error.extend(before=self.summary(failed))
+        error.facts = facts
+        if summary := self.summary(failed):
+            error.extend(
+                before=summary, also=self.ALSO, failed=len(failed), targets=len(self.targets),
+                titles=[one.title for one in failed],
+            )  # fmt: skip
         raise error
 
 

@@ -67,7 +67,7 @@ class IdParking:
         try:
             servo = await self._writer.present(target)
             if any(one.servo_id == before for one in self._fleet.all() if one.online and one is not servo):
-                raise Conflict("another servo has it now")
+                raise Conflict("another servo has it now", cause="servo_id_taken_meanwhile", servo_id=before)
             await self._writer.apply(run, servo, {"servo_id": before})
         except HornbillError as error:
             text = f"its servo ID is 0 in RAM: {before} could not be put back ({error.detail})"

@@ -107,6 +107,8 @@ class OutputRun(FleetJob[OutputTarget]):
         """The result of the job as of now."""
         return {"servos": [target.shown() for target in self.targets]}
 
+    ALSO = "outputs_stayed_off"
+
     def summary(self, failed: Sequence[OutputTarget]) -> str:
         """Which outputs stayed off."""
         titles = ", ".join(target.title for target in failed)

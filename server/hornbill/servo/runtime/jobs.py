@@ -219,7 +219,8 @@ class Jobs:
             job.state, job.error = "failed", error
         except Exception as error:  # a defect of ours must end the job visibly, not leave it running for ever
             log.exception("the %s job %s failed", job.kind, job.id)
-            job.state, job.error = "failed", HornbillError(f"hornbill itself failed: {error!r}. Report this.")
+            text = f"hornbill itself failed: {error!r}. Report this."
+            job.state, job.error = "failed", HornbillError(text, cause="own_defect", error=repr(error))
         finally:
             self._end(job)
 

@@ -145,6 +145,7 @@ class Leases:
         left = lease.expires_at - now
         return LeaseHeld(
             f"{lease.holder} has motion control for {max(1, math.ceil(left))} s more. Ask for it, or wait.",
+            cause="lease_of_another",
             holder=lease.holder,
             expires_in_s=round(left, 3),
         )

@@ -93,9 +93,10 @@ def _error(kept: Mapping[str, Any] | None) -> HornbillError | None:
     if kept is None:
         return None
     kind = getattr(errors, kept["class"], None)
+    facts = {"cause": None, **kept["facts"]}
     if not (isinstance(kind, type) and issubclass(kind, HornbillError)):
-        return HornbillError(kept["detail"], summary=kept.get("summary"), **kept["facts"])
+        return HornbillError(kept["detail"], summary=kept.get("summary"), **facts)
     error = kind.__new__(kind)  # past its own __init__: each class may want other arguments
-    HornbillError.__init__(error, kept["detail"], summary=kept.get("summary"), **kept["facts"])
+    HornbillError.__init__(error, kept["detail"], summary=kept.get("summary"), **facts)
     error.code = kept["code"]
     return error

@@ -116,7 +116,7 @@ class Bench:
     def _driver(self, uid: Uid) -> "_Driver":
         driver = self._drivers.get(uid)
         if driver is None:
-            raise Unknown("unknown_servo", f"There is no simulated servo {uid}.", uid=uid)
+            raise Unknown("unknown_servo", f"There is no simulated servo {uid}.", cause="not_simulated", uid=uid)
         return driver
 
 

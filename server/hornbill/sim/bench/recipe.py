@@ -67,17 +67,34 @@ class Recipe:
         """
         model = catalog.models.get(self.model)
         if model is None:
-            raise InvalidValue(f'There is no model "{self.model}". Give one of {", ".join(catalog.models)}.')
+            raise InvalidValue(
+                f'There is no model "{self.model}". Give one of {", ".join(catalog.models)}.',
+                cause="no_such_model",
+                requested=self.model,
+            )
         if self.firmware not in catalog.firmware_steps and not self.any_firmware:
             steps = ", ".join(catalog.firmware_steps)
-            raise InvalidValue(f'There is no firmware "{self.firmware}". Give one of {steps}.')
+            raise InvalidValue(
+                f'There is no firmware "{self.firmware}". Give one of {steps}.',
+                cause="no_such_firmware",
+                requested=self.firmware,
+                known=list(catalog.firmware_steps),
+            )
         if self.firmware not in model.firmware and not self.any_firmware:
             raise InvalidValue(
                 f"{self.model} was never built with firmware {self.firmware}. Give one of {', '.join(model.firmware)}, "
-                "or allow any_firmware for a test."
+                "or allow any_firmware for a test.",
+                cause="never_built_with",
+                model=self.model,
+                firmware=self.firmware,
+                known=list(model.firmware),
             )
         if not self.reads.keys() <= IDENTITY:
-            raise InvalidValue(f"Only {', '.join(sorted(IDENTITY))} can read something else.")
+            raise InvalidValue(
+                f"Only {', '.join(sorted(IDENTITY))} can read something else.",
+                cause="not_read_otherwise",
+                known=sorted(IDENTITY),
+            )
         random = Random(f"{seed}")
         uid = random.randbytes(_UID_BYTES)
         serial = random.randrange(1, 1_000_000)

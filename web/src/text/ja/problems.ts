@@ -106,6 +106,7 @@ export const causes: Readonly<Record<string, Saying>> = {
     `${p.requested}°は±180°を超えています。ArrayCommandは多回転を送れません。${p.servo}を単独で指令してください。`,
   beyond_half_turn: p =>
     `${p.key}の${p.requested}${u(p)}は${p.turns}回転です。±180°を超える角度は数えているだけで、電源を切ると失われます。`,
+  body_too_large: p => `データが大きすぎます。${p.limit_kb} kBまでにしてください。`,
   brake_unanswered: p => `${p.servo}がブレーキに応答しません。トルクをオフにします。`,
   braked_meanwhile: p =>
     `継続の確認が時間内になく、${p.servo}にブレーキをかけました。いったん離して、押し直してください。`,
@@ -135,6 +136,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   file_toml_or_json: () => `TOMLまたはJSONのファイルを指定してください。`,
   file_too_large: p => `ファイルが${p.limit_kb} kBを超えています。プロファイルは通常数kBです。`,
   file_unreadable: p => `${p.name}を読めません。名前と権限を確認してください。`,
+  first_token_admin: () =>
+    `最初のトークンの権限はadminにしてください。以後は全員にトークンが必要になり、ほかの権限ではトークンを作成できません。`,
   force_without_reason: () => `動作権を強制的に取るには理由を入力してください。監査記録に残ります。`,
   going_away: () => `取り外されています。接続し直してください。`,
   guarded: () => `この書き込みは禁止されています。何も送信していません。`,
@@ -171,7 +174,10 @@ export const causes: Readonly<Record<string, Saying>> = {
     `インターフェース${p.interface}が停止しています。次のコマンドで起動してください: ${p.command}`,
   job_cancelled: p => `${p.servo}の処理が中止されました。`,
   job_runs: () => `このサーボは別の処理中です。終わるまで待ってください。`,
+  key_malformed: p => `Idempotency-Keyは1～${p.longest}文字の表示できるASCII文字1つにしてください。`,
+  key_reused: () => `このIdempotency-Keyは別の要求で使われました。要求ごとに新しいキーを使ってください。`,
   last_not_taken: p => `${p.servo}が最後の指令を受け付けませんでした。`,
+  lease_of_another: p => `${who(p.holder)}が動作権を持っています。要求するか、待ってください。`,
   lease_of_key_over: () => `このキーで取った動作権は終わりました。新しいキーで取り直してください。`,
   lease_over: () => `動作権は終わり、指令していたサーボのトルクはオフになりました。もう一度取ってください。`,
   lease_over_meanwhile: () => `指令の途中で動作権が終わりました。トルクはオフになります。`,
@@ -197,6 +203,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   named_twice: () => `同じサーボが2回指定されています。`,
   names_no_file: p => `${p.address}にファイル名がありません。file:can0.logのように書いてください。`,
   names_no_runs: () => `測定の番号を1～8個、カンマ区切りで指定してください。`,
+  never_built_with: p =>
+    `${p.model}にファームウェア${p.firmware}はありません。次から選んでください: ${p.known}。`,
   never_met: p => `サーボ${p.uid}は一度も検出されていません。`,
   never_showed: p => `このサーボにその異常はありません（${p.key}）。`,
   never_touched: p => `${p.key}はhornbillが読み書きしないレジスターです。`,
@@ -224,6 +232,9 @@ export const causes: Readonly<Record<string, Saying>> = {
   no_hold_for_angle: () => `保持できるのは速度とトルクの指令だけです。`,
   no_host: () => `そのホストはありません。ホスト名を確認するか、IPアドレスを入力してください。`,
   no_interface: p => `「${p.interface}」というインターフェースはありません。使えるもの: ${p.known}。`,
+  no_json: () => `データがJSONではありません。`,
+  no_json_type: p =>
+    `${p.media ? `データの形式「${p.media}」は使えません` : "データの形式が指定されていません"}。application/jsonで送ってください。`,
   no_lease: () => `先に動作権を取ってください。`,
   no_log: p =>
     `${p.name}は対応するログの形式ではありません。candump、ASC、BLF、またはCSVを指定してください。`,
@@ -246,6 +257,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   no_server: () =>
     `接続先でサーバーが動作していません。そのホストでsocketcandを起動し、ポートを確認してください。`,
   no_settling: () => `整定を待てるのは角度の指令だけです。`,
+  no_simulator: () => `このサーバーにシミュレーターはありません。hornbill demoで起動してください。`,
   no_slcan_rate: p => `slcanに${p.bitrate} bit/sはありません。`,
   no_snapshot_kept: p =>
     `${p.servo}のスナップショットを保存できなかったため、何も書き込んでいません。データフォルダーとディスクを確認してください。`,
@@ -262,15 +274,22 @@ export const causes: Readonly<Record<string, Saying>> = {
   no_such_commands: p =>
     `${p.servo}は${KIND[p.kind ?? ""] ?? p.kind}指令を受け付けません。0x25はファームウェア${p.since}からです。角度を指令してください。`,
   no_such_file: p => `「${p.name}」はありません。`,
+  no_such_firmware: p => `ファームウェア「${p.requested}」はありません。次から選んでください: ${p.known}。`,
   no_such_interface: p =>
     `CANインターフェース${p.interface}はありません。${p.others ? `このコンピューターにあるもの: ${p.others}。` : ""}${p.command ? `次のコマンドで作成できます: ${p.command}` : "アダプターを接続するか、別のインターフェースを選んでください。"}`,
   no_such_job: p => `処理${p.job}はありません。`,
   no_such_model: p => `機種「${p.requested}」はありません。`,
+  no_such_names: p => `${p.names}はありません。次から選んでください: ${p.known}。`,
   no_such_parameter: p => `「${p.key}」というパラメーターはありません。`,
   no_such_profile: p => `プロファイル「${p.name}」はありません。`,
   no_such_row: p => `${p.servo}に${p.key}はありません。`,
   no_such_run: p => `測定${p.run}はありません。`,
+  no_such_setting: p => `${p.name}に「${p.requested}」は使えません。次から選んでください: ${p.known}。`,
+  no_such_side: p =>
+    `「${p.requested}」は比較できません。サーボ、スナップショット、プロファイル、初期値のいずれかを指定してください。`,
+  no_such_sim_servo: p => `このサーボはシミュレーターに追加できません${detail(p)}。`,
   no_such_snapshot: p => `スナップショット${p.snapshot}はありません。`,
+  no_such_stream: p => `ストリーム${p.stream}はありません。`,
   no_such_token: p => `トークン「${p.name}」はありません。`,
   no_token_name: () => `トークンの名前は英数字などの1～32文字にしてください。`,
   no_values: () => `値のないプロファイルは作成できません。1つ以上の値を入れてください。`,
@@ -299,11 +318,17 @@ export const causes: Readonly<Record<string, Saying>> = {
   not_in_firmware: p => `${p.servo}（ファームウェア${p.firmware}）に${p.key}はありません。`,
   not_in_source: p => `${p.servo}に${p.key}はありません。除いてください。`,
   not_kept_in_rom: p => `${p.key}はROMに保存されないため、設定ではありません。除いてください。`,
+  not_of_stream: p =>
+    `サーボ${p.uid}はこのストリームに含まれていません。開始時に指定したサーボを指定してください。`,
   not_on_bus: p => `${p.servo}がバス上にありません。電源と配線を確認し、処理を再開してください。`,
   not_playable: p => `${p.address}を再生できません。${p.why ?? ""}`,
+  not_read_otherwise: p => `別の値を読み出せるのは${p.known}だけです。`,
   not_ready: p => `${p.servo}は${STATE[p.state ?? ""] ?? "準備中です"}。準備ができるまで待ってください。`,
   not_restorable: p => `${p.key}は設定ではないため、復元できません。除いてください。`,
+  not_restored_after_wiggle: p =>
+    `${p.servo}の行が元の値に戻っていません: ${p.not_restored}。RAMだけの変更です。書き込み直すか、再起動してください。`,
   not_resumable: () => `この処理は再開できません。`,
+  not_simulated: p => `サーボ${p.uid}はシミュレーターにありません。`,
   not_taken: p =>
     `${p.servo}はすべての値を受け付けましたが、その後の値が異なります: ${p.keys}。再起動したか、他から書き込まれています。`,
   not_taken_by_driver: p => `ドライバーが読み込まれていません。次のコマンドを実行してください: ${p.command}`,
@@ -312,6 +337,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   nothing_left: p => `${p.side}から${p.servo}に書き込む値がありません。行を指定してください。`,
   nothing_received: p =>
     `${p.address}は開いていますが、一度も受信していません。${BUS}ビットレートも確認してください。`,
+  of_servos: p => `${p.targets}台中${p.failed}台で失敗しました: ${p.titles}。`,
   off_unconfirmed: p => `${p.servo}の出力オフは未確認です。書き込みを続けています。`,
   offline: p => `${p.servo}は通信途絶です。電源と配線を確認してください。`,
   one_source: () => `プロファイルの元は、値、サーボ、スナップショットのうち1つだけ指定してください。`,
@@ -320,14 +346,22 @@ export const causes: Readonly<Record<string, Saying>> = {
   other_bit_rate: p =>
     `${p.interface}は${p.bitrate} bit/sで動作しています（必要なのは${p.wanted_bitrate} bit/s）。次のコマンドで設定してください: ${p.command}`,
   other_command_first: p => `${p.servo}は整定する前に別の指令を受けました。`,
+  other_host: p =>
+    `「${p.host}」はこのサーバーの名前ではありません。次のいずれかを使ってください: ${p.known}。`,
   other_node: p => `${p.servo}はノード${p.wanted_node_id}ではなく${p.node_id ?? "–"}で応答しています。`,
+  other_site: p =>
+    `別のサイトからの要求は受け付けません。hornbillのページ（http://${p.host}/）を開いてください。`,
   other_stream: p => `${p.servo}は別のストリームが指令しています。先に終了してください。`,
   other_unit: p =>
     `${p.key}の単位は${p.unit ? `「${p.unit}」` : "なし"}ですが、「${p.stated}」と書かれています。`,
+  outcome_unknown: () =>
+    `この要求は以前に始まり、実行されたかどうか不明です。現在の状態を確認してください。このキーでは再実行しません。`,
   output_not_kept: p => `${p.servo}の出力がオンのままになりませんでした。`,
   output_stays: () => `保存のために切り替えた出力はそのままです。`,
+  outputs_stayed_off: p => `${p.targets}台中${p.failed}台の出力がオフのままです: ${p.titles}。`,
   outside_limits: p =>
     `${p.servo}のホーンは${p.requested}°にあり、角度制限（${p.minimum}～${p.maximum}°）の外です。出力をオンにすると動きます。手で内側へ回すか、制限を広げてください。`,
+  own_defect: p => `hornbillの内部で問題が起きました（${p.error}）。報告してください。`,
   own_node_id: p => `ノードID ${p.node_id}はhornbillが使っています。別のIDを選んでください。`,
   passing_failed: p => `${p.titles}の間のIDの受け渡しに失敗しました。`,
   passing_now: () => `動作権がちょうど移るところです。1秒後にやり直してください。`,
@@ -341,6 +375,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   plays_recording: () => `記録を再生中です。バスを接続すると記録されます。`,
   port_closed: p => `${p.address}は閉じています。バスを接続し直してください。`,
   profile_for_angles: () => `動作プロファイルは角度の指令だけに使えます。`,
+  profile_not_taken: p => `${p.targets}台中${p.failed}台がプロファイルを受け付けませんでした: ${p.titles}。`,
   profile_of_unknown_series: p =>
     `${p.servo}は未対応のシリーズのため、プロファイルを作成できません。スナップショットを作成してください。`,
   ram_unknown: p => `${p.servo}はバス上にないため、RAMの値は不明です。ROMと比較してください。`,
@@ -348,6 +383,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   read_only_in_profile: p => `${p.key}は読み出し専用です。除いてください。`,
   recorded_label: p => `${p.servo}は記録のサーボです。名前を付けるには実際のバスを接続してください。`,
   recorded_servo: p => `${p.servo}は記録のサーボです。動かせません。実際のバスを接続してください。`,
+  recording_not_written: p =>
+    `記録を書き込めません（${p.error}）。データフォルダーとディスクを確認してください。`,
   recording_over: () => `記録の再生が終わりました。もう一度再生するか、バスを接続してください。`,
   recording_too_large: p => `ファイルが${p.limit_mb}を超えています。時間の短いものを指定してください。`,
   refused_before_write: p =>
@@ -355,6 +392,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   register_refused: p =>
     `${p.servo}が${p.key}の${p.writes ? "書き込み" : "読み出し"}を拒否しました（値のない応答）。やり直してください。毎回同じ場合、このサーボにこの行はありません。`,
   replay_failed: p => `${p.address}の再生を続けられません。接続し直してください。`,
+  request_malformed: p => `要求の形式が正しくありません（${p.where}）。`,
   request_over: () => `この要求はもうありません。もう一度要求してください。`,
   reset_refused: p => `${p.servo}が初期化を拒否しました（ok = 0）。オフにしたトルク以外は変わっていません。`,
   restart_refused: p => `${p.servo}が再起動を拒否しました（ok = 0）。`,
@@ -367,9 +405,11 @@ export const causes: Readonly<Record<string, Saying>> = {
   restarts_repeatedly: p => `${p.servo}が再起動を繰り返すため、ROMの値は不明です。電源を確認してください。`,
   restarts_repeatedly_reset: p =>
     `${p.servo}が再起動を繰り返し、書き込んだ値が残りません。電源を確認してください。`,
+  role_too_low: p => `トークン「${p.token}」の権限は「${p.role}」です。必要な権限は「${p.needed}」です。`,
   rom_differs: p => `${p.servo}のROMが保存した値と異なります: ${p.keys}。`,
   rom_lost_in_save: p =>
     `${p.servo}は初期値で起動しました。ROMを読み込めず、保存値は失われています。書き込み中に電源が切れました。スナップショットを復元し、保存し直してください。`,
+  rows_do_not_fit: p => `${p.servo}の${p.count}行がこのサーボに合いません: ${p.keys}。`,
   runs_on: p => `再起動を${p.tries}回要求しましたが、${p.servo}は再起動しません。`,
   runs_on_defaults: p =>
     `${p.servo}は初期値で動いています。前回の起動で保存値を読み込めませんでした（警告ビット15）。そのため動かしません。スナップショットを復元して保存するか、今の値を保存してください。`,
@@ -378,6 +418,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   server_ended: () => `処理の途中でサーバーが終了しました。完了した手順は処理の記録で確認してください。`,
   server_silent: () =>
     `サーバーが応答しません。ホストに到達できるか、そのポートでsocketcandが動作しているか確認してください。`,
+  servo_id_taken_meanwhile: p => `サーボID ${p.servo_id}は別のサーボが使用しています。`,
   several_adapters: p =>
     `${p.address}に当てはまるアダプターが複数あります。シリアル番号で指定してください: ${p.others}。`,
   shared_servo_id: p =>
@@ -402,6 +443,8 @@ export const causes: Readonly<Record<string, Saying>> = {
     `${p.servo}が前のステップと同じ経路を動きませんでした（ホーンは${p.angle_deg}）。拘束や制限を確認してください。`,
   still_there: p => `${p.servo}は接続されています。電源を切るかバスから外してから、登録を削除してください。`,
   stopped: p => `${who(p.by)}が停止しました。停止を解除するまで何も動きません。`,
+  store_newer: () =>
+    `データベースは新しい版のhornbillで作成されています。その版を使うか、別のデータフォルダーを指定してください。`,
   store_slow: () => `データベースが応答しません。しばらくしてからやり直してください。`,
   store_unusable: () => `データベースを使用できません。データフォルダーとディスクを確認してください。`,
   stream_commands: p =>
@@ -415,6 +458,7 @@ export const causes: Readonly<Record<string, Saying>> = {
     `${p.servo}の電源電圧${p.requested} Vでは保存できません（動作範囲${p.minimum}～${p.maximum} V）。保存していません。`,
   switched_off_in_save: p => `保存中に${p.servo}の出力が切られました。保存し直してください。`,
   switched_off_meanwhile: p => `${p.servo}の出力が途中で切られたため、オンにしていません。`,
+  table_wrong: p => `パラメーター表${p.file ?? ""}に誤りがあります${p.row ? `（${p.row}）` : ""}。`,
   taken_unseen: () =>
     `LinuxのドライバーにはありますがCANインターフェースが見えません。コンテナでは--network hostで実行してください。`,
   timeout_needs_lease: p =>
@@ -423,6 +467,7 @@ export const causes: Readonly<Record<string, Saying>> = {
   token_needed: () => `トークンが必要です。このページでサインインしてください。`,
   token_unknown: () =>
     `このトークンは登録されていません。取り消されたか、一部しか入力されていない可能性があります。`,
+  too_many_attempts: p => `失敗が${p.count}回続きました。${p.retry_after_s}後にやり直してください。`,
   too_many_commands: p => `一度に指令できるのは1～${p.most}件です。`,
   too_many_errors: p =>
     `${p.address}でエラーが多いか、送信に応答（ACK）がありません。サーボの電源、ビットレート、配線、終端を確認してください。`,
@@ -442,7 +487,13 @@ export const causes: Readonly<Record<string, Saying>> = {
     `トルクの値は確認できていません。起動後に出力が切り替わりました。確認するには${p.servo}を再起動してください。`,
   torque_unproved_stop: p =>
     `トルクの値は確認できていません。起動後に停止が書き込みました。停止を解除した後、${p.servo}を再起動して確認してください。`,
+  turn_count: p =>
+    `${p.servo}は${p.before_deg}で再起動し、回転数を失いました。次の動作は逆向きになることがあります（4.1）。動かすには確認してください。`,
+  turns: p => `${p.servo}は${p.to_deg}までに${p.turns}回転します（4.17）。動かすには確認してください。`,
+  turns_of_several: p =>
+    `${p.servos}は1回転を超えて動くか、再起動で回転数を失っています。動かすには確認してください。`,
   two_commands: () => `同じサーボに2つの指令があります。1つにしてください。`,
+  type_of_form: p => `ファイルを「${p.media}」として送ることはできません。`,
   under_command: p => `${p.servo}は指令中です。再起動でトルクが切れるため、先に動作をオフにしてください。`,
   under_speed_command: p =>
     `${p.servo}は速度またはトルクの指令中です。先に角度を指令するか、トルクをオフにしてください。`,

@@ -210,7 +210,8 @@ def _accept(path: Path) -> None:
             bundle.about()
             bundle.check()
     except LogFailed as error:
-        raise InvalidValue(error.detail.replace(".part", "")) from error
+        facts: dict[str, Any] = {**error.facts, "name": path.name.removesuffix(".part")}
+        raise InvalidValue(error.detail.replace(".part", ""), **facts) from error
 
 
 def _shown(kept: StoredFile) -> Bundle:

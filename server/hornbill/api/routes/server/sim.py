@@ -133,7 +133,9 @@ async def _bench(request: Request) -> Bench:
     bench = getattr(request.app.state, "bench", None)
     if not isinstance(bench, Bench):
         raise Unknown(
-            "no_simulator", "This server has no simulated servos. Start `hornbill demo`, or serve with --sim-api."
+            "no_simulator",
+            "This server has no simulated servos. Start `hornbill demo`, or serve with --sim-api.",
+            cause="no_simulator",
         )
     return bench
 
@@ -162,7 +164,7 @@ def routes(catalog: Catalog) -> Routes:
         try:
             made = bench.add(recipe)
         except ValueError as error:
-            raise InvalidValue(f"{error}") from error
+            raise InvalidValue(f"{error}", cause="no_such_sim_servo") from error
         return _shown(bench, Uid(made.uid.hex()))
 
     @made.get("/servos/{uid}", Role.VIEW, "no_simulator", "unknown_servo")
@@ -227,14 +229,25 @@ def _behaviour(before: Behaviour, change: SimChange) -> Behaviour:
         kind = hints[name]
         settings = get_args(kind) if get_origin(kind) is Literal else (True, False)
         if value not in settings or isinstance(value, bool) is not (settings[0] is True):
-            raise InvalidValue(f"{name} cannot be {value!r}. Give one of {', '.join(map(str, settings))}.")
+            raise InvalidValue(
+                f"{name} cannot be {value!r}. Give one of {', '.join(map(str, settings))}.",
+                cause="no_such_setting",
+                name=name,
+                requested=str(value),
+                known=[str(one) for one in settings],
+            )
     return replace(before, **wanted)
 
 
 def _demand(given: Any, known: Any, what: str) -> None:
     unknown = [key for key in given if key not in known]
     if unknown:
-        raise InvalidValue(f"There are no {what} {', '.join(map(repr, unknown))}. Known: {', '.join(sorted(known))}.")
+        raise InvalidValue(
+            f"There are no {what} {', '.join(map(repr, unknown))}. Known: {', '.join(sorted(known))}.",
+            cause="no_such_names",
+            names=unknown,
+            known=sorted(known),
+        )
 
 
 def _shown(bench: Bench, uid: Uid) -> SimServo:
