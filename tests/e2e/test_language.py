@@ -35,6 +35,16 @@ def test_the_browsers_language_is_taken_and_another_choice_is_kept(japanese: Pag
     expect(japanese.get_by_role("heading", level=1)).to_have_text("サーボ")
 
 
+def test_the_language_of_the_address_stays_chosen_on_other_pages(page: Page, demo: Demo) -> None:
+    page.goto(f"{demo.url}/?language=ja")
+    page.get_by_role("link", name="記録").click()
+    expect(page).to_have_url(re.compile("/records"))
+    for name, pressed in (("日本語", "true"), ("English", "false")):
+        expect(page.get_by_role("button", name=name)).to_have_attribute("aria-pressed", pressed)
+    page.get_by_role("button", name="English").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Records")
+
+
 def test_what_is_staged_and_ticked_survives_another_language_unasked(page: Page, demo: Demo) -> None:
     one, other = (str(servo["uid"]) for servo in demo.api.get("/servos").json()[:2])
     asked: list[str] = []

@@ -13,12 +13,7 @@ import { guideAt } from "../kit/guide";
 import { Icon, type IconName } from "../kit/icon";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
-import {
-  choose as chooseLanguage,
-  chosen as chosenLanguage,
-  LANGUAGES,
-  type Language,
-} from "../text/language";
+import { choose as chooseLanguage, LANGUAGES, type Language, spoken } from "../text/language";
 
 function nameOfPage(page: Page): string {
   if (page === "missing") return text.missing.page;
@@ -38,7 +33,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
   const uid =
     lastUid.value !== null && known.includes(lastUid.value) ? lastUid.value : (known[0] ?? route.value.uid);
   useSignalEffect(nameTab);
-  const language = chosenLanguage();
+  const language = spoken();
   const unsaved = all.value.reduce((sum, one) => sum + one.unsaved.length, 0);
   return (
     <aside class="rail" aria-label={text.nav.label}>

@@ -1,6 +1,6 @@
 /** Which language the page speaks: the one chosen here before, else the browser's, else English. */
 import { afterEach, expect, test, vi } from "vitest";
-import { choose, chosen } from "./language";
+import { choose, chosen, spoken, startLanguage } from "./language";
 
 afterEach(() => {
   vi.unstubAllGlobals();
@@ -39,5 +39,20 @@ test("where storage is forbidden the address keeps the choice", () => {
   expect(address.search).toBe("?language=ja");
   history.replaceState(null, "", address.pathname + address.search);
   expect(chosen()).toBe("ja");
+  history.replaceState(null, "", "/");
+});
+
+test("the page speaks the language it was loaded in when the address no longer asks for it", async () => {
+  const reload = vi.spyOn(location, "reload").mockImplementation(() => undefined);
+  reload.mockClear();
+  vi.spyOn(navigator, "languages", "get").mockReturnValue(["en"]);
+  history.replaceState(null, "", "/?language=ja");
+  await startLanguage();
+  history.replaceState(null, "", "/records");
+  expect(spoken()).toBe("ja");
+  choose("ja");
+  expect(reload).not.toHaveBeenCalled();
+  choose("en");
+  expect(reload).toHaveBeenCalledOnce();
   history.replaceState(null, "", "/");
 });

@@ -57,7 +57,7 @@ export function chosen(): Language {
 
 /** Keeps the choice and loads the page again in it: words are read once, when a part of the page is loaded. */
 export function choose(next: Language): void {
-  if (next === chosen()) return;
+  if (next === spoken()) return;
   const address = new URL(location.href);
   address.searchParams.delete(IN_ADDRESS);
   try {
@@ -73,6 +73,7 @@ export function readable(name: string, page: (n: string) => string): string {
   return name.replace(/(^| · )Page (\d+)$/, (_, before: string, n: string) => before + page(n));
 }
 
+let started: Language | null = null;
 let known: Text | null = null;
 let knownTopics: Topics | null = null;
 let coming: Promise<void> | null = null;
@@ -87,6 +88,7 @@ export function speak(words: Text, more: Topics): void {
 /** Fetches what every page says in the chosen language; the topics follow while the page starts. */
 export async function startLanguage(): Promise<void> {
   const language = chosen();
+  started = language;
   document.documentElement.lang = language;
   const words = LANGUAGES[language].text();
   coming = LANGUAGES[language].topics().then(found => {
@@ -99,9 +101,14 @@ export async function startLanguage(): Promise<void> {
   known = await words;
 }
 
+/** The language of this page: the address that asked for it may be gone since it was loaded. */
+export function spoken(): Language {
+  return started ?? chosen();
+}
+
 /** Resolves when the topics are here: before any part of the page that is fetched is run. */
 export function topicsLoaded(): Promise<void> {
-  coming ??= LANGUAGES[chosen()].topics().then(found => {
+  coming ??= LANGUAGES[spoken()].topics().then(found => {
     knownTopics = found;
   });
   return coming;
