@@ -45,7 +45,7 @@ HornbillError
     └── StaleRevision     stale_revision
 """
 
-from typing import Any, ClassVar, Literal, TypeAlias, cast
+from typing import Any, ClassVar, Literal, Self, TypeAlias, cast
 
 Cause: TypeAlias = Literal[
     "a_command", "adapter_lost", "allocation_busy", "angle_unknown", "another_servos_snapshot", "asked_already",
@@ -141,6 +141,12 @@ class HornbillError(Exception):
         super().__init__(detail)
         self.detail = detail
         self.facts: dict[str, Any] = facts if cause is None else {**facts, "cause": cause}
+
+    def __copy__(self) -> Self:
+        """Past its own __init__, whose arguments are no longer known."""
+        made = type(self).__new__(type(self), *self.args)
+        made.__dict__.update(self.__dict__)
+        return made
 
     def extend(self, *, before: str = "", after: str = "", also: Cause, **facts: object) -> None:
         """Say more: words before and after what is said already, with their space; `also` is the code of them."""

@@ -4,6 +4,7 @@ import ast
 import inspect
 import re
 from collections.abc import Iterator
+from copy import copy
 from pathlib import Path
 
 import pytest
@@ -82,6 +83,18 @@ def test_no_error_can_be_made_without_a_cause(kind: type[errors.HornbillError]) 
     """The argument is required, so pyright refuses a call without it."""
     cause = inspect.signature(kind).parameters["cause"]
     assert (cause.kind, cause.default) == (inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty)
+
+
+def test_a_copy_of_an_error_is_extended_alone() -> None:
+    error = errors.Unknown("unknown_run", "There is none.", cause="no_such_run", run=3)
+    again = copy(error)
+    again.extend(after=" Nothing was sent.", also="not_done")
+    assert (type(again), again.code, again.detail) == (
+        errors.Unknown,
+        "unknown_run",
+        "There is none. Nothing was sent.",
+    )
+    assert (error.detail, error.facts) == ("There is none.", {"cause": "no_such_run", "run": 3})
 
 
 def test_a_problem_of_the_server_has_a_cause() -> None:

@@ -77,7 +77,10 @@ def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
     assert states(job) == ["failed", "done", "failed"]
     assert isinstance(job.error, NoAnswer)
     assert job.error.detail == "2 of 3 servos failed. silent"
-    assert job.error.facts == {"uid": A, "uids": [A, C]}
+    assert job.error.facts == {
+        "uid": A, "uids": [A, C], "also": ["of_servos"], "failed": 2, "targets": 3,
+        "titles": ["servo aaaaaaaa", "servo cccccccc"],
+    }  # fmt: skip
     assert job.result == {"failed": [A, C]}
 
 

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Generic, Literal, Self, TypeAlias, TypeVar
+from typing import ClassVar, Generic, Literal, Self, TypeAlias, TypeVar
 
 from hornbill.domain.change import Change, SavePreview
 from hornbill.errors import Cause, HornbillError, Interrupted, NotAsWanted, Unknown
@@ -218,13 +218,13 @@ class FleetJob(FleetRun[T]):
             return
         first = failed[0].problem
         assert first is not None
-        facts: dict[str, Any] = {"cause": None, **first.facts, "uid": failed[0].uid, "uids": [one.uid for one in failed]}
+        uids = [one.uid for one in failed]
         error = (
-            HornbillError(first.detail, summary=first.summary, **facts)
+            HornbillError(first.detail, summary=first.summary, **first.facts)
             if isinstance(first, Unknown | Interrupted)
             else copy(first)
         )
-        error.facts = facts
+        error.facts = {**first.facts, "uid": uids[0], "uids": uids}
         if summary := self.summary(failed):
             error.extend(
                 before=summary, also=self.ALSO, failed=len(failed), targets=len(self.targets),
