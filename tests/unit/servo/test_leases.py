@@ -1,25 +1,116 @@
 """One writer at a time, and never a moment longer than its last sign of life."""
 
+from collections.abc import Callable, Mapping
+from contextvars import Context
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hornbill.errors import LeaseHeld, LeaseRequired, Unknown
+from hornbill.errors import Busy, HornbillError, LeaseHeld, LeaseRequired, Unknown
+from hornbill.servo.runtime.actor import act_as
 from hornbill.servo.runtime.leases import Leases
 
+HELD = (LeaseHeld, {"holder": "Rig 3", "expires_in_s": 17.877})
+PROMISED = (Busy, {"cause": "passing_to", "by": "Page 2"})
+NONE = (LeaseRequired, {"cause": "no_lease"})
+OVER = (LeaseRequired, {"cause": "lease_over"})
+UNKNOWN = (Unknown, {"cause": "lease_over"})
+IS_HELD = "Rig 3 has motion control for 18 s more. Ask for it, or wait."
+ENDED = "This lease has ended. Ask for a new one: POST /api/v1/leases."
+OTHER = "0" * 32
 
-def test_a_second_holder_is_told_who_has_it_and_for_how_long() -> None:
+
+def promise(leases: Leases) -> Leases:
+    leases.promised_to = "Page 2"
+    return leases
+
+
+Refusal = tuple[type[HornbillError], Mapping[str, object]]
+REFUSED: tuple[tuple[float, Callable[[Leases], object], Refusal, str], ...] = (
+    (20, lambda leases: leases.grant("Page 1", 3.0, 102.1234), HELD, IS_HELD),
+    (20, lambda leases: leases.hand_over("Page 1", 3.0, 102.1234, grace_s=5.0), HELD, IS_HELD),
+    (20, lambda leases: leases.require(None, 102.1234), HELD, IS_HELD),
+    (20, lambda leases: leases.require(OTHER, 102.1234), HELD, IS_HELD),
+    (20, lambda leases: leases.require("é\ud800", 102.1234), HELD, IS_HELD),
+    (20, lambda leases: leases.allow_write(None, 102.1234), HELD, IS_HELD),
+    (20, lambda leases: leases.allow_write(OTHER, 102.1234), HELD, IS_HELD),
+    (20, lambda leases: leases.renew(OTHER, 102.1234), UNKNOWN, ENDED),
+    (20, lambda leases: leases.release(OTHER, 102.1234), UNKNOWN, ENDED),
+    (2.5, lambda leases: leases.grant("Page 1", 3.0, 102.0), (LeaseHeld, {"holder": "Rig 3", "expires_in_s": 0.5}),
+     "Rig 3 has motion control for 1 s more. Ask for it, or wait."),
+    (2, lambda leases: leases.require(None, 102.0), NONE,
+     "Motion needs a live lease. POST /api/v1/leases, then send its id in the header 'Lease'."),
+    (2, lambda leases: leases.require(OTHER, 102.0), OVER,
+     "This lease has ended, and torque is off on what it commanded. Ask for a new one."),
+    (2, lambda leases: leases.renew(OTHER, 102.0), UNKNOWN, ENDED),
+    (2, lambda leases: promise(leases).grant("Page 1", 3.0, 102.0), PROMISED,
+     "Motion control is passing to Page 2, who asked for it. Try again in a second."),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("ttl_s", "act", "expected", "detail"), REFUSED)
+def test_who_is_refused_is_told_why_and_the_remedy(
+    ttl_s: float,
+    act: Callable[[Leases], object],
+    expected: Refusal,
+    detail: str,
+) -> None:
     leases = Leases()
-    leases.grant("Rig 3", 20.0, now=100.0)
-    with pytest.raises(LeaseHeld) as caught:
-        leases.grant("Page 1", 3.0, now=102.0)
-    assert caught.value.facts == {"holder": "Rig 3", "expires_in_s": 18.0}
-    assert "Rig 3 has motion control for 18 s more" in caught.value.detail
+    leases.grant("Rig 3", ttl_s, now=100.0)
+    with pytest.raises(HornbillError) as caught:
+        act(leases)
+    assert (type(caught.value), caught.value.facts, caught.value.detail) == (*expected, detail)
+    assert leases.counts == {"taken": 1}, "a refusal changes nothing"
+    if isinstance(caught.value, Unknown):
+        assert caught.value.code == "unknown_lease"
 
 
-def test_motion_without_a_lease_is_refused_with_the_remedy() -> None:
-    with pytest.raises(LeaseRequired, match="POST /api/v1/leases"):
-        Leases().require(None, now=0.0)
+@pytest.mark.parametrize(("ttl_s", "grace_s", "first_s"), [(2.0, 5.0, 5.0), (8.0, 5.0, 8.0)])
+def test_a_lease_that_is_handed_over_lives_for_the_grace_until_it_is_renewed(
+    ttl_s: float, grace_s: float, first_s: float
+) -> None:
+    leases = promise(Leases())
+    lease = leases.hand_over("Page 2", ttl_s, 10.0, grace_s=grace_s)
+    assert (lease.holder, lease.ttl_s, lease.expires_at, leases.promised_to) == ("Page 2", ttl_s, 10.0 + first_s, None)
+    assert leases.renew(lease.id, 11.0).expires_at == 11.0 + ttl_s
+    assert leases.current(11.0) is lease
+
+
+def test_every_way_a_lease_ends_is_counted_and_none_of_them_is_a_lapse() -> None:
+    leases = Leases()
+    assert leases.take_away(0.0) is None
+    first = leases.grant("Rig", 2.0, now=0.0)
+    assert leases.take_away(1.0) is first
+    assert leases.take_away(1.0) is None
+    second = leases.grant("Rig", 2.0, now=1.0)
+    assert leases.release(second.id, 2.0) is second
+    assert leases.current(2.0) is None
+    third = leases.grant("Rig", 2.0, now=2.0)
+    assert leases.lapsed(3.9) is None
+    assert leases.lapsed(4.0) is third
+    for now in (5.0, 7.0, 9.0):
+        leases.grant("Rig", 1.0, now)
+    assert [one.expires_at for one in (leases.lapsed(9.5), leases.lapsed(9.5)) if one] == [6.0, 8.0], "oldest first"
+    assert leases.counts == {"taken": 6, "taken_away": 1, "released": 1, "lapsed": 3}
+
+
+@pytest.mark.parametrize(
+    ("token", "own", "said"),
+    [(None, False, "no lease"), ("ci", False, "ci"), (None, True, "Rig 3"), ("ci", True, "ci · Rig 3")],
+)
+def test_the_audit_names_the_holder_while_the_lease_lives_else_the_token(
+    token: str | None, own: bool, said: str
+) -> None:
+    leases = Leases()
+    lease = leases.grant("Rig 3", 20.0, now=100.0)
+    lease_id = lease.id if own else OTHER
+
+    def names() -> tuple[str, str]:
+        act_as(token)
+        return leases.who(lease_id, 101.0), leases.who(lease_id, 120.0)
+
+    assert Context().run(names) == (said, token or "no lease")
 
 
 def test_what_everybody_sees_of_a_leases_id_tells_it_from_others_and_lets_nobody_use_it() -> None:
