@@ -176,7 +176,8 @@ def test_every_kind_of_value_is_a_write(value: Value) -> None:
 
 def test_the_boot_loader_cannot_be_made_writable() -> None:
     for name in ("0x49", "0x049", "73", "gain"):
-        with pytest.raises(ValueError, match="cannot be made writable"):
+        said = f"'{name}' cannot be made writable. Give registers as printed, 0x49 excepted."
+        with pytest.raises(ValueError, match=f"^{said}$"):
             port(writable=frozenset({"0x20", name}))
 
 
@@ -280,13 +281,53 @@ def test_frames_out_of_order_never_complete_a_forbidden_transfer(order: list[int
     assert frames[2] not in inner.sent
 
 
-@pytest.mark.parametrize("kept", [0, 1, 2, 5])
-def test_a_request_that_is_cut_short_is_refused(kept: int) -> None:
+MALFORMED = "An incomplete or malformed request is refused: what a servo would make of it cannot be known."
+BOOT = "is refused: 0x49 is the boot loader's register."
+UNLISTED = "is refused: only registers of the parameter tables are written."
+UNNAMED = "is refused: only 0x and two hex digits, 0x49 excepted, name a register here."
+WHOLE = payload(b"", b"\1" + struct.pack("<q", 1))
+
+
+@pytest.mark.parametrize(
+    ("data", "refused"),
+    [
+        *((WHOLE[:kept], MALFORMED) for kept in (0, 1, 2, 5, 9)),
+        (WHOLE, f"Writing '' {UNLISTED}"),
+        (payload(b"", b"\4"), MALFORMED),
+        (payload(b"", b"\4\0"), f"Writing '' {UNLISTED}"),
+        (payload(b"", b"\4\2A"), MALFORMED),
+        (payload(b"0x21", b"\4\2AB"), f"Writing '0x21' {UNLISTED}"),
+        *((payload(b"0x38", bytes((tag,)) + bytes(8)), MALFORMED) for tag in (5, 6, 7)),
+        (payload(b"", index=73), f"Index 73 {BOOT}"),
+        (payload(b"", index=5 << 8 | 73), f"Index 1353 {BOOT}"),
+        (payload(b"0x38", WRITE_5, index=31 << 8 | 73), f"Index 8009 {BOOT}"),
+        (payload(b"gain"), f"Reading 'gain' {UNNAMED}"),
+        (payload(b"\xe9"), f"Reading '\xe9' {UNNAMED}"),
+    ],
+)
+def test_a_refusal_says_what_is_refused_and_why(data: bytes, refused: str) -> None:
     guarded, inner = port()
-    whole = payload(b"", b"\1" + struct.pack("<q", 1))
-    with pytest.raises(ForbiddenParameter):
-        guarded.send(raw_request(whole[:kept]))
+    with pytest.raises(ForbiddenParameter) as caught:
+        guarded.send(raw_request(data))
+    assert (caught.value.detail, caught.value.facts) == (f"{refused} Nothing was sent.", {"cause": "guarded"})
     assert inner.sent == []
+
+
+@pytest.mark.parametrize("data", [b"\0\0", payload(b"0x38"), payload(b"0x38", b"\4\2AB"), payload(b"0x38", b"\4\0")])
+def test_the_shortest_requests_that_are_whole_pass(data: bytes) -> None:
+    guarded, inner = port()
+    guarded.send(raw_request(data))
+    assert inner.sent == raw_request(data)
+
+
+def test_a_transfer_may_grow_to_256_bytes() -> None:
+    guarded, inner = port()
+    first, second, _ = write("0x38")
+    guarded.send([first._replace(data=first.data[-5:])])
+    guarded.send([turned(second, number) for number in range(1, 37)])
+    assert len(inner.sent) == 37
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([turned(second, 37)])
 
 
 def test_an_endless_request_is_refused() -> None:
@@ -301,6 +342,10 @@ def test_a_frame_without_a_tail_byte_is_refused() -> None:
     with pytest.raises(ForbiddenParameter):
         guarded.send([read("0x38")[0]._replace(data=b"")])
     assert inner.sent == []
+    first, second, last = raw_request(payload(b"0x38", WRITE_5), transfer_id=1)
+    guarded.send([first, second])
+    with pytest.raises(ForbiddenParameter):
+        guarded.send([last._replace(data=b"")])
 
 
 def test_after_the_port_failed_the_rest_of_the_transfer_is_refused() -> None:
@@ -324,6 +369,7 @@ def test_everything_that_is_no_request_passes() -> None:
         *split(Transfer(Kind.MESSAGE, 341, 127, 0, 24, 1, bytes((73,) * 7)), NodeStatus.TYPE),
         Frame(0x00A6ED00, bytes.fromhex("011a6fe9f660cec0")),
         Frame(0x1803F37F, b"\xff\xff\xff\xff\xc0"),
+        Frame(0x1803F200, b"\xff\xff\xff\xff\xc0"),  # anonymous: two bits of the type, and a number by chance
     ]
     guarded.send(frames)
     assert inner.sent == frames

@@ -25,16 +25,21 @@ def test_a_command_to_every_servo_is_refused(actuators: tuple[int, ...]) -> None
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
     assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 255, "cause": "id_of_all"}
+    assert caught.value.detail == "Actuator id 255 would move every servo on the bus. Use 1 to 254."
 
 
 @pytest.mark.parametrize("actuators", [(0,), (1, 0), (*range(1, 15), 0), (0, 255)])
 @pytest.mark.parametrize("allow_broadcast", [False, True])
 def test_a_command_to_id_0_is_refused_whatever_is_allowed(actuators: tuple[int, ...], allow_broadcast: bool) -> None:
     guarded, inner = port(allow_broadcast=allow_broadcast)
-    with pytest.raises(OutOfRange, match="without a servo id") as caught:
+    with pytest.raises(OutOfRange) as caught:
         guarded.send(message(commands(*actuators)))
     assert inner.sent == []
     assert caught.value.facts == {"minimum": 1, "maximum": 254, "unit": "", "requested": 0, "cause": "id_of_all_new"}
+    assert caught.value.detail == (
+        "Actuator id 0 is that of every servo without a servo id: all of them may move together. Give the "
+        "servo an id (parameter 0x45), and use that: 1 to 254."
+    )
 
 
 def test_a_command_in_the_form_of_can_fd_is_refused() -> None:

@@ -1,0 +1,118 @@
+"""Mutation tests of what must not break: `python tests/mutation [NAME…]`, or `make mutate`.
+
+Each entry of modules.toml is mutated in a copy of the checkout under build/mutation, and judged by its own tests.
+Prints the score of each, and what survived. Exit status 1 when a score is below the floor.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+ROOT: Final = Path(__file__).parents[2]
+WORK: Final = ROOT / "build" / "mutation"
+TABLE: Final = Path(__file__).with_name("modules.toml")
+FLOOR_PCT: Final = 90
+KILLED: Final = frozenset({1, 3})
+"""Exit statuses of pytest when a test noticed the mutant."""
+TIMED_OUT: Final = frozenset({-24, 24, 36, 152, 255})
+SURVIVED: Final = 0
+COPIED: Final = ("tests", "schemas", "examples", "docs", "pyproject.toml")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Modules that are mutated together, and the tests that judge them."""
+
+    name: str
+    modules: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Score:
+    """What became of the mutants of an entry."""
+
+    found: int
+    """Mutants that a test noticed, or that never ended."""
+    survived: tuple[str, ...]
+    unchecked: int
+
+    @property
+    def pct(self) -> float:
+        """Share of the checked mutants that was found, in %."""
+        return 100 * self.found / max(1, self.found + len(self.survived))
+
+
+def entries() -> list[Entry]:
+    """The table."""
+    read = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    return [Entry(name, tuple(row["modules"]), tuple(row["tests"])) for name, row in read.items()]
+
+
+def prepare(entry: Entry) -> Path:
+    """A copy of the checkout in mutmut's layout: the package under src/."""
+    folder = WORK / entry.name
+    shutil.rmtree(folder, ignore_errors=True)
+    ignore = shutil.ignore_patterns("__pycache__", "dist", "e2e", "mutation")
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=ignore)
+        else:
+            shutil.copy(source, folder / name)
+    shutil.copytree(ROOT / "server" / "hornbill", folder / "src" / "hornbill", ignore=ignore)
+    lists = {
+        "source_paths": ["src/hornbill"],
+        "only_mutate": [f"src/{module}" for module in entry.modules],
+        "also_copy": ["schemas", "examples", "docs"],
+        "pytest_add_cli_args": ["-p", "no:cacheprovider", "-p", "no:randomly"],
+        "pytest_add_cli_args_test_selection": list(entry.tests),
+    }
+    lines = [f"{key} =\n" + "".join(f"    {each}\n" for each in values) for key, values in lists.items()]
+    settings = "timeout_constant = 10.0\nuse_git_change_detection = false\n"
+    (folder / "setup.cfg").write_text("[mutmut]\n" + "".join(lines) + settings, encoding="utf-8")
+    return folder
+
+
+def score(folder: Path) -> Score:
+    """Count what mutmut wrote down beside the mutated modules."""
+    results: dict[str, int | None] = {}
+    for path in (folder / "mutants").rglob("*.meta"):
+        results |= json.loads(path.read_text(encoding="utf-8")).get("exit_code_by_key", {})
+    counts = Counter(results.values())
+    found = sum(count for code, count in counts.items() if code in KILLED | TIMED_OUT)
+    survived = tuple(sorted(name for name, code in results.items() if code == SURVIVED))
+    return Score(found, survived, len(results) - found - len(survived))
+
+
+def main(names: list[str]) -> int:
+    """Exit status: 0 when every score is at the floor or above."""
+    known = entries()
+    worst = 100.0
+    for entry in [each for each in known if not names or each.name in names]:
+        folder = prepare(entry)
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        with (folder / "log").open("w", encoding="utf-8") as log:
+            command = [sys.executable, "-m", "mutmut", "run", "--max-children", "1"]
+            subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT, check=False)
+        reached = score(folder)
+        if not reached.found:
+            print(f"{entry.name}: no mutant was judged; see {folder / 'log'}", flush=True)
+            return 1
+        total = reached.found + len(reached.survived)
+        unchecked = f", {reached.unchecked} in lines no test reaches" if reached.unchecked else ""
+        print(f"{entry.name}: {reached.pct:.1f} % of {total} mutants found{unchecked}", flush=True)
+        print("".join(f"  survived: {name}\n" for name in reached.survived), end="", flush=True)
+        worst = min(worst, reached.pct)
+    return int(worst < FLOOR_PCT)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
