@@ -8,7 +8,7 @@ NPM    := npm --prefix web
 E2E    := tests/e2e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dev check test test-release shots bench generate docs build docker release lock chromium clean
+.PHONY: help setup demo dev check test test-release mutate shots bench generate docs build docker release lock chromium clean
 
 help:            ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:.*## ?/\t/' | expand -t 12
@@ -68,6 +68,9 @@ test: setup web/dist/index.html chromium      ## every test a change can break
 
 test-release: setup web/dist/index.html docs  ## the wheel in fresh environments, the image
 	@$(BIN)/python tests/run.py release $(TEST_ARGS)
+
+mutate: setup                                 ## do the tests notice defects in what must not break: NAME=guard for one entry
+	@$(BIN)/python tests/mutation $(NAME)
 
 # Chromium for the tests in a browser: the machine's own, Debian's package as root, or Playwright's download.
 chromium: $(VENV)/.dev

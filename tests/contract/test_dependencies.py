@@ -39,6 +39,7 @@ USED_WITHOUT_IMPORT = {
     "hatchling": "the wheel is made by it; contract/test_wheel.py runs it",
     "import-linter": "make check",
     "myst-parser": "Sphinx reads Markdown with it",
+    "mutmut": "tests/mutation runs it",
     "openapi-python-client": "e2e/test_generated_client.py runs it",
     "pytest-xdist": "make test runs on every core",
     "ruff": "make check",
