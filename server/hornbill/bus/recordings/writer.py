@@ -4,6 +4,7 @@ import io
 from collections.abc import Iterable
 from datetime import datetime
 from enum import StrEnum
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -90,13 +91,15 @@ def candump(frames: Iterable[LoggedFrame]) -> str:
 
     The lines are those of python-can's writer, which takes three times as long, while the event loop waits.
     """
-    lines = [
-        _CANDUMP % (at, _interface(channel), can_id, data.hex().upper(), "T" if sent else "R")
+    words = [
+        word
         for (can_id, data, at), channel, sent in frames
+        for word in (at, _interface(channel), can_id, data.hex().upper(), "T" if sent else "R")
     ]
-    return "".join(lines)
+    return _CANDUMP * (len(words) // 5) % tuple(words)
 
 
+@lru_cache(maxsize=16)
 def _interface(channel: str) -> str:
     return f"can{channel}" if channel.isdigit() else channel
 

@@ -2,11 +2,11 @@
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 from struct import Struct
-from typing import Final, TypeAlias
+from typing import Final, TypeAlias, cast
 
 from hornbill.units import Instant
 from hornbill.wire.frame import Frame, LoggedFrame
@@ -29,6 +29,9 @@ _RECORD: Final = Struct("<dIB8s")
 _SENT: Final = 1 << 31
 _pack: Final = _RECORD.pack
 _time: Final = itemgetter(0)
+# Without the constructors of the named tuples: a bundle has hundreds of thousands of frames.
+_frame: Final = cast("Callable[[type[Frame], tuple[int, bytes, Instant]], Frame]", tuple.__new__)
+_logged: Final = cast("Callable[[type[LoggedFrame], tuple[Frame, str, bool]], LoggedFrame]", tuple.__new__)
 
 _Record: TypeAlias = tuple[Instant, int, int, bytes]
 """Time, identifier with the sent bit, length, data padded to eight bytes."""
@@ -113,20 +116,21 @@ class FrameRing:
             if chunk.last < since - LATE_S or chunk.first > until + LATE_S:
                 continue
             if waiting and chunk.channel != channel:
-                yield _logged(waiting, channel, utc_offset)
+                yield _frames(waiting, channel, utc_offset)
                 waiting = []
             channel = chunk.channel
+            whole = chunk.first - LATE_S >= since and chunk.last + LATE_S <= until
             data = bytes(chunk.data)
             for start in range(0, len(data), SLICE * _RECORD.size):
                 records = _RECORD.iter_unpack(data[start : start + SLICE * _RECORD.size])
-                waiting += [record for record in records if since <= record[0] <= until]
+                waiting += records if whole else [record for record in records if since <= record[0] <= until]
                 waiting.sort(key=_time)
                 cut = bisect_right(waiting, waiting[-1][0] - LATE_S, key=_time) if waiting else 0
                 if cut:
-                    yield _logged(waiting[:cut], channel, utc_offset)
+                    yield _frames(waiting[:cut], channel, utc_offset)
                     waiting = waiting[cut:]
         if waiting:
-            yield _logged(waiting, channel, utc_offset)
+            yield _frames(waiting, channel, utc_offset)
 
     def _roll(self, first: Instant) -> _FrameChunk:
         """Close the chunk that is open, and begin the next one."""
@@ -143,8 +147,11 @@ class FrameRing:
         return self._open
 
 
-def _logged(records: Sequence[_Record], channel: str, utc_offset: float) -> list[LoggedFrame]:
+def _frames(records: Sequence[_Record], channel: str, utc_offset: float) -> list[LoggedFrame]:
     return [
-        LoggedFrame(Frame(number & 0x1FFF_FFFF, data[:length], at + utc_offset), channel, number >= _SENT)
+        _logged(
+            LoggedFrame,
+            (_frame(Frame, (number & 0x1FFF_FFFF, data[:length], at + utc_offset)), channel, number >= _SENT),
+        )
         for at, number, length, data in records
     ]

@@ -26,7 +26,7 @@ class WriteFinder:
 
     def find(self, frames: Iterable[LoggedFrame]) -> list[RecordedWrite]:
         """The writes that these frames complete; they follow those of the call before."""
-        ours = [one.frame for one in frames if one.sent and self._may_write(one.frame.id)]
+        ours = [frame for frame, _, sent in frames if sent and self._may_write(frame.id)]
         return [write for transfer in self._reassembler.feed(ours) for write in self._writes_of(transfer)]
 
     def _may_write(self, number: int) -> bool:
