@@ -6,8 +6,9 @@ from collections.abc import AsyncIterator
 import httpx
 import pytest
 
-from behaviour.rig import Rig, json, play, problem
+from behaviour.rig import Rig, json, problem
 from behaviour.rig import Socket as Plain
+from behaviour.scene import scene
 from behaviour.test_access import FAR, HERE, Door, Socket, through
 
 MAPPED = ("::ffff:127.0.0.1", 5000)
@@ -75,27 +76,23 @@ def test_nobody_else_does(address: tuple[str, int]) -> None:
     ("query", "body"),
     [("?by=" + "x" * 5000, None), ("", {"reason": "x" * 5000}), ("?by=rig", {"mode": "brake", "reason": "é" * 300})],
 )
-def test_a_stop_that_has_too_much_to_say_stops_all_the_same(query: str, body: object) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        said = json(await rig.call("POST", f"/stop{query}", body))
-        assert said["latched"]
-        assert len(said["by"]) <= 80
-        assert len(said["reason"]) <= 200
-
-    play(scene)
+@scene()
+async def test_a_stop_that_has_too_much_to_say_stops_all_the_same(rig: Rig, query: str, body: object) -> None:
+    await rig.ready()
+    said = json(await rig.call("POST", f"/stop{query}", body))
+    assert said["latched"]
+    assert len(said["by"]) <= 80
+    assert len(said["reason"]) <= 200
 
 
-def test_a_stop_over_the_socket_that_has_too_much_to_say_stops_all_the_same() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        page = Plain(rig.app)
-        page.say(type="stop", by="x" * 500, reason="y" * 5000)
-        await asyncio.sleep(0.1)
-        assert rig.host.stop.latched
-        await page.close()
-
-    play(scene)
+@scene()
+async def test_a_stop_over_the_socket_that_has_too_much_to_say_stops_all_the_same(rig: Rig) -> None:
+    await rig.ready()
+    page = Plain(rig.app)
+    page.say(type="stop", by="x" * 500, reason="y" * 5000)
+    await asyncio.sleep(0.1)
+    assert rig.host.stop.latched
+    await page.close()
 
 
 ODD = (

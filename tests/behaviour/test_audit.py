@@ -6,6 +6,8 @@ import io
 from typing import Any
 
 from behaviour.rig import Rig, json, play, problem
+from behaviour.scene import scene
+from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.audit import NewAuditEntry
 from hornbill.units import Uid
@@ -22,127 +24,111 @@ def deed(row: dict[str, Any]) -> tuple[str, str, str]:
     return row["by"], row["action"], row["outcome"]
 
 
-def test_a_write_is_kept_with_who_what_before_after_and_outcome() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        body = {"values": {"angle_limit_cw": 60.5}}
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
-        row = (await audit(rig, key="angle_limit_cw"))[0]
-        assert deed(row) == ("test", "write", "applied")
-        assert (row["uid"], row["before"], row["requested"], row["after"]) == (servo.uid, 179.9, 60.5, 60.5)
-
-    play(scene)
+@scene()
+async def test_a_write_is_kept_with_who_what_before_after_and_outcome(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    body = {"values": {"angle_limit_cw": 60.5}}
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
+    row = (await audit(rig, key="angle_limit_cw"))[0]
+    assert deed(row) == ("test", "write", "applied")
+    assert (row["uid"], row["before"], row["requested"], row["after"]) == (servo.uid, 179.9, 60.5, 60.5)
 
 
-def test_rows_come_newest_first_and_every_filter_holds_alone_and_together() -> None:
-    async def scene(rig: Rig) -> None:
-        one, other = Uid("1" * 32), Uid("2" * 32)
-        for n in range(30):
-            rig.host.audit.note(
-                NewAuditEntry("me", "write" if n % 2 else "torque", "applied", one if n % 3 else other, f"k{n}")
-            )
-        rows = await audit(rig)
-        assert [row["key"] for row in rows] == [f"k{n}" for n in reversed(range(30))]
-        assert [row["key"] for row in await audit(rig, uid=other)] == [f"k{n}" for n in reversed(range(0, 30, 3))]
-        both = await audit(rig, uid=other, action="write")
-        assert [row["key"] for row in both] == ["k27", "k21", "k15", "k9", "k3"]
-        assert [row["key"] for row in await audit(rig, key="k7")] == ["k7"]
-        first = await audit(rig, limit=7)
-        second = await audit(rig, limit=7, before_id=first[-1]["id"])
-        assert [row["key"] for row in first + second] == [f"k{n}" for n in reversed(range(16, 30))]
-        assert await audit(rig, since=rows[0]["at"] + 1) == []
-        assert len(await audit(rig, since=rows[-1]["at"])) == 30
-        for wrong in ({"limit": 0}, {"limit": 1001}, {"uid": "x"}, {"before_id": 0}, {"since": "nan"}, {"key": "a\0b"}):
-            problem(await rig.http.get("/audit", params=wrong), "invalid_value", 422)
-
-    play(scene, connect=False)
-
-
-def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula() -> None:
-    async def scene(rig: Rig) -> None:
+@scene(connect=False)
+async def test_rows_come_newest_first_and_every_filter_holds_alone_and_together(rig: Rig) -> None:
+    one, other = Uid("1" * 32), Uid("2" * 32)
+    for n in range(30):
         rig.host.audit.note(
-            NewAuditEntry("=cmd|x", "label", "applied", Uid("1" * 32), after='@evil, "quoted"\nline', detail=" \t+1")
+            NewAuditEntry("me", "write" if n % 2 else "torque", "applied", one if n % 3 else other, f"k{n}")
         )
-        rig.host.audit.note(
-            *(NewAuditEntry("me", "write", "applied", key="k", before=-5, after=n) for n in range(2345))
-        )
-        rig.host.audit.note(NewAuditEntry("me", "torque", "applied", after=True, detail="−5 °C"))
-        answer = await rig.http.get("/audit.csv")
-        assert answer.headers["content-type"] == "text/csv; charset=utf-8"
-        assert 'filename="hornbill-audit.csv"' in answer.headers["content-disposition"]
-        rows = list(csv.DictReader(io.StringIO(answer.text)))
-        assert len(rows) == 2347
-        assert (rows[0]["after"], rows[0]["detail"]) == ("true", "−5 °C")
-        assert [row["after"] for row in rows[1:-1]] == [str(n) for n in reversed(range(2345))]
-        assert rows[1]["before"] == "-5"
-        last = rows[-1]
-        assert (last["by"], last["after"], last["detail"]) == ("'=cmd|x", '\'@evil, "quoted"\nline', "' \t+1")
-        assert rows[0]["time"].endswith("Z")
-        only = list(csv.DictReader(io.StringIO((await rig.http.get("/audit.csv", params={"action": "torque"})).text)))
-        assert [row["action"] for row in only] == ["torque"]
-
-    play(scene, connect=False)
+    rows = await audit(rig)
+    assert [row["key"] for row in rows] == [f"k{n}" for n in reversed(range(30))]
+    assert [row["key"] for row in await audit(rig, uid=other)] == [f"k{n}" for n in reversed(range(0, 30, 3))]
+    both = await audit(rig, uid=other, action="write")
+    assert [row["key"] for row in both] == ["k27", "k21", "k15", "k9", "k3"]
+    assert [row["key"] for row in await audit(rig, key="k7")] == ["k7"]
+    first = await audit(rig, limit=7)
+    second = await audit(rig, limit=7, before_id=first[-1]["id"])
+    assert [row["key"] for row in first + second] == [f"k{n}" for n in reversed(range(16, 30))]
+    assert await audit(rig, since=rows[0]["at"] + 1) == []
+    assert len(await audit(rig, since=rows[-1]["at"])) == 30
+    for wrong in ({"limit": 0}, {"limit": 1001}, {"uid": "x"}, {"before_id": 0}, {"since": "nan"}, {"key": "a\0b"}):
+        problem(await rig.http.get("/audit", params=wrong), "invalid_value", 422)
 
 
-def test_labels_pins_and_the_allocators_mode_are_kept() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "left ear"}, lease=lease))
-        stranger = "ab" * 16
-        json(await rig.call("PUT", f"/allocations/{stranger}", {"node_id": 77}))
-        json(await rig.call("DELETE", f"/allocations/{stranger}", lease=lease))
-        json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}, lease=lease))
-        mode, forgotten, pinned, label = (await audit(rig))[:4]
-        assert deed(label) == ("test", "label", "applied")
-        assert (label["uid"], label["before"], label["after"]) == (servo.uid, "", "left ear")
-        assert (*deed(pinned), pinned["uid"], pinned["before"], pinned["after"]) == (
-            "no lease", "pin", "applied", stranger, None, 77,
-        )  # fmt: skip
-        assert (*deed(forgotten), forgotten["before"], forgotten["after"]) == ("test", "forget", "applied", 77, None)
-        assert (*deed(mode), mode["before"], mode["after"]) == ("test", "allocator", "applied", "on", "off")
-
-    play(scene)
-
-
-def test_a_stop_is_kept_once_with_who_why_and_how_many_confirmed_and_so_is_its_clearing() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(2)
-        for _ in range(2):  # the page sends one press by two roads
-            await rig.call("POST", "/stop?by=Ann", {"mode": "brake", "reason": "smoke"})
-        await rig.call("DELETE", "/stop?by=Bob")
-        await asyncio.sleep(1)
-        cleared, pressed = await audit(rig, action="stop")
-        assert deed(pressed) == ("Ann", "stop", "pressed")
-        assert pressed["requested"] == "brake"
-        assert pressed["detail"].startswith("smoke. 2 of 2 confirmed within ")
-        assert deed(cleared) == ("Bob", "stop", "cleared")
-        assert cleared["detail"].startswith("Stop of Ann cleared.")
-
-    play(scene, *TWO)
+@scene(connect=False)
+async def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula(rig: Rig) -> None:
+    rig.host.audit.note(
+        NewAuditEntry("=cmd|x", "label", "applied", Uid("1" * 32), after='@evil, "quoted"\nline', detail=" \t+1")
+    )
+    rig.host.audit.note(*(NewAuditEntry("me", "write", "applied", key="k", before=-5, after=n) for n in range(2345)))
+    rig.host.audit.note(NewAuditEntry("me", "torque", "applied", after=True, detail="−5 °C"))
+    answer = await rig.http.get("/audit.csv")
+    assert answer.headers["content-type"] == "text/csv; charset=utf-8"
+    assert 'filename="hornbill-audit.csv"' in answer.headers["content-disposition"]
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    assert len(rows) == 2347
+    assert (rows[0]["after"], rows[0]["detail"]) == ("true", "−5 °C")
+    assert [row["after"] for row in rows[1:-1]] == [str(n) for n in reversed(range(2345))]
+    assert rows[1]["before"] == "-5"
+    last = rows[-1]
+    assert (last["by"], last["after"], last["detail"]) == ("'=cmd|x", '\'@evil, "quoted"\nline', "' \t+1")
+    assert rows[0]["time"].endswith("Z")
+    only = list(csv.DictReader(io.StringIO((await rig.http.get("/audit.csv", params={"action": "torque"})).text)))
+    assert [row["action"] for row in only] == ["torque"]
 
 
-def test_no_frame_of_a_stop_waits_for_the_audit() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(2)
-        order: list[str] = []
-        add = rig.host.store.audit.add
+@scene()
+async def test_labels_pins_and_the_allocators_mode_are_kept(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "left ear"}, lease=lease))
+    stranger = "ab" * 16
+    json(await rig.call("PUT", f"/allocations/{stranger}", {"node_id": 77}))
+    json(await rig.call("DELETE", f"/allocations/{stranger}", lease=lease))
+    json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}, lease=lease))
+    mode, forgotten, pinned, label = (await audit(rig))[:4]
+    assert deed(label) == ("test", "label", "applied")
+    assert (label["uid"], label["before"], label["after"]) == (servo.uid, "", "left ear")
+    assert (*deed(pinned), pinned["uid"], pinned["before"], pinned["after"]) == (
+        "no lease", "pin", "applied", stranger, None, 77,
+    )  # fmt: skip
+    assert (*deed(forgotten), forgotten["before"], forgotten["after"]) == ("test", "forget", "applied", 77, None)
+    assert (*deed(mode), mode["before"], mode["after"]) == ("test", "allocator", "applied", "on", "off")
 
-        def slow(entries: Any) -> None:
-            kept = list(entries)
-            if kept[0].action == "stop":
-                order.append("audit")
-                order.extend(f"stopped {one.node_id}" for one in servos if rig.sim(one).memory.get(0x20) == 1)
-            add(kept)
 
-        rig.host.store.audit.add = slow  # pyright: ignore[reportAttributeAccessIssue]
-        rig.host.stop.now("off", "Ann", "")
-        assert order == []
-        await asyncio.sleep(1)
-        assert order == ["audit", "stopped 11", "stopped 12"]
+@scene(*TWO)
+async def test_a_stop_is_kept_once_with_who_why_and_how_many_confirmed_and_so_is_its_clearing(rig: Rig) -> None:
+    await rig.ready(2)
+    for _ in range(2):  # the page sends one press by two roads
+        await rig.call("POST", "/stop?by=Ann", {"mode": "brake", "reason": "smoke"})
+    await rig.call("DELETE", "/stop?by=Bob")
+    await asyncio.sleep(1)
+    cleared, pressed = await audit(rig, action="stop")
+    assert deed(pressed) == ("Ann", "stop", "pressed")
+    assert pressed["requested"] == "brake"
+    assert pressed["detail"].startswith("smoke. 2 of 2 confirmed within ")
+    assert deed(cleared) == ("Bob", "stop", "cleared")
+    assert cleared["detail"].startswith("Stop of Ann cleared.")
 
-    play(scene, *TWO)
+
+@scene(*TWO)
+async def test_no_frame_of_a_stop_waits_for_the_audit(rig: Rig) -> None:
+    servos = await rig.ready(2)
+    order: list[str] = []
+    add = rig.host.store.audit.add
+
+    def slow(entries: Any) -> None:
+        kept = list(entries)
+        if kept[0].action == "stop":
+            order.append("audit")
+            order.extend(f"stopped {one.node_id}" for one in servos if rig.sim(one).memory.get(0x20) == 1)
+        add(kept)
+
+    rig.host.store.audit.add = slow  # pyright: ignore[reportAttributeAccessIssue]
+    rig.host.stop.now("off", "Ann", "")
+    assert order == []
+    await asyncio.sleep(1)
+    assert order == ["audit", "stopped 11", "stopped 12"]
 
 
 def test_a_stop_is_kept_even_when_nobody_confirms_and_when_the_server_ends_at_once() -> None:
@@ -156,35 +142,30 @@ def test_a_stop_is_kept_even_when_nobody_confirms_and_when_the_server_ends_at_on
     assert play(scene) == [("Ann", "0 of 1 confirmed.")]
 
 
-def test_motion_control_taken_given_back_and_lapsed_is_kept_by_its_holder() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        lease = await rig.lease()
-        await rig.call("DELETE", f"/leases/{lease}")
-        await rig.lease(ttl_s=0.5)
-        await asyncio.sleep(2)
-        rows = await audit(rig, action="lease")
-        assert [row["outcome"] for row in reversed(rows)] in (
-            ["taken", "released", "taken", "lapsed"], ["taken", "taken", "released", "lapsed"],
-        )  # fmt: skip
-        assert {row["by"] for row in rows} == {"test"}
-        assert rows[0]["detail"] == "The lease of test ran out."
-
-    play(scene)
+@scene()
+async def test_motion_control_taken_given_back_and_lapsed_is_kept_by_its_holder(rig: Rig) -> None:
+    await rig.ready()
+    lease = await rig.lease()
+    await rig.call("DELETE", f"/leases/{lease}")
+    await rig.lease(ttl_s=0.5)
+    await asyncio.sleep(2)
+    rows = await audit(rig, action="lease")
+    assert [row["outcome"] for row in reversed(rows)] in (
+        ["taken", "released", "taken", "lapsed"], ["taken", "taken", "released", "lapsed"],
+    )  # fmt: skip
+    assert {row["by"] for row in rows} == {"test"}
+    assert rows[0]["detail"] == "The lease of test ran out."
 
 
-def test_an_audit_that_cannot_be_kept_stops_nobody_and_is_said_once() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
+@scene()
+async def test_an_audit_that_cannot_be_kept_stops_nobody_and_is_said_once(rig: Rig, servo: Servo) -> None:
 
-        def full(_entries: Any) -> None:
-            raise OSError("disk full")
+    def full(_entries: Any) -> None:
+        raise OSError("disk full")
 
-        rig.host.store.audit.add = full  # pyright: ignore[reportAttributeAccessIssue]
-        json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "a"}))
-        json(await rig.call("POST", "/stop"))
-        await asyncio.sleep(1)
-        assert rig.sim(servo).memory.get(0x20) == 1
-        assert len(rig.events("store_failed")) == 1
-
-    play(scene)
+    rig.host.store.audit.add = full  # pyright: ignore[reportAttributeAccessIssue]
+    json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "a"}))
+    json(await rig.call("POST", "/stop"))
+    await asyncio.sleep(1)
+    assert rig.sim(servo).memory.get(0x20) == 1
+    assert len(rig.events("store_failed")) == 1

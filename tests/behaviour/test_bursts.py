@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.errors import Busy, Stopped
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.bursts import Setpoint
@@ -29,51 +30,47 @@ def angles(servos: list[Servo], value: float) -> dict[str, object]:
     return {"commands": [{"uid": servo.uid, "type": "angle", "value": value} for servo in servos]}
 
 
-def test_twenty_servos_get_their_angle_in_two_messages_and_the_skew_is_what_was_on_the_bus() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 20)
-        rig.bus.history.clear()
-        answer = json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
-        assert answer["messages"] == 2
-        assert {round(part["value"], 1) for part in answer["commands"]} == {30.0}
-        await asyncio.sleep(1)
-        assert [rig.sim(servo).angle_deg for servo in servos] == pytest.approx([30] * 20, abs=1)
-        sent = rig.array_commands()
-        first, last = (ArrayCommand.decode(one.payload) for one in sent)
-        assert first is not None
-        assert last is not None
-        assert (len(first.commands), len(last.commands)) == (15, 5)
-        assert not {c.actuator_id for one in (first, last) for c in one.commands} & {0, 255}
-        frames = [frame for name, frame in rig.bus.history if name == "host" and frame.id >> 8 & 0xFFFF == 1010]
-        assert len({frame.id for frame in frames}) == 1, "one priority, so that they stay together and in order"
-        ends = [frame.at for frame in frames]  # a message begins with its first frame and ends with its last
-        first_began = ends[0] - frame_bits(frames[0]) / 1e6
-        last_began = ends[9] - frame_bits(frames[9]) / 1e6
-        assert answer["start_skew_s"] == pytest.approx(last_began - first_began, rel=0.1)
-
-    play(scene, *crowd(20))
+@scene(*crowd(20))
+async def test_twenty_servos_get_their_angle_in_two_messages_and_the_skew_is_what_was_on_the_bus(rig: Rig) -> None:
+    servos, lease = await ready(rig, 20)
+    rig.bus.history.clear()
+    answer = json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
+    assert answer["messages"] == 2
+    assert {round(part["value"], 1) for part in answer["commands"]} == {30.0}
+    await asyncio.sleep(1)
+    assert [rig.sim(servo).angle_deg for servo in servos] == pytest.approx([30] * 20, abs=1)
+    sent = rig.array_commands()
+    first, last = (ArrayCommand.decode(one.payload) for one in sent)
+    assert first is not None
+    assert last is not None
+    assert (len(first.commands), len(last.commands)) == (15, 5)
+    assert not {c.actuator_id for one in (first, last) for c in one.commands} & {0, 255}
+    frames = [frame for name, frame in rig.bus.history if name == "host" and frame.id >> 8 & 0xFFFF == 1010]
+    assert len({frame.id for frame in frames}) == 1, "one priority, so that they stay together and in order"
+    ends = [frame.at for frame in frames]  # a message begins with its first frame and ends with its last
+    first_began = ends[0] - frame_bits(frames[0]) / 1e6
+    last_began = ends[9] - frame_bits(frames[9]) / 1e6
+    assert answer["start_skew_s"] == pytest.approx(last_began - first_began, rel=0.1)
 
 
-def test_one_bad_command_and_nothing_at_all_is_sent() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 3)
-        rig.sim(servos[1]).memory.put(0x38, 450)
-        servos[1].forget("angle_limit_cw")
-        body = angles(servos, 60)
-        assert problem(await rig.call("POST", "/commands", body, lease=lease), "out_of_range", 422)["maximum"] == 45.0
-        problem(await rig.call("POST", "/commands", body), "lease_held", 409)
-        twice = {"commands": angles(servos[:1] * 2, 1)["commands"]}
-        problem(await rig.call("POST", "/commands", twice, lease=lease), "invalid_value", 422)
-        json(await rig.call("POST", f"/servos/{servos[2].uid}/torque", {"mode": "off"}))
-        problem(await rig.call("POST", "/commands", angles(servos, 5), lease=lease), "torque_off", 409)
-        speed = {"commands": [{"uid": servos[0].uid, "type": "speed", "value": 5}]}
-        problem(await rig.call("POST", "/commands", speed, lease=lease), "mode_off", 409)
-        json(await rig.call("POST", "/stop"))
-        problem(await rig.call("POST", "/commands", angles(servos[:1], 5), lease=lease), "stopped", 423)
-        assert rig.array_commands() == []
-        assert not [write for write in rig.writes() if write[1] == "0x00"]
-
-    play(scene, *crowd(3))
+@scene(*crowd(3))
+async def test_one_bad_command_and_nothing_at_all_is_sent(rig: Rig) -> None:
+    servos, lease = await ready(rig, 3)
+    rig.sim(servos[1]).memory.put(0x38, 450)
+    servos[1].forget("angle_limit_cw")
+    body = angles(servos, 60)
+    assert problem(await rig.call("POST", "/commands", body, lease=lease), "out_of_range", 422)["maximum"] == 45.0
+    problem(await rig.call("POST", "/commands", body), "lease_held", 409)
+    twice = {"commands": angles(servos[:1] * 2, 1)["commands"]}
+    problem(await rig.call("POST", "/commands", twice, lease=lease), "invalid_value", 422)
+    json(await rig.call("POST", f"/servos/{servos[2].uid}/torque", {"mode": "off"}))
+    problem(await rig.call("POST", "/commands", angles(servos, 5), lease=lease), "torque_off", 409)
+    speed = {"commands": [{"uid": servos[0].uid, "type": "speed", "value": 5}]}
+    problem(await rig.call("POST", "/commands", speed, lease=lease), "mode_off", 409)
+    json(await rig.call("POST", "/stop"))
+    problem(await rig.call("POST", "/commands", angles(servos[:1], 5), lease=lease), "stopped", 423)
+    assert rig.array_commands() == []
+    assert not [write for write in rig.writes() if write[1] == "0x00"]
 
 
 @pytest.mark.parametrize("ids", [(0, 5), (5, 5)])
@@ -88,32 +85,28 @@ def test_a_servo_whose_id_is_nobodys_or_two_servos_is_not_addressed(ids: tuple[i
     play(scene, *(replace(PLAIN, node_id=10 + n, servo_id=own) for n, own in enumerate(ids)))
 
 
-def test_an_angle_goes_by_array_command_from_the_first_contact_on() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 1)
-        assert servos[0].position_unit.state == "assumed"
-        json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
-        await asyncio.sleep(1)
-        assert abs(rig.sim(servos[0]).angle_deg - 30) < 1
-
-    play(scene)
+@scene()
+async def test_an_angle_goes_by_array_command_from_the_first_contact_on(rig: Rig) -> None:
+    servos, lease = await ready(rig, 1)
+    assert servos[0].position_unit.state == "assumed"
+    json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
+    await asyncio.sleep(1)
+    assert abs(rig.sim(servos[0]).angle_deg - 30) < 1
 
 
-def test_no_angle_goes_by_array_command_once_status_and_0x08_disagree() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 1)
-        json(await rig.call("POST", f"/servos/{servos[0].uid}/command", {"type": "angle", "value": 20}, lease=lease))
-        await asyncio.sleep(3)
-        assert servos[0].position_unit.state == "conflict"
-        refused = await rig.call("POST", "/commands", angles(servos, 30), lease=lease)
-        assert "force" in problem(refused, "position_unit_unconfirmed", 409)["detail"]
-        assert rig.array_commands() == []
-        servos[0].position_unit.forced = "radian"
-        json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
-        await asyncio.sleep(1)
-        assert abs(rig.sim(servos[0]).angle_deg - 30) < 1
-
-    play(scene, replace(PLAIN, behaviour=Behaviour(position_unit="radian")))
+@scene(replace(PLAIN, behaviour=Behaviour(position_unit="radian")))
+async def test_no_angle_goes_by_array_command_once_status_and_0x08_disagree(rig: Rig) -> None:
+    servos, lease = await ready(rig, 1)
+    json(await rig.call("POST", f"/servos/{servos[0].uid}/command", {"type": "angle", "value": 20}, lease=lease))
+    await asyncio.sleep(3)
+    assert servos[0].position_unit.state == "conflict"
+    refused = await rig.call("POST", "/commands", angles(servos, 30), lease=lease)
+    assert "force" in problem(refused, "position_unit_unconfirmed", 409)["detail"]
+    assert rig.array_commands() == []
+    servos[0].position_unit.forced = "radian"
+    json(await rig.call("POST", "/commands", angles(servos, 30), lease=lease))
+    await asyncio.sleep(1)
+    assert abs(rig.sim(servos[0]).angle_deg - 30) < 1
 
 
 @pytest.mark.parametrize("value", [180.1, 600.3, 3000.7])
@@ -139,21 +132,19 @@ def test_an_angle_of_more_than_half_a_turn_goes_by_0x00_and_never_by_array_comma
     play(scene, wide)
 
 
-def test_speed_and_torque_go_in_rpm_and_percent() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 1)
-        for kind, value, number in (("speed", -60, CommandType.SPEED), ("torque", 12, CommandType.FORCE)):
-            rig.bus.history.clear()
-            body = {"commands": [{"uid": servos[0].uid, "type": kind, "value": value}]}
-            assert json(await rig.call("POST", "/commands", body, lease=lease))["warnings"]
-            await asyncio.sleep(0.1)
-            found = ArrayCommand.decode(rig.array_commands()[0].payload)
-            assert found is not None
-            assert (found.commands[0].command_type, found.commands[0].command_value) == (number, value)
-            assert servos[0].raw(f"command_{kind}") == value
-            assert servos[0].raw("command_angle") == 555_555_555
-
-    play(scene, FAST)
+@scene(FAST)
+async def test_speed_and_torque_go_in_rpm_and_percent(rig: Rig) -> None:
+    servos, lease = await ready(rig, 1)
+    for kind, value, number in (("speed", -60, CommandType.SPEED), ("torque", 12, CommandType.FORCE)):
+        rig.bus.history.clear()
+        body = {"commands": [{"uid": servos[0].uid, "type": kind, "value": value}]}
+        assert json(await rig.call("POST", "/commands", body, lease=lease))["warnings"]
+        await asyncio.sleep(0.1)
+        found = ArrayCommand.decode(rig.array_commands()[0].payload)
+        assert found is not None
+        assert (found.commands[0].command_type, found.commands[0].command_value) == (number, value)
+        assert servos[0].raw(f"command_{kind}") == value
+        assert servos[0].raw("command_angle") == 555_555_555
 
 
 @pytest.mark.parametrize("shows", [True, False])
@@ -180,43 +171,39 @@ def test_it_is_held_while_the_lease_lives_and_torque_goes_off_when_it_lapses(*, 
     play(scene, replace(PLAIN, behaviour=sim))
 
 
-def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and_not_moved_late() -> None:
-    async def scene(rig: Rig) -> None:
-        (servo,), lease = await ready(rig, 1)
-        json(await rig.call("POST", "/commands", angles([servo], 20), lease=lease))
-        await asyncio.sleep(1)
-        prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 80.0)])
-        rig.bus.loss(100)
+@scene(PLAIN)
+async def test_a_servo_that_is_known_to_show_bursts_and_missed_one_is_let_go_and_not_moved_late(rig: Rig) -> None:
+    (servo,), lease = await ready(rig, 1)
+    json(await rig.call("POST", "/commands", angles([servo], 20), lease=lease))
+    await asyncio.sleep(1)
+    prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 80.0)])
+    rig.bus.loss(100)
+    rig.host.bursts.send(lease, prepared)
+    await asyncio.sleep(0.05)
+    rig.bus.loss(0)
+    await asyncio.sleep(3)
+    assert "did not take" in rig.events("let_go")[0].text
+    assert abs(rig.sim(servo).angle_deg - 20) < 1
+    assert rig.sim(servo).output == 1, "its own time-out took it"
+
+
+@scene(*crowd(2))
+async def test_a_stop_ends_it_and_a_prepared_burst_cannot_be_sent_any_more(rig: Rig) -> None:
+    servos, lease = await ready(rig, 2)
+    prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 10.0) for servo in servos])
+    rig.host.bursts.send(lease, prepared)
+    for n in range(50):
+        values = {servo.uid: 10.0 + n / 10 for servo in servos}
+        prepared = rig.host.bursts.renewed(prepared, values)
         rig.host.bursts.send(lease, prepared)
-        await asyncio.sleep(0.05)
-        rig.bus.loss(0)
-        await asyncio.sleep(3)
-        assert "did not take" in rig.events("let_go")[0].text
-        assert abs(rig.sim(servo).angle_deg - 20) < 1
-        assert rig.sim(servo).output == 1, "its own time-out took it"
-
-    play(scene, PLAIN)
-
-
-def test_a_stop_ends_it_and_a_prepared_burst_cannot_be_sent_any_more() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 2)
-        prepared = await rig.host.bursts.prepare(lease, [Setpoint(servo, "angle", 10.0) for servo in servos])
+        await asyncio.sleep(0.02)
+    assert [rig.sim(servo).angle_deg for servo in servos] == pytest.approx([14.9] * 2, abs=1)
+    assert not [write for write in rig.writes() if write[1] == "0x00"], "the stream itself keeps them alive"
+    json(await rig.call("POST", "/stop"))
+    with pytest.raises(Stopped):
         rig.host.bursts.send(lease, prepared)
-        for n in range(50):
-            values = {servo.uid: 10.0 + n / 10 for servo in servos}
-            prepared = rig.host.bursts.renewed(prepared, values)
-            rig.host.bursts.send(lease, prepared)
-            await asyncio.sleep(0.02)
-        assert [rig.sim(servo).angle_deg for servo in servos] == pytest.approx([14.9] * 2, abs=1)
-        assert not [write for write in rig.writes() if write[1] == "0x00"], "the stream itself keeps them alive"
-        json(await rig.call("POST", "/stop"))
-        with pytest.raises(Stopped):
-            rig.host.bursts.send(lease, prepared)
-        json(await rig.call("DELETE", "/stop"))
-        servos[0].boots += 1
-        with pytest.raises(Busy):
-            rig.host.bursts.send(lease, prepared)
-        assert len(rig.array_commands()) == 51
-
-    play(scene, *crowd(2))
+    json(await rig.call("DELETE", "/stop"))
+    servos[0].boots += 1
+    with pytest.raises(Busy):
+        rig.host.bursts.send(lease, prepared)
+    assert len(rig.array_commands()) == 51

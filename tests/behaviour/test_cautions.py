@@ -4,6 +4,7 @@ import asyncio
 from dataclasses import replace
 
 from behaviour.rig import PLAIN, Answer, Rig, Socket, json, play, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
 
@@ -20,98 +21,83 @@ async def said(rig: Rig, servo: Servo, value: float, kind: str = "angle") -> lis
     return json(await rig.call("GET", f"/servos/{servo.uid}/cautions?type={kind}&value={value}"))
 
 
-def test_a_move_of_more_than_a_turn_names_the_turns_and_is_confirmed() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        json(await move(rig, servo, lease, 300))
-        await asyncio.sleep(3)
-        refused = problem(await move(rig, servo, lease, 1200), "needs_confirmation", 409)
-        assert refused["confirm"] == "turns"
-        assert "2.5 times clockwise" in refused["detail"]
-        assert abs(rig.sim(servo).angle_deg - 300) < 1
-        answer = json(await move(rig, servo, lease, 1200, "turns"))
-        assert "2.5 times" in answer["warnings"][0]
-        problem(await move(rig, servo, lease, 0), "needs_confirmation", 409)
-
-    play(scene, WIDE)
+@scene(WIDE)
+async def test_a_move_of_more_than_a_turn_names_the_turns_and_is_confirmed(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    json(await move(rig, servo, lease, 300))
+    await asyncio.sleep(3)
+    refused = problem(await move(rig, servo, lease, 1200), "needs_confirmation", 409)
+    assert refused["confirm"] == "turns"
+    assert "2.5 times clockwise" in refused["detail"]
+    assert abs(rig.sim(servo).angle_deg - 300) < 1
+    answer = json(await move(rig, servo, lease, 1200, "turns"))
+    assert "2.5 times" in answer["warnings"][0]
+    problem(await move(rig, servo, lease, 0), "needs_confirmation", 409)
 
 
-def test_a_speed_or_torque_is_done_and_says_that_it_turns_without_end() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        assert json(await move(rig, servo, lease, 0, kind="speed"))["warnings"] == []
-        for kind in ("speed", "torque"):
-            (said,) = json(await move(rig, servo, lease, 20, kind=kind))["warnings"]
-            assert "turns without end" in said
-
-    play(scene, SPEEDY)
+@scene(SPEEDY)
+async def test_a_speed_or_torque_is_done_and_says_that_it_turns_without_end(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    assert json(await move(rig, servo, lease, 0, kind="speed"))["warnings"] == []
+    for kind in ("speed", "torque"):
+        (said,) = json(await move(rig, servo, lease, 20, kind=kind))["warnings"]
+        assert "turns without end" in said
 
 
-def test_a_socket_confirms_in_its_command() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        socket = Socket(rig.app)
-        await socket.hear("hello")
-        command: dict[str, object] = {"uid": servo.uid, "type": "angle", "value": 400}
-        socket.say(type="command", lease=lease, commands=[command])
-        assert (await socket.hear("error"))["code"] == "needs_confirmation"
-        socket.say(type="command", lease=lease, commands=[command | {"confirm": ["turns"]}])
-        await asyncio.sleep(1)
-        assert rig.sim(servo).angle_deg > 100
-        await socket.close()
-
-    play(scene, WIDE)
+@scene(WIDE)
+async def test_a_socket_confirms_in_its_command(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    socket = Socket(rig.app)
+    await socket.hear("hello")
+    command: dict[str, object] = {"uid": servo.uid, "type": "angle", "value": 400}
+    socket.say(type="command", lease=lease, commands=[command])
+    assert (await socket.hear("error"))["code"] == "needs_confirmation"
+    socket.say(type="command", lease=lease, commands=[command | {"confirm": ["turns"]}])
+    await asyncio.sleep(1)
+    assert rig.sim(servo).angle_deg > 100
+    await socket.close()
 
 
-def test_after_a_restart_beyond_half_a_turn_the_next_far_move_is_confirmed_once() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        await asyncio.sleep(3)
-        json(await move(rig, servo, lease, 270))
-        await asyncio.sleep(3)
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(0.4)
-        rig.bench.power(servo.uid, True)
-        async with asyncio.timeout(20):
-            while servo.boots == 0 or servo.state is not State.READY:
-                await asyncio.sleep(0.05)
-        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))["value"]
-        assert abs(shown + 90) < 1, "270° returns as -90°"
-        assert rig.events("turns_lost")
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        assert [one["confirm"] for one in await said(rig, servo, 200)] == ["turn_count"]
-        refused = problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
-        assert refused["confirm"] == "turn_count"
-        assert "270" in refused["detail"]
-        json(await move(rig, servo, lease, -85))
-        problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
-        json(await move(rig, servo, lease, 200, "turn_count"))
-        assert await said(rig, servo, 0) == []
-
-    play(scene, WIDE)
+@scene(WIDE)
+async def test_after_a_restart_beyond_half_a_turn_the_next_far_move_is_confirmed_once(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    await asyncio.sleep(3)
+    json(await move(rig, servo, lease, 270))
+    await asyncio.sleep(3)
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(0.4)
+    rig.bench.power(servo.uid, True)
+    async with asyncio.timeout(20):
+        while servo.boots == 0 or servo.state is not State.READY:
+            await asyncio.sleep(0.05)
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/current_angle"))["value"]
+    assert abs(shown + 90) < 1, "270° returns as -90°"
+    assert rig.events("turns_lost")
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    assert [one["confirm"] for one in await said(rig, servo, 200)] == ["turn_count"]
+    refused = problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
+    assert refused["confirm"] == "turn_count"
+    assert "270" in refused["detail"]
+    json(await move(rig, servo, lease, -85))
+    problem(await move(rig, servo, lease, 200), "needs_confirmation", 409)
+    json(await move(rig, servo, lease, 200, "turn_count"))
+    assert await said(rig, servo, 0) == []
 
 
-def test_a_restart_within_half_a_turn_loses_no_turns() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        for value in (270, 20):
-            json(await move(rig, servo, lease, value))
-            await asyncio.sleep(8)
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(0.4)
-        rig.bench.power(servo.uid, True)
-        async with asyncio.timeout(20):
-            while servo.boots == 0 or servo.state is not State.READY:
-                await asyncio.sleep(0.05)
-        assert not rig.events("turns_lost")
-        assert await said(rig, servo, 170) == []
-
-    play(scene, WIDE)
+@scene(WIDE)
+async def test_a_restart_within_half_a_turn_loses_no_turns(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    for value in (270, 20):
+        json(await move(rig, servo, lease, value))
+        await asyncio.sleep(8)
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(0.4)
+    rig.bench.power(servo.uid, True)
+    async with asyncio.timeout(20):
+        while servo.boots == 0 or servo.state is not State.READY:
+            await asyncio.sleep(0.05)
+    assert not rig.events("turns_lost")
+    assert await said(rig, servo, 170) == []
 
 
 def test_hold_and_pwm_are_said_beforehand_and_with_the_command() -> None:
@@ -136,13 +122,10 @@ def test_hold_and_pwm_are_said_beforehand_and_with_the_command() -> None:
     play(scene, pwm)
 
 
-def test_with_hold_and_no_pwm_there_is_nothing_to_feed() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        json(await move(rig, servo, lease, 20))
-        await asyncio.sleep(5)
-        assert [raw for _, name, raw in rig.writes() if name == "0x00"] == [200]
-        assert rig.sim(servo).output == 0
-
-    play(scene, replace(PLAIN, rom={"timeout_action": 0}))
+@scene(replace(PLAIN, rom={"timeout_action": 0}))
+async def test_with_hold_and_no_pwm_there_is_nothing_to_feed(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    json(await move(rig, servo, lease, 20))
+    await asyncio.sleep(5)
+    assert [raw for _, name, raw in rig.writes() if name == "0x00"] == [200]
+    assert rig.sim(servo).output == 0

@@ -9,6 +9,7 @@ import pytest
 import jumping_clock as clock
 from behaviour.patient import Every
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play
+from behaviour.scene import scene
 from hornbill.servo.device.identification import read_rows
 from hornbill.sim.bench.bench import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
@@ -125,26 +126,24 @@ def test_a_bus_that_is_connected_again_and_one_with_a_foreign_node() -> None:
     play(watched(scene), *SIXTEEN[:2])
 
 
-def test_everything_looked_at_is_told_when_asked_for_and_looking_sends_nothing() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(6)
-        await asyncio.sleep(3)
-        await rig.host.polling.close()
-        await asyncio.sleep(0.2)
-        before = rig.bus.history.copy()
-        found = json(await rig.call("GET", "/bus/doctor?all=true"))
-        assert rig.bus.history == before
-        assert {one["code"]: one["severity"] for one in found if one["severity"] != "ok"} == {NEW: "notice"}
-        assert {one["code"] for one in found} >= {
-            "adapter", "bit_rate", "no_traffic", "bus_off", "errors_rising", "frames_dropped", "load_over_budget",
-            "duplicate_node_id", "duplicate_servo_id", "second_allocator", "allocation_stuck", "silent_node",
-            "answers_lost", "answers_slow", "servo_offline", "foreign_frames", "own_node_id", "other_commands",
-        }  # fmt: skip
-        assert len({one["code"] for one in found}) == len(found)
-        said = {one["code"]: one["evidence"] for one in found}
-        assert said["second_allocator"].startswith("Ours, node 127.")
-        assert said["answers_slow"].startswith("Median 0.")
-        assert "6 nodes" in said["duplicate_node_id"]
-        assert [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))] == [NEW]
-
-    play(scene, *demo_fleet(CATALOG, 6, 1))
+@scene(*demo_fleet(CATALOG, 6, 1))
+async def test_everything_looked_at_is_told_when_asked_for_and_looking_sends_nothing(rig: Rig) -> None:
+    await rig.ready(6)
+    await asyncio.sleep(3)
+    await rig.host.polling.close()
+    await asyncio.sleep(0.2)
+    before = rig.bus.history.copy()
+    found = json(await rig.call("GET", "/bus/doctor?all=true"))
+    assert rig.bus.history == before
+    assert {one["code"]: one["severity"] for one in found if one["severity"] != "ok"} == {NEW: "notice"}
+    assert {one["code"] for one in found} >= {
+        "adapter", "bit_rate", "no_traffic", "bus_off", "errors_rising", "frames_dropped", "load_over_budget",
+        "duplicate_node_id", "duplicate_servo_id", "second_allocator", "allocation_stuck", "silent_node",
+        "answers_lost", "answers_slow", "servo_offline", "foreign_frames", "own_node_id", "other_commands",
+    }  # fmt: skip
+    assert len({one["code"] for one in found}) == len(found)
+    said = {one["code"]: one["evidence"] for one in found}
+    assert said["second_allocator"].startswith("Ours, node 127.")
+    assert said["answers_slow"].startswith("Median 0.")
+    assert "6 nodes" in said["duplicate_node_id"]
+    assert [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))] == [NEW]

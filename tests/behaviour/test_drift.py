@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.store import Store
@@ -47,44 +48,39 @@ async def drift(rig: Rig, servo: Servo) -> dict[str, tuple[Any, Any]]:
     return {row["key"]: (row["was"], row["now"]) for row in rows}
 
 
-def test_rom_that_another_tool_saved_is_flagged_with_the_difference_and_told_once() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        assert await drift(rig, servo) == {}
-        await meddle(rig, servo, angle_limit_cw=450, servo_id=9)
-        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
-        told = rig.events("drift")
-        assert len(told) == 1
-        assert told[0].level == "warning"
-        assert "Angle limit CW 60.0° → 45.0°" in told[0].text
-        assert "Servo ID 1 → 9" in told[0].text
-        await power(rig, servo)
-        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
-        assert len(rig.events("drift")) == 1
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_rom_that_another_tool_saved_is_flagged_with_the_difference_and_told_once(rig: Rig, servo: Servo) -> None:
+    assert await drift(rig, servo) == {}
+    await meddle(rig, servo, angle_limit_cw=450, servo_id=9)
+    assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
+    told = rig.events("drift")
+    assert len(told) == 1
+    assert told[0].level == "warning"
+    assert "Angle limit CW 60.0° → 45.0°" in told[0].text
+    assert "Servo ID 1 → 9" in told[0].text
+    await power(rig, servo)
+    assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0), "servo_id": (1, 9)}
+    assert len(rig.events("drift")) == 1
 
 
-def test_a_second_change_keeps_the_oldest_known_value_and_one_that_goes_back_settles_itself() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await meddle(rig, servo, angle_limit_cw=450)
-        await meddle(rig, servo, angle_limit_cw=300)
-        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 30.0)}
-        assert len(rig.events("drift")) == 2
-        await meddle(rig, servo, angle_limit_cw=600)
-        assert await drift(rig, servo) == {}
+@scene(HERE)
+async def test_a_second_change_keeps_the_oldest_known_value_and_one_that_goes_back_settles_itself(
+    rig: Rig, servo: Servo
+) -> None:
+    await meddle(rig, servo, angle_limit_cw=450)
+    await meddle(rig, servo, angle_limit_cw=300)
+    assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 30.0)}
+    assert len(rig.events("drift")) == 2
+    await meddle(rig, servo, angle_limit_cw=600)
+    assert await drift(rig, servo) == {}
 
-    play(scene, HERE)
 
-
-def test_rows_that_soft_start_hides_are_compared_when_it_is_over_and_not_with_its_own_values() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await meddle(rig, servo, speed_limit_cw=150)
-        assert await drift(rig, servo) == {"speed_limit_cw": (200, 150)}
-
-    play(scene, replace(HERE, rom={"speed_limit_cw": 200, "soft_start": 1}, angle_deg=60.0))
+@scene(replace(HERE, rom={"speed_limit_cw": 200, "soft_start": 1}, angle_deg=60.0))
+async def test_rows_that_soft_start_hides_are_compared_when_it_is_over_and_not_with_its_own_values(
+    rig: Rig, servo: Servo
+) -> None:
+    await meddle(rig, servo, speed_limit_cw=150)
+    assert await drift(rig, servo) == {"speed_limit_cw": (200, 150)}
 
 
 @pytest.mark.parametrize("soft_start", [0, 1])
@@ -101,73 +97,65 @@ def test_what_we_save_ourselves_is_no_drift(soft_start: int) -> None:
     play(scene, replace(HERE, rom={**HERE.rom, "soft_start": soft_start}))
 
 
-def test_restore_and_save_puts_back_what_rom_held_and_only_the_proof_takes_the_flag_away() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await meddle(rig, servo, angle_limit_cw=450, servo_id=9, timeout_action=2)
-        restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore"))
-        assert restored["outcome"] == "applied"
-        assert {change["key"] for change in restored["changes"]} == {"angle_limit_cw", "servo_id", "timeout_action"}
-        assert servo.raw("servo_id") == 1
-        assert set(await drift(rig, servo)) == {"angle_limit_cw", "servo_id", "timeout_action"}  # RAM alone
-        restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore", {"save": True}))
-        job = restored["job"]
-        async with asyncio.timeout(60):
-            while json(await rig.call("GET", f"/jobs/{job}"))["state"] in ("queued", "running"):
-                await asyncio.sleep(0.1)
-        assert json(await rig.call("GET", f"/jobs/{job}"))["state"] == "succeeded"
-        assert await drift(rig, servo) == {}
-        assert (rig.sim(servo).memory.stored(0x38), rig.sim(servo).memory.stored(0x45)) == (600, 1)
-
-    play(scene, HERE)
-
-
-def test_a_save_of_something_else_does_not_accept_drift_and_one_of_a_new_value_does() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await meddle(rig, servo, angle_limit_cw=450)
-
-        async def change(key: str, value: int) -> None:
-            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {key: value}}))
-            json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-
-        await change("angle_p_gain", 50)
-        assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0)}
-        await change("angle_limit_cw", 20)
-        assert await drift(rig, servo) == {}
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_restore_and_save_puts_back_what_rom_held_and_only_the_proof_takes_the_flag_away(
+    rig: Rig, servo: Servo
+) -> None:
+    await meddle(rig, servo, angle_limit_cw=450, servo_id=9, timeout_action=2)
+    restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore"))
+    assert restored["outcome"] == "applied"
+    assert {change["key"] for change in restored["changes"]} == {"angle_limit_cw", "servo_id", "timeout_action"}
+    assert servo.raw("servo_id") == 1
+    assert set(await drift(rig, servo)) == {"angle_limit_cw", "servo_id", "timeout_action"}  # RAM alone
+    restored = json(await rig.call("POST", f"/servos/{servo.uid}/drift/restore", {"save": True}))
+    job = restored["job"]
+    async with asyncio.timeout(60):
+        while json(await rig.call("GET", f"/jobs/{job}"))["state"] in ("queued", "running"):
+            await asyncio.sleep(0.1)
+    assert json(await rig.call("GET", f"/jobs/{job}"))["state"] == "succeeded"
+    assert await drift(rig, servo) == {}
+    assert (rig.sim(servo).memory.stored(0x38), rig.sim(servo).memory.stored(0x45)) == (600, 1)
 
 
-def test_accepting_it_keeps_what_was_found_and_stands_in_the_audit() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await meddle(rig, servo, angle_limit_cw=450)
-        assert (await rig.call("DELETE", f"/servos/{servo.uid}/drift", lease=await rig.lease())).status_code == 204
-        assert await drift(rig, servo) == {}
-        entry = rig.host.store.audit.rows(action="drift")[0].entry
-        assert (entry.by, entry.outcome, entry.key, entry.before, entry.after) == (
-            "test", "accepted", "angle_limit_cw", 60.0, 45.0,
-        )  # fmt: skip
-        await power(rig, servo)
-        assert await drift(rig, servo) == {}
-        assert len(rig.events("drift")) == 1
+@scene(HERE)
+async def test_a_save_of_something_else_does_not_accept_drift_and_one_of_a_new_value_does(
+    rig: Rig, servo: Servo
+) -> None:
+    await meddle(rig, servo, angle_limit_cw=450)
 
-    play(scene, HERE)
+    async def change(key: str, value: int) -> None:
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {key: value}}))
+        json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+
+    await change("angle_p_gain", 50)
+    assert await drift(rig, servo) == {"angle_limit_cw": (60.0, 45.0)}
+    await change("angle_limit_cw", 20)
+    assert await drift(rig, servo) == {}
 
 
-def test_lost_rom_is_no_drift() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.sim(servo).memory.rom_sound = False
-        await power(rig, servo)
-        assert servo.rom_lost
-        assert await drift(rig, servo) == {}
-        assert rig.events("drift") == []
-        kept = json(await rig.call("GET", f"/inventory/{servo.uid}"))
-        assert kept["rom"]["angle_limit_cw"] == 60.0  # the last configuration is not lost with it
+@scene(HERE)
+async def test_accepting_it_keeps_what_was_found_and_stands_in_the_audit(rig: Rig, servo: Servo) -> None:
+    await meddle(rig, servo, angle_limit_cw=450)
+    assert (await rig.call("DELETE", f"/servos/{servo.uid}/drift", lease=await rig.lease())).status_code == 204
+    assert await drift(rig, servo) == {}
+    entry = rig.host.store.audit.rows(action="drift")[0].entry
+    assert (entry.by, entry.outcome, entry.key, entry.before, entry.after) == (
+        "test", "accepted", "angle_limit_cw", 60.0, 45.0,
+    )  # fmt: skip
+    await power(rig, servo)
+    assert await drift(rig, servo) == {}
+    assert len(rig.events("drift")) == 1
 
-    play(scene, HERE)
+
+@scene(HERE)
+async def test_lost_rom_is_no_drift(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).memory.rom_sound = False
+    await power(rig, servo)
+    assert servo.rom_lost
+    assert await drift(rig, servo) == {}
+    assert rig.events("drift") == []
+    kept = json(await rig.call("GET", f"/inventory/{servo.uid}"))
+    assert kept["rom"]["angle_limit_cw"] == 60.0  # the last configuration is not lost with it
 
 
 async def first(rig: Rig) -> None:

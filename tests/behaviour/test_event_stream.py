@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
+from behaviour.scene import scene
 from behaviour.test_access import Door, through
 from hornbill.api.live import event_log
 from hornbill.api.live.event_log import EventBuffer, LogEntry
@@ -106,88 +107,80 @@ def codes(events: list[Event]) -> list[str]:
     return [one["code"] for one in events if one["type"] == "event"]
 
 
-def test_it_begins_with_how_everything_is_and_goes_on_with_what_changes() -> None:
-    async def scene(rig: Rig) -> None:
-        [servo] = await rig.ready()
-        stream = Stream(rig.app)
-        hello = await stream.next()
-        assert (hello["type"], stream.status) == ("hello", 200)
-        assert stream.headers["content-type"].startswith("text/event-stream")
-        first = await stream.settled()
-        kinds = {one["type"] for one in first}
-        assert {"servos", "bus", "lease", "stop", "event"} <= kinds
-        assert "telemetry" not in kinds
-        assert [one["servos"][0]["uid"] for one in first if one["type"] == "servos"] == [servo.uid]
-        assert [one["seq"] for one in first] == list(range(1, len(first) + 1))
-        json(await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 42}))
-        changed = await stream.hear("parameter")
-        assert (changed["reading"]["key"], changed["reading"]["value"]) == ("angle_p_gain", 42)
-        json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
-        await stream.hear("job")
-        json(await rig.call("POST", "/stop"))
-        assert (await stream.hear("stop"))["stop"]["latched"] is True
-        await stream.close()
-
-    play(scene)
+@scene()
+async def test_it_begins_with_how_everything_is_and_goes_on_with_what_changes(rig: Rig) -> None:
+    [servo] = await rig.ready()
+    stream = Stream(rig.app)
+    hello = await stream.next()
+    assert (hello["type"], stream.status) == ("hello", 200)
+    assert stream.headers["content-type"].startswith("text/event-stream")
+    first = await stream.settled()
+    kinds = {one["type"] for one in first}
+    assert {"servos", "bus", "lease", "stop", "event"} <= kinds
+    assert "telemetry" not in kinds
+    assert [one["servos"][0]["uid"] for one in first if one["type"] == "servos"] == [servo.uid]
+    assert [one["seq"] for one in first] == list(range(1, len(first) + 1))
+    json(await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 42}))
+    changed = await stream.hear("parameter")
+    assert (changed["reading"]["key"], changed["reading"]["value"]) == ("angle_p_gain", 42)
+    json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
+    await stream.hear("job")
+    json(await rig.call("POST", "/stop"))
+    assert (await stream.hear("stop"))["stop"]["latched"] is True
+    await stream.close()
 
 
-def test_only_the_topics_and_servos_that_were_asked_for_and_always_stop_and_lease() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(2)
-        stream = Stream(rig.app, f"topics=servos&uids={servos[0].uid}")
-        for one in servos:
-            json(await rig.call("PUT", f"/servos/{one.uid}/parameters/angle_p_gain", {"value": 42}))
-        await rig.lease()
-        tell(rig, "not_asked_for")
-        heard = await stream.settled()
-        assert {one["type"] for one in heard} == {"hello", "servos", "parameter", "lease", "stop"}
-        assert {one["uid"] for one in heard if one["type"] == "parameter"} == {servos[0].uid}
-        assert {one["servos"][0]["uid"] for one in heard if one["type"] == "servos"} == {servos[0].uid}
-        assert [one["lease"] and one["lease"]["holder"] for one in heard if one["type"] == "lease"][-1] == "test"
-        await stream.close()
-
-    play(scene, PLAIN, OTHER)
+@scene(PLAIN, OTHER)
+async def test_only_the_topics_and_servos_that_were_asked_for_and_always_stop_and_lease(rig: Rig) -> None:
+    servos = await rig.ready(2)
+    stream = Stream(rig.app, f"topics=servos&uids={servos[0].uid}")
+    for one in servos:
+        json(await rig.call("PUT", f"/servos/{one.uid}/parameters/angle_p_gain", {"value": 42}))
+    await rig.lease()
+    tell(rig, "not_asked_for")
+    heard = await stream.settled()
+    assert {one["type"] for one in heard} == {"hello", "servos", "parameter", "lease", "stop"}
+    assert {one["uid"] for one in heard if one["type"] == "parameter"} == {servos[0].uid}
+    assert {one["servos"][0]["uid"] for one in heard if one["type"] == "servos"} == {servos[0].uid}
+    assert [one["lease"] and one["lease"]["holder"] for one in heard if one["type"] == "lease"][-1] == "test"
+    await stream.close()
 
 
-def test_telemetry_comes_in_batches_of_what_the_feed_packed() -> None:
-    async def scene(rig: Rig) -> None:
-        [servo] = await rig.ready()
-        json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", {"channels": ["current_angle"], "rate_hz": 50}))
-        stream = Stream(rig.app, "topics=telemetry")
-        seen: list[float] = []
-        while len(seen) < 100:
-            told = await stream.hear("telemetry", uid=servo.uid)
-            seen += told["channels"]["current_angle"]["t"]
-        assert seen == sorted(set(seen))
-        await stream.close()
-        again = Stream(rig.app, "topics=telemetry", last=stream.last)
-        more = (await again.hear("telemetry"))["channels"]["current_angle"]["t"]
-        assert more[0] - seen[-1] < 0.2
-        await again.close()
-
-    play(scene)
+@scene()
+async def test_telemetry_comes_in_batches_of_what_the_feed_packed(rig: Rig) -> None:
+    [servo] = await rig.ready()
+    json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", {"channels": ["current_angle"], "rate_hz": 50}))
+    stream = Stream(rig.app, "topics=telemetry")
+    seen: list[float] = []
+    while len(seen) < 100:
+        told = await stream.hear("telemetry", uid=servo.uid)
+        seen += told["channels"]["current_angle"]["t"]
+    assert seen == sorted(set(seen))
+    await stream.close()
+    again = Stream(rig.app, "topics=telemetry", last=stream.last)
+    more = (await again.hear("telemetry"))["channels"]["current_angle"]["t"]
+    assert more[0] - seen[-1] < 0.2
+    await again.close()
 
 
-def test_who_comes_back_gets_what_was_missed_once_and_nothing_else() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        stream = Stream(rig.app, "topics=events")
-        await stream.settled()
-        tell(rig, "before")
-        await stream.hear("event", code="before")
-        await stream.close()
-        for n in range(5):
-            tell(rig, f"missed_{n}")
-            await asyncio.sleep(1)
-        again = Stream(rig.app, "topics=events", last=stream.last)
-        heard = await again.settled()
-        assert codes(heard) == [f"missed_{n}" for n in range(5)]
-        assert {one["type"] for one in heard} == {"hello", "event"}
-        tell(rig, "after")
-        assert (await again.next())["code"] == "after"
-        await again.close()
-
-    play(scene)
+@scene()
+async def test_who_comes_back_gets_what_was_missed_once_and_nothing_else(rig: Rig) -> None:
+    await rig.ready()
+    stream = Stream(rig.app, "topics=events")
+    await stream.settled()
+    tell(rig, "before")
+    await stream.hear("event", code="before")
+    await stream.close()
+    for n in range(5):
+        tell(rig, f"missed_{n}")
+        await asyncio.sleep(1)
+    again = Stream(rig.app, "topics=events", last=stream.last)
+    heard = await again.settled()
+    assert codes(heard) == [f"missed_{n}" for n in range(5)]
+    assert {one["type"] for one in heard} == {"hello", "event"}
+    tell(rig, "after")
+    assert (await again.next())["code"] == "after"
+    await again.close()
 
 
 def test_a_gap_is_said_with_its_size_and_then_how_everything_is(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -214,16 +207,14 @@ def test_a_gap_is_said_with_its_size_and_then_how_everything_is(monkeypatch: pyt
 
 
 @pytest.mark.parametrize("last", ["deadbeef.12", "nonsense", "~.~", "", "x" * 200])
-def test_the_id_of_another_server_is_a_gap_of_unknown_size(last: str) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        stream = Stream(rig.app, "topics=servos", last=last)
-        heard = await stream.settled()
-        assert [(one["type"], one.get("count")) for one in heard[:2]] == [("hello", None), ("dropped", None)]
-        assert "servos" in {one["type"] for one in heard}
-        await stream.close()
-
-    play(scene)
+@scene()
+async def test_the_id_of_another_server_is_a_gap_of_unknown_size(rig: Rig, last: str) -> None:
+    await rig.ready()
+    stream = Stream(rig.app, "topics=servos", last=last)
+    heard = await stream.settled()
+    assert [(one["type"], one.get("count")) for one in heard[:2]] == [("hello", None), ("dropped", None)]
+    assert "servos" in {one["type"] for one in heard}
+    await stream.close()
 
 
 def test_a_slow_reader_is_told_what_it_missed_and_holds_nobody_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,30 +246,26 @@ def test_a_slow_reader_is_told_what_it_missed_and_holds_nobody_up(monkeypatch: p
     play(scene)
 
 
-def test_when_nothing_happens_there_are_comments() -> None:
-    async def scene(rig: Rig) -> None:
-        stream = Stream(rig.app, "topics=jobs")
-        await stream.settled()
-        begun = rig.host.base.now()
-        assert await stream.block(HEARTBEAT_S + 1) == ": here"
-        assert rig.host.base.now() - begun <= HEARTBEAT_S + 0.5
-        await stream.close()
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_when_nothing_happens_there_are_comments(rig: Rig) -> None:
+    stream = Stream(rig.app, "topics=jobs")
+    await stream.settled()
+    begun = rig.host.base.now()
+    assert await stream.block(HEARTBEAT_S + 1) == ": here"
+    assert rig.host.base.now() - begun <= HEARTBEAT_S + 0.5
+    await stream.close()
 
 
-def test_an_event_carries_its_values_to_sockets_and_streams_alike() -> None:
-    async def scene(rig: Rig) -> None:
-        stream, socket = Stream(rig.app, "topics=events"), Socket(rig.app)
-        socket.say(type="subscribe", topics=["events"])
-        await stream.settled()
-        rig.host.hub.tell(Happened("notice", "hunting", "It is 4.2°.", params={"angle_deg": 4.2}))
-        for told in (await stream.hear("event", code="hunting"), await socket.hear("event")):
-            assert (told["text"], told["params"]) == ("It is 4.2°.", {"angle_deg": 4.2})
-        await stream.close()
-        await socket.close()
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_an_event_carries_its_values_to_sockets_and_streams_alike(rig: Rig) -> None:
+    stream, socket = Stream(rig.app, "topics=events"), Socket(rig.app)
+    socket.say(type="subscribe", topics=["events"])
+    await stream.settled()
+    rig.host.hub.tell(Happened("notice", "hunting", "It is 4.2°.", params={"angle_deg": 4.2}))
+    for told in (await stream.hear("event", code="hunting"), await socket.hear("event")):
+        assert (told["text"], told["params"]) == ("It is 4.2°.", {"angle_deg": 4.2})
+    await stream.close()
+    await socket.close()
 
 
 def test_it_stops_listening_a_while_after_the_last_reader(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -302,23 +289,19 @@ def test_it_stops_listening_a_while_after_the_last_reader(monkeypatch: pytest.Mo
     play(scene)
 
 
-def test_streams_end_when_the_server_does() -> None:
-    async def scene(rig: Rig) -> None:
-        stream = Stream(rig.app)
-        await stream.settled()
-        end_streams(rig.app.state)
-        async with asyncio.timeout(1):
-            await stream.task
-
-    play(scene)
+@scene()
+async def test_streams_end_when_the_server_does(rig: Rig) -> None:
+    stream = Stream(rig.app)
+    await stream.settled()
+    end_streams(rig.app.state)
+    async with asyncio.timeout(1):
+        await stream.task
 
 
 @pytest.mark.parametrize("query", ["topics=frames", "topics=", "topics=servos,", "topics=all", "uids=abc", "uids=x,y"])
-def test_what_is_no_topic_or_servo_is_refused(query: str) -> None:
-    async def scene(rig: Rig) -> None:
-        problem(await rig.call("GET", f"/events/stream?{query}"), "invalid_value", 422)
-
-    play(scene)
+@scene()
+async def test_what_is_no_topic_or_servo_is_refused(rig: Rig, query: str) -> None:
+    problem(await rig.call("GET", f"/events/stream?{query}"), "invalid_value", 422)
 
 
 def test_a_stream_takes_a_token_where_one_is_needed_and_ends_with_it() -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play
+from behaviour.scene import scene
 from hornbill.units import Uid
 
 UID = bytes(range(16))
@@ -25,10 +26,8 @@ def test_it_is_what_0x52_says_also_where_every_newer_row_is_refused(firmware: st
     play(scene, replace(PLAIN, firmware=firmware, uid=UID))
 
 
-def test_it_is_unknown_where_0x52_is_refused_and_not_guessed_from_the_rows() -> None:
-    async def scene(rig: Rig) -> None:
-        rig.bench.servo(Uid(UID.hex())).conditions.refuse_keys.add("firmware_version")
-        (servo,) = await rig.ready()
-        assert json(await rig.call("GET", f"/servos/{servo.uid}"))["firmware"] is None
-
-    play(scene, replace(PLAIN, firmware="1.010", uid=UID))
+@scene(replace(PLAIN, firmware="1.010", uid=UID))
+async def test_it_is_unknown_where_0x52_is_refused_and_not_guessed_from_the_rows(rig: Rig) -> None:
+    rig.bench.servo(Uid(UID.hex())).conditions.refuse_keys.add("firmware_version")
+    (servo,) = await rig.ready()
+    assert json(await rig.call("GET", f"/servos/{servo.uid}"))["firmware"] is None

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play
-from hornbill.servo.device.servo import State
+from behaviour.scene import scene
+from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.bench import demo_fleet
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.units import Uid
@@ -69,18 +70,15 @@ def test_the_same_servo_gets_the_same_node_id_after_restarts_of_either_side(tmp_
     assert first == second
 
 
-def test_a_servo_that_comes_back_on_another_node_id_is_the_same_servo() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "Elevator L"}))
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"node_id": 42}}))
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-        assert job["state"] == "succeeded"
-        assert job["result"]["node_id"] == 42
-        shown = json(await rig.call("GET", "/servos"))
-        assert [(one["uid"], one["node_id"], one["label"]) for one in shown] == [(servo.uid, 42, "Elevator L")]
-
-    play(scene)
+@scene()
+async def test_a_servo_that_comes_back_on_another_node_id_is_the_same_servo(rig: Rig, servo: Servo) -> None:
+    json(await rig.call("PATCH", f"/servos/{servo.uid}", {"label": "Elevator L"}))
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"node_id": 42}}))
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    assert job["state"] == "succeeded"
+    assert job["result"]["node_id"] == 42
+    shown = json(await rig.call("GET", "/servos"))
+    assert [(one["uid"], one["node_id"], one["label"]) for one in shown] == [(servo.uid, 42, "Elevator L")]
 
 
 def test_labels_outlive_the_server(tmp_path: Path) -> None:
@@ -99,148 +97,127 @@ def test_labels_outlive_the_server(tmp_path: Path) -> None:
     assert play(named, recipe, store=where) == ["Elevator L"]
 
 
-def test_three_missed_status_messages_make_it_offline_and_its_values_stale() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(2)
-        rig.sim(servo).conditions.mute = True
-        await asyncio.sleep(2.5)
-        assert servo.online
-        await asyncio.sleep(1.5)
-        assert servo.state is State.OFFLINE
-        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
-        assert all(reading["stale"] for reading in shown.values())
-        assert rig.events("offline")
-        rig.sim(servo).conditions.mute = False
-        await rig.ready()
-        assert not json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]["stale"]
-
-    play(scene)
+@scene()
+async def test_three_missed_status_messages_make_it_offline_and_its_values_stale(rig: Rig, servo: Servo) -> None:
+    await asyncio.sleep(2)
+    rig.sim(servo).conditions.mute = True
+    await asyncio.sleep(2.5)
+    assert servo.online
+    await asyncio.sleep(1.5)
+    assert servo.state is State.OFFLINE
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+    assert all(reading["stale"] for reading in shown.values())
+    assert rig.events("offline")
+    rig.sim(servo).conditions.mute = False
+    await rig.ready()
+    assert not json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]["stale"]
 
 
-def test_two_servos_that_swap_their_node_ids_are_told_apart() -> None:
-    async def scene(rig: Rig) -> None:
-        one, other = await rig.ready(2)
-        ids = {one.uid: one.node_id, other.uid: other.node_id}
-        swapped = {one.uid: {"node_id": other.node_id}, other.uid: {"node_id": one.node_id}}
-        answer = json(await rig.call("PATCH", "/parameters", {"servos": swapped}))
-        assert [each["outcome"] for each in answer["servos"]] == ["applied", "applied"]
-        await asyncio.sleep(2)
-        for servo in (one, other):  # both change at once: power off, then on again
-            rig.sim(servo).memory.save(rig.sim(servo).behaviour)
-            rig.bench.power(servo.uid, False)
-        await asyncio.sleep(1)
-        for servo in (one, other):
-            rig.bench.power(servo.uid, True)
-        await asyncio.sleep(5)
-        assert {one.uid: other.node_id, other.uid: one.node_id} == ids
-        assert rig.sim(one).node_id == one.node_id
-        assert (one.state, other.state) == (State.READY, State.READY)
-
-    play(scene, PLAIN, replace(PLAIN, node_id=12, servo_id=2))
-
-
-def test_rom_is_unknown_when_the_servo_ran_before_hornbill_came() -> None:
-    async def scene(rig: Rig) -> None:
-        await asyncio.sleep(30)
-        await rig.host.connect("memory:host", 1_000_000)
-        servo = (await rig.ready())[0]
-        reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_p_gain"))
-        assert (reading["value"], reading["rom"]) == (40, None)
-        assert servo.unsaved() == []
-
-    play(scene, connect=False)
-
-
-def test_twenty_percent_of_frames_lost_and_everything_is_still_read() -> None:
-    async def scene(rig: Rig) -> None:
-        rig.bus.loss(20, seed=7)
-        for servo in await rig.ready(3, within_s=120):
-            assert all(register.raw is not None for register in servo.registers.values())
-
-    play(scene, *(replace(PLAIN, node_id=20 + n, servo_id=n) for n in range(3)))
-
-
-def test_what_runs_since_long_is_not_taken_for_rom_because_it_restarted_once() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        sim = rig.sim(servo)
-        await asyncio.sleep(5)
-        sim.conditions.mute = True
+@scene(PLAIN, replace(PLAIN, node_id=12, servo_id=2))
+async def test_two_servos_that_swap_their_node_ids_are_told_apart(rig: Rig) -> None:
+    one, other = await rig.ready(2)
+    ids = {one.uid: one.node_id, other.uid: other.node_id}
+    swapped = {one.uid: {"node_id": other.node_id}, other.uid: {"node_id": one.node_id}}
+    answer = json(await rig.call("PATCH", "/parameters", {"servos": swapped}))
+    assert [each["outcome"] for each in answer["servos"]] == ["applied", "applied"]
+    await asyncio.sleep(2)
+    for servo in (one, other):  # both change at once: power off, then on again
+        rig.sim(servo).memory.save(rig.sim(servo).behaviour)
         rig.bench.power(servo.uid, False)
-        await asyncio.sleep(0.3)
+    await asyncio.sleep(1)
+    for servo in (one, other):
         rig.bench.power(servo.uid, True)
-        await asyncio.sleep(60)
-        sim.memory.put(0x2C, 77)  # another tool wrote RAM meanwhile
-        sim.conditions.mute = False
-        await asyncio.sleep(5)
-        assert servo.raw("angle_p_gain") == 77
-        assert servo.registers["angle_p_gain"].rom is None
-
-    play(scene)
+    await asyncio.sleep(5)
+    assert {one.uid: other.node_id, other.uid: one.node_id} == ids
+    assert rig.sim(one).node_id == one.node_id
+    assert (one.state, other.state) == (State.READY, State.READY)
 
 
-def test_what_we_wrote_is_not_taken_for_rom_after_connecting_anew_to_a_young_servo() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 41}}))
-        json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
-        await rig.ready()
-        assert servo.registers["angle_p_gain"].rom != 41
-
-    play(scene)
-
-
-def test_a_servo_back_from_silence_is_not_ready_before_it_was_read_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        sim = rig.sim(servo)
-        await asyncio.sleep(5)
-        sim.conditions.mute = True
-        await asyncio.sleep(10)
-        assert servo.state is State.OFFLINE
-        sim.memory.put(0x2C, 77)  # another tool
-        sim.conditions.mute = False
-        while not servo.online:
-            await asyncio.sleep(0.0005)
-        sim.conditions.drop_responses_pct = 100
-        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]
-        assert shown["value"] == 77 or shown["stale"]
-        assert servo.state is State.IDENTIFYING
-        await asyncio.sleep(3)
-        sim.conditions.drop_responses_pct = 0
-        await asyncio.sleep(4)
-        assert servo.raw("angle_p_gain") == 77
-        assert servo.state is State.READY
-
-    play(scene)
+@scene(connect=False)
+async def test_rom_is_unknown_when_the_servo_ran_before_hornbill_came(rig: Rig) -> None:
+    await asyncio.sleep(30)
+    await rig.host.connect("memory:host", 1_000_000)
+    servo = (await rig.ready())[0]
+    reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/angle_p_gain"))
+    assert (reading["value"], reading["rom"]) == (40, None)
+    assert servo.unsaved() == []
 
 
-def test_a_store_that_fails_does_not_keep_a_servo_from_being_stopped_and_watched(
-    monkeypatch: pytest.MonkeyPatch,
+@scene(*(replace(PLAIN, node_id=20 + n, servo_id=n) for n in range(3)))
+async def test_twenty_percent_of_frames_lost_and_everything_is_still_read(rig: Rig) -> None:
+    rig.bus.loss(20, seed=7)
+    for servo in await rig.ready(3, within_s=120):
+        assert all(register.raw is not None for register in servo.registers.values())
+
+
+@scene()
+async def test_what_runs_since_long_is_not_taken_for_rom_because_it_restarted_once(rig: Rig, servo: Servo) -> None:
+    sim = rig.sim(servo)
+    await asyncio.sleep(5)
+    sim.conditions.mute = True
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(0.3)
+    rig.bench.power(servo.uid, True)
+    await asyncio.sleep(60)
+    sim.memory.put(0x2C, 77)  # another tool wrote RAM meanwhile
+    sim.conditions.mute = False
+    await asyncio.sleep(5)
+    assert servo.raw("angle_p_gain") == 77
+    assert servo.registers["angle_p_gain"].rom is None
+
+
+@scene()
+async def test_what_we_wrote_is_not_taken_for_rom_after_connecting_anew_to_a_young_servo(
+    rig: Rig, servo: Servo
 ) -> None:
-    async def scene(rig: Rig) -> None:
-        def fail(*_args: object) -> None:
-            raise OSError("disk full")
-
-        monkeypatch.setattr(rig.host.store.servos, "met", fail)
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(3)
-        reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["current_voltage"]
-        assert reading["stale"] is False
-        assert reading["age_s"] < 2.5
-
-    play(scene)
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 41}}))
+    json(await rig.call("PUT", "/bus", {"address": "memory:host"}))
+    await rig.ready()
+    assert servo.registers["angle_p_gain"].rom != 41
 
 
-def test_a_servo_that_says_infinity_breaks_nothing() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        said = bytearray(ActuatorStatus(1, 0.0, 0.0, 0.0, 0).encode())
-        said[1:3] = b"\x00\x7c"  # a float16 of that value
-        kind, now = ActuatorStatus.TYPE.id, asyncio.get_running_loop().time()
-        transfer = Transfer(Kind.MESSAGE, kind, 11, 0, 16, 0, bytes(said), now)
-        rig.host.connected().participant.subscriptions.dispatch(transfer)
-        assert json(await rig.call("GET", f"/servos/{servo.uid}"))["angle_deg"] < 1
+@scene()
+async def test_a_servo_back_from_silence_is_not_ready_before_it_was_read_again(rig: Rig, servo: Servo) -> None:
+    sim = rig.sim(servo)
+    await asyncio.sleep(5)
+    sim.conditions.mute = True
+    await asyncio.sleep(10)
+    assert servo.state is State.OFFLINE
+    sim.memory.put(0x2C, 77)  # another tool
+    sim.conditions.mute = False
+    while not servo.online:
+        await asyncio.sleep(0.0005)
+    sim.conditions.drop_responses_pct = 100
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["angle_p_gain"]
+    assert shown["value"] == 77 or shown["stale"]
+    assert servo.state is State.IDENTIFYING
+    await asyncio.sleep(3)
+    sim.conditions.drop_responses_pct = 0
+    await asyncio.sleep(4)
+    assert servo.raw("angle_p_gain") == 77
+    assert servo.state is State.READY
 
-    play(scene)
+
+@scene()
+async def test_a_store_that_fails_does_not_keep_a_servo_from_being_stopped_and_watched(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_args: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr(rig.host.store.servos, "met", fail)
+    servo = (await rig.ready())[0]
+    await asyncio.sleep(3)
+    reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]["current_voltage"]
+    assert reading["stale"] is False
+    assert reading["age_s"] < 2.5
+
+
+@scene()
+async def test_a_servo_that_says_infinity_breaks_nothing(rig: Rig, servo: Servo) -> None:
+    said = bytearray(ActuatorStatus(1, 0.0, 0.0, 0.0, 0).encode())
+    said[1:3] = b"\x00\x7c"  # a float16 of that value
+    kind, now = ActuatorStatus.TYPE.id, asyncio.get_running_loop().time()
+    transfer = Transfer(Kind.MESSAGE, kind, 11, 0, 16, 0, bytes(said), now)
+    rig.host.connected().participant.subscriptions.dispatch(transfer)
+    assert json(await rig.call("GET", f"/servos/{servo.uid}"))["angle_deg"] < 1

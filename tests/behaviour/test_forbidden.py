@@ -5,9 +5,11 @@ import asyncio
 import pytest
 
 from behaviour.rig import Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.errors import ForbiddenParameter
 from hornbill.schema.parameter import Parameter
 from hornbill.servo.device.requests import COMMAND, ONCE, READ, STOP, TORQUE, WRITE
+from hornbill.servo.device.servo import Servo
 from hornbill.wire.datatype import Kind
 from hornbill.wire.services import EMPTY, GetSetRequest, integer
 from hornbill.wire.transfer import Transfer, split
@@ -31,50 +33,41 @@ async def nothing_left(rig: Rig) -> None:
         assert sim.boot_loader_writes == []
 
 
-def test_no_route_reads_or_writes_it_under_any_spelling() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        for key in SPELLINGS:
-            path = f"/servos/{servo.uid}/parameters/{key}"
-            for answer in (await rig.call("GET", path), await rig.call("PUT", path, {"value": 1})):
-                found = answer.json()
-                assert answer.status_code in (403, 404), (key, found)
-                assert found["code"] in ("forbidden_parameter", "unknown_parameter"), (key, found)
-            body = {"values": {key: 1, "angle_limit_cw": 10}}
-            refused = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body)
-            assert refused.status_code in (403, 404), (key, refused.text)
-        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
-        assert all(reading["address"] != 0x49 for reading in shown.values())
-        assert servo.raw("angle_limit_cw") == 1799
-        await nothing_left(rig)
-        assert rig.writes() == []
-
-    play(scene)
+@scene()
+async def test_no_route_reads_or_writes_it_under_any_spelling(rig: Rig, servo: Servo) -> None:
+    for key in SPELLINGS:
+        path = f"/servos/{servo.uid}/parameters/{key}"
+        for answer in (await rig.call("GET", path), await rig.call("PUT", path, {"value": 1})):
+            found = answer.json()
+            assert answer.status_code in (403, 404), (key, found)
+            assert found["code"] in ("forbidden_parameter", "unknown_parameter"), (key, found)
+        body = {"values": {key: 1, "angle_limit_cw": 10}}
+        refused = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body)
+        assert refused.status_code in (403, 404), (key, refused.text)
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+    assert all(reading["address"] != 0x49 for reading in shown.values())
+    assert servo.raw("angle_limit_cw") == 1799
+    await nothing_left(rig)
+    assert rig.writes() == []
 
 
 @pytest.mark.parametrize("key", ["0x49", "0X49", "73", "boot_loader", "0x28", "0x13"])
-def test_it_is_called_forbidden_and_so_are_reserved_registers(key: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        path = f"/servos/{servo.uid}/parameters/{key}"
-        problem(await rig.call("PUT", path, {"value": 1}), "forbidden_parameter", 403)
-        await nothing_left(rig)
-
-    play(scene)
+@scene()
+async def test_it_is_called_forbidden_and_so_are_reserved_registers(rig: Rig, servo: Servo, key: str) -> None:
+    path = f"/servos/{servo.uid}/parameters/{key}"
+    problem(await rig.call("PUT", path, {"value": 1}), "forbidden_parameter", 403)
+    await nothing_left(rig)
 
 
-def test_the_servo_layer_cannot_send_it() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        row = rig.host.catalog.parameters["boot_loader"]
-        for patience in (READ, WRITE, COMMAND, TORQUE, STOP, ONCE):
-            with pytest.raises(ForbiddenParameter):
-                await rig.host.requests.write(servo, row, 1, patience)
-            with pytest.raises(ForbiddenParameter):
-                await rig.host.requests.read(servo, row, patience)
-        await nothing_left(rig)
-
-    play(scene)
+@scene()
+async def test_the_servo_layer_cannot_send_it(rig: Rig, servo: Servo) -> None:
+    row = rig.host.catalog.parameters["boot_loader"]
+    for patience in (READ, WRITE, COMMAND, TORQUE, STOP, ONCE):
+        with pytest.raises(ForbiddenParameter):
+            await rig.host.requests.write(servo, row, 1, patience)
+        with pytest.raises(ForbiddenParameter):
+            await rig.host.requests.read(servo, row, patience)
+    await nothing_left(rig)
 
 
 @pytest.mark.parametrize("index", [0, 73, 8191])
@@ -116,13 +109,10 @@ def test_no_raw_call_of_the_participant_or_the_port_gets_through(name: str, inde
     play(scene, fast=True)
 
 
-def test_no_table_row_makes_it_a_key() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rows: dict[str, Parameter] = {key: one.parameter for key, one in servo.registers.items()}
-        assert all(row.address != 0x49 and not row.forbidden for row in rows.values())
-        schema = json(await rig.call("GET", "/schema"))
-        assert all(row["address"] != 0x49 for row in schema["parameters"])
-        assert all("boot_loader" not in path for path in rig.app.openapi()["paths"])
-
-    play(scene)
+@scene()
+async def test_no_table_row_makes_it_a_key(rig: Rig, servo: Servo) -> None:
+    rows: dict[str, Parameter] = {key: one.parameter for key, one in servo.registers.items()}
+    assert all(row.address != 0x49 and not row.forbidden for row in rows.values())
+    schema = json(await rig.call("GET", "/schema"))
+    assert all(row["address"] != 0x49 for row in schema["parameters"])
+    assert all("boot_loader" not in path for path in rig.app.openapi()["paths"])

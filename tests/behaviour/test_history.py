@@ -4,6 +4,7 @@ import asyncio
 from typing import Any
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.domain.change import Reason
 from hornbill.servo.configuration.history import held
 from hornbill.servo.device.servo import Servo, State
@@ -45,246 +46,209 @@ async def compare(rig: Rig, left: str, right: str, **more: str) -> dict[str, Any
     return found
 
 
-def test_before_each_change_what_was_held_is_kept_once() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        for gain in (45, 50):
-            body = {"values": {"angle_p_gain": gain}}
-            json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
-        newest, oldest = await listed(rig, servo)
-        default = servo.registers["angle_p_gain"].parameter.default
-        assert (oldest["values"]["angle_p_gain"], newest["values"]["angle_p_gain"]) == (default, 45)
-        assert newest["rom"]["angle_p_gain"] == default
-        assert (newest["automatic"], newest["by"], newest["model"], newest["firmware"]) == (
-            True, "test", "BLA21-06U-A0", "1.300",
-        )  # fmt: skip
-        assert set(newest["values"]) == {key for key, one in servo.registers.items() if one.parameter.rom}
-        assert newest["id"] > oldest["id"]
-
-    play(scene)
+@scene()
+async def test_before_each_change_what_was_held_is_kept_once(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    for gain in (45, 50):
+        body = {"values": {"angle_p_gain": gain}}
+        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease))
+    newest, oldest = await listed(rig, servo)
+    default = servo.registers["angle_p_gain"].parameter.default
+    assert (oldest["values"]["angle_p_gain"], newest["values"]["angle_p_gain"]) == (default, 45)
+    assert newest["rom"]["angle_p_gain"] == default
+    assert (newest["automatic"], newest["by"], newest["model"], newest["firmware"]) == (
+        True, "test", "BLA21-06U-A0", "1.300",
+    )  # fmt: skip
+    assert set(newest["values"]) == {key for key, one in servo.registers.items() if one.parameter.rom}
+    assert newest["id"] > oldest["id"]
 
 
-def test_a_servo_nothing_changed_in_is_not_kept_twice() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        made = [
-            await rig.host.history.take(rig.host.requests, servo, reason=Reason("again"), by="me") for _ in range(3)
-        ]
-        assert len({one.id for one in made}) == 1
-        await patch(rig, servo, {"angle_p_gain": 45})
-        await patch(rig, servo, {"angle_p_gain": 45})
-        assert [one["id"] for one in await listed(rig, servo)] == [made[0].id]
-
-    play(scene)
+@scene()
+async def test_a_servo_nothing_changed_in_is_not_kept_twice(rig: Rig, servo: Servo) -> None:
+    made = [await rig.host.history.take(rig.host.requests, servo, reason=Reason("again"), by="me") for _ in range(3)]
+    assert len({one.id for one in made}) == 1
+    await patch(rig, servo, {"angle_p_gain": 45})
+    await patch(rig, servo, {"angle_p_gain": 45})
+    assert [one["id"] for one in await listed(rig, servo)] == [made[0].id]
 
 
-def test_a_snapshot_by_hand_is_always_kept_and_reads_what_is_not_current() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        first = await take(rig, servo)
-        servo.forget("angle_p_gain")
-        assert "angle_p_gain" not in held(servo)
-        second = await take(rig, servo, reason="before the fair")
-        assert [one["id"] for one in await listed(rig, servo)] == [second["id"], first["id"]]
-        assert (first["reason"], second["reason"], second["automatic"]) == ("by hand", "before the fair", False)
-        assert second["values"] == first["values"]
-        one = json(await rig.call("GET", f"/servos/{servo.uid}/snapshots/{second['id']}"))
-        assert one == second
-        entry = json(await rig.call("GET", "/audit?action=snapshot"))[0]
-        assert (entry["after"], entry["detail"], entry["by"]) == (second["id"], "before the fair", "no lease")
-
-    play(scene)
+@scene()
+async def test_a_snapshot_by_hand_is_always_kept_and_reads_what_is_not_current(rig: Rig, servo: Servo) -> None:
+    first = await take(rig, servo)
+    servo.forget("angle_p_gain")
+    assert "angle_p_gain" not in held(servo)
+    second = await take(rig, servo, reason="before the fair")
+    assert [one["id"] for one in await listed(rig, servo)] == [second["id"], first["id"]]
+    assert (first["reason"], second["reason"], second["automatic"]) == ("by hand", "before the fair", False)
+    assert second["values"] == first["values"]
+    one = json(await rig.call("GET", f"/servos/{servo.uid}/snapshots/{second['id']}"))
+    assert one == second
+    entry = json(await rig.call("GET", "/audit?action=snapshot"))[0]
+    assert (entry["after"], entry["detail"], entry["by"]) == (second["id"], "before the fair", "no lease")
 
 
-def test_dropping_a_snapshot_leaves_a_row_in_the_audit() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        made = await take(rig, servo)
-        path = f"/servos/{servo.uid}/snapshots/{made['id']}"
-        assert (await rig.call("DELETE", path)).status_code == 204
+@scene()
+async def test_dropping_a_snapshot_leaves_a_row_in_the_audit(rig: Rig, servo: Servo) -> None:
+    made = await take(rig, servo)
+    path = f"/servos/{servo.uid}/snapshots/{made['id']}"
+    assert (await rig.call("DELETE", path)).status_code == 204
+    problem(await rig.call("GET", path), "unknown_snapshot", 404)
+    problem(await rig.call("DELETE", path), "unknown_snapshot", 404)
+    entry = json(await rig.call("GET", "/audit"))[0]
+    assert (entry["action"], entry["outcome"], entry["before"]) == ("snapshot", "dropped", made["id"])
+
+
+@scene(*TWO)
+async def test_a_snapshot_of_another_servo_is_unknown_here_and_so_is_a_number_nobody_gave(rig: Rig) -> None:
+    one, other = await rig.ready(2)
+    made = await take(rig, one)
+    for snapshot in (made["id"], 10**30, -1, 0):
+        path = f"/servos/{other.uid}/snapshots/{snapshot}"
         problem(await rig.call("GET", path), "unknown_snapshot", 404)
         problem(await rig.call("DELETE", path), "unknown_snapshot", 404)
-        entry = json(await rig.call("GET", "/audit"))[0]
-        assert (entry["action"], entry["outcome"], entry["before"]) == ("snapshot", "dropped", made["id"])
-
-    play(scene)
-
-
-def test_a_snapshot_of_another_servo_is_unknown_here_and_so_is_a_number_nobody_gave() -> None:
-    async def scene(rig: Rig) -> None:
-        one, other = await rig.ready(2)
-        made = await take(rig, one)
-        for snapshot in (made["id"], 10**30, -1, 0):
-            path = f"/servos/{other.uid}/snapshots/{snapshot}"
-            problem(await rig.call("GET", path), "unknown_snapshot", 404)
-            problem(await rig.call("DELETE", path), "unknown_snapshot", 404)
-            problem(await rig.call("POST", f"{path}/restore"), "unknown_snapshot", 404)
-        assert len(await listed(rig, one)) == 1
-        problem(await rig.call("GET", f"/servos/{'0' * 32}/snapshots"), "unknown_servo", 404)
-
-    play(scene, *TWO)
+        problem(await rig.call("POST", f"{path}/restore"), "unknown_snapshot", 404)
+    assert len(await listed(rig, one)) == 1
+    problem(await rig.call("GET", f"/servos/{'0' * 32}/snapshots"), "unknown_servo", 404)
 
 
-def test_a_servo_that_is_only_remembered_has_its_history_and_its_rom_too() -> None:
-    async def scene(rig: Rig) -> None:
-        uid = Uid("ab" * 16)
-        rig.host.store.servos.met(uid, ServoFacts(model="BLA21-06U-A0", firmware=1300))
-        rig.host.store.servos.keep_rom(uid, {"angle_p_gain": 33})
-        rig.host.store.snapshots.add(
-            uid, reason="long ago", by="me", automatic=False, model="BLA21-06U-A0", firmware=1300,
-            schema_revision="x", ram={"angle_p_gain": 44}, rom={},
-        )  # fmt: skip
-        found = json(await rig.call("GET", f"/servos/{uid}/snapshots"))
-        assert [one["values"] for one in found] == [{"angle_p_gain": 44}]
-        differences = (await compare(rig, f"rom:{uid}", f"snapshot:{found[0]['id']}"))["differences"]
-        gain = next(one for one in differences if one["key"] == "angle_p_gain")
-        assert (gain["left"], gain["right"]) == (33, 44)
-        problem(await rig.call("GET", f"/compare?left=servo:{uid}&right=rom:{uid}"), "no_answer", 504)
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_a_servo_that_is_only_remembered_has_its_history_and_its_rom_too(rig: Rig) -> None:
+    uid = Uid("ab" * 16)
+    rig.host.store.servos.met(uid, ServoFacts(model="BLA21-06U-A0", firmware=1300))
+    rig.host.store.servos.keep_rom(uid, {"angle_p_gain": 33})
+    rig.host.store.snapshots.add(
+        uid, reason="long ago", by="me", automatic=False, model="BLA21-06U-A0", firmware=1300,
+        schema_revision="x", ram={"angle_p_gain": 44}, rom={},
+    )  # fmt: skip
+    found = json(await rig.call("GET", f"/servos/{uid}/snapshots"))
+    assert [one["values"] for one in found] == [{"angle_p_gain": 44}]
+    differences = (await compare(rig, f"rom:{uid}", f"snapshot:{found[0]['id']}"))["differences"]
+    gain = next(one for one in differences if one["key"] == "angle_p_gain")
+    assert (gain["left"], gain["right"]) == (33, 44)
+    problem(await rig.call("GET", f"/compare?left=servo:{uid}&right=rom:{uid}"), "no_answer", 504)
 
 
-def test_a_restore_brings_everything_back_and_leaves_identity_and_torque_alone() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        made = await take(rig, servo)
-        await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9, "torque_mode": "off"})
-        differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
-        assert {one["key"] for one in differences} == {"angle_p_gain", "smoothing", "torque_mode"}
-        planned = await restore(rig, servo, made, dry_run=True)
-        assert planned["outcome"] == "planned"
-        assert servo.raw("angle_p_gain") == 45
-        answer = await restore(rig, servo, made)
-        assert answer["outcome"] == "applied"
-        verdicts = {one["key"]: one["verdict"] for one in answer["changes"]}
-        assert {key for key, verdict in verdicts.items() if verdict == "applied"} == {"angle_p_gain", "smoothing"}
-        assert {one["key"] for one in answer["left_out"]} == {"origin", "servo_id", "node_id", "torque_mode"}
-        memory = rig.sim(servo).memory
-        assert (memory.get(0x45), memory.get(0x20)) == (9, 1)
-        differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
-        assert {one["key"] for one in differences} == {"torque_mode"}
-        undo = (await listed(rig, servo))[0]
-        assert (undo["values"]["angle_p_gain"], undo["reason"]) == (45, f"restore of snapshot {made['id']}")
-
-    play(scene)
+@scene()
+async def test_a_restore_brings_everything_back_and_leaves_identity_and_torque_alone(rig: Rig, servo: Servo) -> None:
+    made = await take(rig, servo)
+    await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9, "torque_mode": "off"})
+    differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
+    assert {one["key"] for one in differences} == {"angle_p_gain", "smoothing", "torque_mode"}
+    planned = await restore(rig, servo, made, dry_run=True)
+    assert planned["outcome"] == "planned"
+    assert servo.raw("angle_p_gain") == 45
+    answer = await restore(rig, servo, made)
+    assert answer["outcome"] == "applied"
+    verdicts = {one["key"]: one["verdict"] for one in answer["changes"]}
+    assert {key for key, verdict in verdicts.items() if verdict == "applied"} == {"angle_p_gain", "smoothing"}
+    assert {one["key"] for one in answer["left_out"]} == {"origin", "servo_id", "node_id", "torque_mode"}
+    memory = rig.sim(servo).memory
+    assert (memory.get(0x45), memory.get(0x20)) == (9, 1)
+    differences = (await compare(rig, f"snapshot:{made['id']}", f"servo:{servo.uid}"))["differences"]
+    assert {one["key"] for one in differences} == {"torque_mode"}
+    undo = (await listed(rig, servo))[0]
+    assert (undo["values"]["angle_p_gain"], undo["reason"]) == (45, f"restore of snapshot {made['id']}")
 
 
-def test_one_row_is_restored_when_it_is_named_identity_too() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        made = await take(rig, servo)
-        await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9})
-        answer = await restore(rig, servo, made, keys=["servo_id"])
-        assert [one["key"] for one in answer["changes"]] == ["servo_id"]
-        assert (servo.raw("servo_id"), servo.raw("angle_p_gain")) == (1, 45)
-        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
-        problem(await rig.call("POST", path, {"keys": ["no_such_row"]}), "unknown_parameter", 404)
-        problem(await rig.call("POST", path, {"keys": ["boot_loader"]}), "forbidden_parameter", 403)
-        problem(await rig.call("POST", path, {"keys": ["current_angle"]}), "invalid_value", 422)
-        stale = await rig.call("POST", path, None, **{"If-Match": '"old"'})
-        problem(stale, "stale_revision", 412)
-        assert servo.raw("angle_p_gain") == 45
-
-    play(scene)
+@scene()
+async def test_one_row_is_restored_when_it_is_named_identity_too(rig: Rig, servo: Servo) -> None:
+    made = await take(rig, servo)
+    await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False, "servo_id": 9})
+    answer = await restore(rig, servo, made, keys=["servo_id"])
+    assert [one["key"] for one in answer["changes"]] == ["servo_id"]
+    assert (servo.raw("servo_id"), servo.raw("angle_p_gain")) == (1, 45)
+    path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+    problem(await rig.call("POST", path, {"keys": ["no_such_row"]}), "unknown_parameter", 404)
+    problem(await rig.call("POST", path, {"keys": ["boot_loader"]}), "forbidden_parameter", 403)
+    problem(await rig.call("POST", path, {"keys": ["current_angle"]}), "invalid_value", 422)
+    stale = await rig.call("POST", path, None, **{"If-Match": '"old"'})
+    problem(stale, "stale_revision", 412)
+    assert servo.raw("angle_p_gain") == 45
 
 
-def test_a_restore_never_turns_torque_on() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        made = await take(rig, servo)
-        assert made["values"]["torque_mode"] == "on"
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
-        body = {"keys": ["torque_mode", "smoothing"]}
-        answer = json(await rig.call("POST", path, body, lease=lease))
-        assert "never turns torque on" in answer["left_out"][0]["why"]
-        assert rig.sim(servo).memory.get(0x20) == 1
-
-    play(scene)
+@scene()
+async def test_a_restore_never_turns_torque_on(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    made = await take(rig, servo)
+    assert made["values"]["torque_mode"] == "on"
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+    body = {"keys": ["torque_mode", "smoothing"]}
+    answer = json(await rig.call("POST", path, body, lease=lease))
+    assert "never turns torque on" in answer["left_out"][0]["why"]
+    assert rig.sim(servo).memory.get(0x20) == 1
 
 
-def test_the_direction_is_not_restored_under_torque() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await patch(rig, servo, {"torque_mode": "off"})
-        made = await take(rig, servo)
-        await patch(rig, servo, {"reverse": True, "angle_p_gain": 45})
-        lease = await rig.lease()
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
-        problem(await rig.call("POST", path, None, lease=lease), "torque_on", 409)
-        assert servo.raw("angle_p_gain") == 45
-
-    play(scene)
+@scene()
+async def test_the_direction_is_not_restored_under_torque(rig: Rig, servo: Servo) -> None:
+    await patch(rig, servo, {"torque_mode": "off"})
+    made = await take(rig, servo)
+    await patch(rig, servo, {"reverse": True, "angle_p_gain": 45})
+    lease = await rig.lease()
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    path = f"/servos/{servo.uid}/snapshots/{made['id']}/restore"
+    problem(await rig.call("POST", path, None, lease=lease), "torque_on", 409)
+    assert servo.raw("angle_p_gain") == 45
 
 
-def test_a_copy_from_another_model_is_all_or_nothing_and_names_every_row_that_does_not_fit() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = {one.servo_id: one for one in await rig.ready(2)}
-        there, here = servos[1], servos[2]
-        await patch(rig, there, {"angle_p_gain": 70})
-        refused = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}"})
-        shown = problem(refused, "out_of_range", 422)
-        assert {one["code"] for one in shown["problems"]} == {"out_of_range"}
-        bad = {one["key"] for one in shown["problems"]}
-        assert len(bad) > 1
-        assert [name for node, name, _ in rig.writes() if node == here.node_id] == []
-        names = [key for key, one in here.registers.items() if one.parameter.rom and key not in bad]
-        fits = [key for key in names if not here.registers[key].parameter.identity and key != "torque_mode"]
-        answer = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}", "keys": fits})
-        assert json(answer)["outcome"] == "applied"
-        differ = (await compare(rig, f"servo:{there.uid}", f"servo:{here.uid}"))["differences"]
-        assert {one["key"] for one in differ if one["left_has"] and one["right_has"]} <= {*bad, "torque_mode"}
-        assert here.servo_id == 2
-
-    play(scene, *TWO)
+@scene(*TWO)
+async def test_a_copy_from_another_model_is_all_or_nothing_and_names_every_row_that_does_not_fit(rig: Rig) -> None:
+    servos = {one.servo_id: one for one in await rig.ready(2)}
+    there, here = servos[1], servos[2]
+    await patch(rig, there, {"angle_p_gain": 70})
+    refused = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}"})
+    shown = problem(refused, "out_of_range", 422)
+    assert {one["code"] for one in shown["problems"]} == {"out_of_range"}
+    bad = {one["key"] for one in shown["problems"]}
+    assert len(bad) > 1
+    assert [name for node, name, _ in rig.writes() if node == here.node_id] == []
+    names = [key for key, one in here.registers.items() if one.parameter.rom and key not in bad]
+    fits = [key for key in names if not here.registers[key].parameter.identity and key != "torque_mode"]
+    answer = await rig.call("POST", f"/servos/{here.uid}/copy", {"from": f"servo:{there.uid}", "keys": fits})
+    assert json(answer)["outcome"] == "applied"
+    differ = (await compare(rig, f"servo:{there.uid}", f"servo:{here.uid}"))["differences"]
+    assert {one["key"] for one in differ if one["left_has"] and one["right_has"]} <= {*bad, "torque_mode"}
+    assert here.servo_id == 2
 
 
-def test_the_defaults_and_a_profile_are_sides_too() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        default = servo.registers["angle_p_gain"].parameter.default
-        await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False})
-        json(await rig.call("PUT", "/profiles/soft", {"values": {"angle_p_gain": 30}}), 201)
-        found = await compare(rig, f"servo:{servo.uid}", "profile:soft")
-        first = next(one for one in found["differences"] if one["key"] == "angle_p_gain")
-        assert (first["left"], first["right"]) == (45, 30)
-        assert all(not one["right_has"] for one in found["differences"] if one["key"] != "angle_p_gain")
-        found = await compare(rig, "default:BLA21-06U-A0@1.300", f"servo:{servo.uid}")
-        assert {one["key"] for one in found["differences"]} == {"angle_p_gain", "smoothing"}
-        answer = await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "profile:soft"})
-        assert [one["after"] for one in json(answer)["changes"]] == [30]
-        json(await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "default:BLA21-06U-A0@1.300"}))
-        assert (servo.raw("angle_p_gain"), servo.raw("smoothing")) == (default, 1)
-
-    play(scene)
+@scene()
+async def test_the_defaults_and_a_profile_are_sides_too(rig: Rig, servo: Servo) -> None:
+    default = servo.registers["angle_p_gain"].parameter.default
+    await patch(rig, servo, {"angle_p_gain": 45, "smoothing": False})
+    json(await rig.call("PUT", "/profiles/soft", {"values": {"angle_p_gain": 30}}), 201)
+    found = await compare(rig, f"servo:{servo.uid}", "profile:soft")
+    first = next(one for one in found["differences"] if one["key"] == "angle_p_gain")
+    assert (first["left"], first["right"]) == (45, 30)
+    assert all(not one["right_has"] for one in found["differences"] if one["key"] != "angle_p_gain")
+    found = await compare(rig, "default:BLA21-06U-A0@1.300", f"servo:{servo.uid}")
+    assert {one["key"] for one in found["differences"]} == {"angle_p_gain", "smoothing"}
+    answer = await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "profile:soft"})
+    assert [one["after"] for one in json(answer)["changes"]] == [30]
+    json(await rig.call("POST", f"/servos/{servo.uid}/copy", {"from": "default:BLA21-06U-A0@1.300"}))
+    assert (servo.raw("angle_p_gain"), servo.raw("smoothing")) == (default, 1)
 
 
-def test_a_side_that_is_none_says_which_there_are() -> None:
-    async def scene(rig: Rig) -> None:
-        uid = (await rig.ready())[0].uid
-        for left in (
-            "",
-            "servo",
-            "servo:1",
-            "snapshot:x",
-            "profile:",
-            "profile:a/b",
-            "default:",
-            "default:BLA",
-            "ram:1",
-        ):
-            shown = problem(
-                await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), "invalid_value", 422
-            )
-            assert "snapshot-rom:ID" in shown["detail"] or "BLA21-06U-A0" in shown["detail"]
-        for left, code in (("profile:none", "unknown_profile"), ("snapshot:77", "unknown_snapshot")):
-            problem(await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), code, 404)
-
-    play(scene)
+@scene()
+async def test_a_side_that_is_none_says_which_there_are(rig: Rig) -> None:
+    uid = (await rig.ready())[0].uid
+    for left in (
+        "",
+        "servo",
+        "servo:1",
+        "snapshot:x",
+        "profile:",
+        "profile:a/b",
+        "default:",
+        "default:BLA",
+        "ram:1",
+    ):
+        shown = problem(
+            await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), "invalid_value", 422
+        )
+        assert "snapshot-rom:ID" in shown["detail"] or "BLA21-06U-A0" in shown["detail"]
+    for left, code in (("profile:none", "unknown_profile"), ("snapshot:77", "unknown_snapshot")):
+        problem(await rig.http.get("/compare", params={"left": left, "right": f"rom:{uid}"}), code, 404)
 
 
 def test_what_soft_start_puts_into_five_rows_is_never_taken_for_configuration() -> None:
@@ -363,14 +327,11 @@ def test_after_a_lost_rom_the_last_snapshot_brings_the_servo_back() -> None:
     play(scene, mine)
 
 
-def test_an_offline_servo_gives_no_snapshot() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.sim(servo).power_off(asyncio.get_running_loop().time())
-        async with asyncio.timeout(10):
-            while servo.online:
-                await asyncio.sleep(0.1)
-        problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_answer", 504)
-        assert await listed(rig, servo) == []
-
-    play(scene, PLAIN)
+@scene(PLAIN)
+async def test_an_offline_servo_gives_no_snapshot(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).power_off(asyncio.get_running_loop().time())
+    async with asyncio.timeout(10):
+        while servo.online:
+            await asyncio.sleep(0.1)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), "no_answer", 504)
+    assert await listed(rig, servo) == []

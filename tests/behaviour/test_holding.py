@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from behaviour.rig import Rig, Socket, json, play, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 
@@ -35,184 +36,166 @@ def turns(rig: Rig, servo: Servo) -> bool:
 
 
 @pytest.mark.parametrize(("kind", "row"), [("speed", "0x01"), ("torque", "0x02")])
-def test_a_run_whose_release_never_comes_is_braked_when_its_time_is_over(kind: str, row: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        said = json(await rig.call("POST", f"/servos/{servo.uid}/command", held(20, kind), lease=lease))
-        assert "turns without end" in said["warnings"][0]
-        await asyncio.sleep(FOR_S * 0.8)
-        assert turns(rig, servo)
-        await asyncio.sleep(FOR_S * 0.2 + 0.02)
-        assert rig.writes()[-1] == (12, row, 0)
-        await asyncio.sleep(0.3)
-        assert not turns(rig, servo)
-        assert "nobody said in time" in rig.events("hold_ended")[0].text
-        assert json(await rig.call("GET", "/leases")) != [], "only the run ended"
-
-    play(scene, SPEEDY)
+@scene(SPEEDY)
+async def test_a_run_whose_release_never_comes_is_braked_when_its_time_is_over(rig: Rig, kind: str, row: str) -> None:
+    servo, lease = await ready(rig)
+    said = json(await rig.call("POST", f"/servos/{servo.uid}/command", held(20, kind), lease=lease))
+    assert "turns without end" in said["warnings"][0]
+    await asyncio.sleep(FOR_S * 0.8)
+    assert turns(rig, servo)
+    await asyncio.sleep(FOR_S * 0.2 + 0.02)
+    assert rig.writes()[-1] == (12, row, 0)
+    await asyncio.sleep(0.3)
+    assert not turns(rig, servo)
+    assert "nobody said in time" in rig.events("hold_ended")[0].text
+    assert json(await rig.call("GET", "/leases")) != [], "only the run ended"
 
 
-def test_a_run_goes_on_as_long_as_it_is_asked_for_and_no_longer_than_its_time_after() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        page = Socket(rig.app)
-        page.say(type="heartbeat", lease=lease)
-        say(page, servo, lease, 30)
-        for _ in range(30):
-            await asyncio.sleep(0.1)
-            assert turns(rig, servo) or rig.sim(servo).angle_deg < 5
-            say(page, servo, lease, 30, renew=True)
-        starts = [one for one in rig.writes() if one[1] == "0x01"]
-        assert {raw for _, _, raw in starts} == {30}
-        # the page freezes: its socket stays open, its lease lives, and nothing more is said
-        await asyncio.sleep(FOR_S + 0.3)
-        assert not turns(rig, servo)
-        await page.close()
-
-    play(scene, SPEEDY)
-
-
-def test_what_was_held_up_on_its_way_does_not_begin_a_run_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        page = Socket(rig.app)
-        say(page, servo, lease, 30)
-        await asyncio.sleep(FOR_S + 0.3)
+@scene(SPEEDY)
+async def test_a_run_goes_on_as_long_as_it_is_asked_for_and_no_longer_than_its_time_after(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    page = Socket(rig.app)
+    page.say(type="heartbeat", lease=lease)
+    say(page, servo, lease, 30)
+    for _ in range(30):
+        await asyncio.sleep(0.1)
+        assert turns(rig, servo) or rig.sim(servo).angle_deg < 5
         say(page, servo, lease, 30, renew=True)
-        assert (await page.hear("error"))["code"] == "busy"
-        path = f"/servos/{servo.uid}/command"
-        problem(await rig.call("POST", path, held(30, renew=True), lease=lease), "busy", 409)
-        await asyncio.sleep(0.3)
-        assert not turns(rig, servo)
-        await page.close()
-
-    play(scene, SPEEDY)
+    starts = [one for one in rig.writes() if one[1] == "0x01"]
+    assert {raw for _, _, raw in starts} == {30}
+    # the page freezes: its socket stays open, its lease lives, and nothing more is said
+    await asyncio.sleep(FOR_S + 0.3)
+    assert not turns(rig, servo)
+    await page.close()
 
 
-def test_a_release_brakes_at_once() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        page = Socket(rig.app)
-        say(page, servo, lease, 30)
-        await asyncio.sleep(0.2)
-        say(page, servo, lease, 0)
-        await asyncio.sleep(0.02)
-        assert rig.writes()[-1] == (12, "0x01", 0)
-        await asyncio.sleep(FOR_S)
-        assert rig.events("hold_ended") == []
-        await page.close()
-
-    play(scene, SPEEDY)
-
-
-def test_a_release_does_not_wait_for_an_answer_to_what_it_ends() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        page = Socket(rig.app)
-        say(page, servo, lease, 30)
-        await asyncio.sleep(0.2)
-        rig.sim(servo).conditions.mute = True
-        say(page, servo, lease, 40, renew=True)  # it is heard, and never answered
-        await asyncio.sleep(0.02)
-        say(page, servo, lease, 0)
-        say(page, servo, lease, 0)
-        await asyncio.sleep(0.02)
-        assert rig.writes()[-1] == (12, "0x01", 0)
-        await asyncio.sleep(0.45)
-        assert rig.writes()[-1] == (12, "0x20", 1), "a brake that is not answered becomes torque off"
-        assert rig.sim(servo).output == 1
-        await page.close()
-
-    play(scene, SPEEDY)
+@scene(SPEEDY)
+async def test_what_was_held_up_on_its_way_does_not_begin_a_run_again(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    page = Socket(rig.app)
+    say(page, servo, lease, 30)
+    await asyncio.sleep(FOR_S + 0.3)
+    say(page, servo, lease, 30, renew=True)
+    assert (await page.hear("error"))["code"] == "busy"
+    path = f"/servos/{servo.uid}/command"
+    problem(await rig.call("POST", path, held(30, renew=True), lease=lease), "busy", 409)
+    await asyncio.sleep(0.3)
+    assert not turns(rig, servo)
+    await page.close()
 
 
-def test_a_brake_that_is_not_answered_becomes_torque_off_until_it_is() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        conditions = rig.sim(servo).conditions
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", held(30), lease=lease))
-        conditions.mute = True
-        await asyncio.sleep(FOR_S + 0.7)
-        after = [one for one in rig.writes() if one[1] == "0x20"]
-        assert len(after) > 5, "it is written again and again"
-        assert set(after[1:]) == {(12, "0x20", 1)}
-        conditions.mute = False
-        await asyncio.sleep(1.2)
-        assert rig.sim(servo).output == 1
-        assert not turns(rig, servo)
+@scene(SPEEDY)
+async def test_a_release_brakes_at_once(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    page = Socket(rig.app)
+    say(page, servo, lease, 30)
+    await asyncio.sleep(0.2)
+    say(page, servo, lease, 0)
+    await asyncio.sleep(0.02)
+    assert rig.writes()[-1] == (12, "0x01", 0)
+    await asyncio.sleep(FOR_S)
+    assert rig.events("hold_ended") == []
+    await page.close()
 
-    play(scene, SPEEDY)
+
+@scene(SPEEDY)
+async def test_a_release_does_not_wait_for_an_answer_to_what_it_ends(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    page = Socket(rig.app)
+    say(page, servo, lease, 30)
+    await asyncio.sleep(0.2)
+    rig.sim(servo).conditions.mute = True
+    say(page, servo, lease, 40, renew=True)  # it is heard, and never answered
+    await asyncio.sleep(0.02)
+    say(page, servo, lease, 0)
+    say(page, servo, lease, 0)
+    await asyncio.sleep(0.02)
+    assert rig.writes()[-1] == (12, "0x01", 0)
+    await asyncio.sleep(0.45)
+    assert rig.writes()[-1] == (12, "0x20", 1), "a brake that is not answered becomes torque off"
+    assert rig.sim(servo).output == 1
+    await page.close()
+
+
+@scene(SPEEDY)
+async def test_a_brake_that_is_not_answered_becomes_torque_off_until_it_is(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    conditions = rig.sim(servo).conditions
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", held(30), lease=lease))
+    conditions.mute = True
+    await asyncio.sleep(FOR_S + 0.7)
+    after = [one for one in rig.writes() if one[1] == "0x20"]
+    assert len(after) > 5, "it is written again and again"
+    assert set(after[1:]) == {(12, "0x20", 1)}
+    conditions.mute = False
+    await asyncio.sleep(1.2)
+    assert rig.sim(servo).output == 1
+    assert not turns(rig, servo)
 
 
 @pytest.mark.parametrize("end", ["socket", "lease", "stop"])
-def test_everything_that_ends_motion_ends_a_run_with_torque_off(end: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        page = Socket(rig.app)
-        page.say(type="heartbeat", lease=lease)
-        say(page, servo, lease, 30)
-        await asyncio.sleep(0.3)
-        if end == "socket":
-            await page.close()
-        elif end == "lease":
-            json(await rig.call("DELETE", f"/leases/{lease}"))
-        else:
-            page.say(type="stop")
-        await asyncio.sleep(0.1)
-        assert rig.sim(servo).output == 1
-        written = len(rig.writes())
-        await asyncio.sleep(FOR_S + 0.5)
-        assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}, "nothing is commanded after it"
-        if end != "socket":
-            await page.close()
-
-    play(scene, SPEEDY)
-
-
-def test_an_angle_commanded_since_is_not_braked_and_an_angle_cannot_be_held() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        path = f"/servos/{servo.uid}/command"
-        json(await rig.call("POST", path, held(10), lease=lease))
-        await asyncio.sleep(0.1)
-        json(await rig.call("POST", path, {"type": "angle", "value": 20}, lease=lease))
-        await asyncio.sleep(FOR_S + 1)
-        assert abs(rig.sim(servo).angle_deg - 20) < 1
-        assert not [one for one in rig.writes() if one[1:] == ("0x01", 0)]
-        problem(await rig.call("POST", path, held(10, "angle"), lease=lease), "invalid_value", 422)
-
-    play(scene, SPEEDY)
-
-
-def test_a_move_under_way_does_not_go_on_beside_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease = await ready(rig)
-        freshen = rig.host.motion.freshen
-
-        async def slowly(servo: Servo, kind: str, max_age_s: float = 1.0) -> None:
-            """What is asked before an angle takes longer than what is asked before a speed."""
-            await freshen(servo, kind, max_age_s)
-            if kind == "angle":
-                await asyncio.sleep(0.1)
-
-        monkeypatch.setattr(rig.host.motion, "freshen", slowly)
-        profile = {"speed_deg_s": 20, "accel_deg_s2": 80}
-        body = {"type": "angle", "value": 90, "profile": profile}
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
-        page = Socket(rig.app)
-        await asyncio.sleep(0.35)  # in the middle of an angle
-        say(page, servo, lease, -30)
-        await asyncio.sleep(0.05)
-        written = len(rig.writes())
-        await asyncio.sleep(0.25)
-        assert {row for _, row, _ in rig.writes()[written:]} <= {"0x01"}
-        assert turns(rig, servo)
-        say(page, servo, lease, 0)
-        await asyncio.sleep(0.3)
-        assert not turns(rig, servo)
+@scene(SPEEDY)
+async def test_everything_that_ends_motion_ends_a_run_with_torque_off(rig: Rig, end: str) -> None:
+    servo, lease = await ready(rig)
+    page = Socket(rig.app)
+    page.say(type="heartbeat", lease=lease)
+    say(page, servo, lease, 30)
+    await asyncio.sleep(0.3)
+    if end == "socket":
+        await page.close()
+    elif end == "lease":
+        json(await rig.call("DELETE", f"/leases/{lease}"))
+    else:
+        page.say(type="stop")
+    await asyncio.sleep(0.1)
+    assert rig.sim(servo).output == 1
+    written = len(rig.writes())
+    await asyncio.sleep(FOR_S + 0.5)
+    assert {name for _, name, _ in rig.writes()[written:]} <= {"0x20"}, "nothing is commanded after it"
+    if end != "socket":
         await page.close()
 
-    play(scene, SPEEDY)
+
+@scene(SPEEDY)
+async def test_an_angle_commanded_since_is_not_braked_and_an_angle_cannot_be_held(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    path = f"/servos/{servo.uid}/command"
+    json(await rig.call("POST", path, held(10), lease=lease))
+    await asyncio.sleep(0.1)
+    json(await rig.call("POST", path, {"type": "angle", "value": 20}, lease=lease))
+    await asyncio.sleep(FOR_S + 1)
+    assert abs(rig.sim(servo).angle_deg - 20) < 1
+    assert not [one for one in rig.writes() if one[1:] == ("0x01", 0)]
+    problem(await rig.call("POST", path, held(10, "angle"), lease=lease), "invalid_value", 422)
+
+
+@scene(SPEEDY)
+async def test_a_move_under_way_does_not_go_on_beside_a_run(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    servo, lease = await ready(rig)
+    freshen = rig.host.motion.freshen
+
+    async def slowly(servo: Servo, kind: str, max_age_s: float = 1.0) -> None:
+        """What is asked before an angle takes longer than what is asked before a speed."""
+        await freshen(servo, kind, max_age_s)
+        if kind == "angle":
+            await asyncio.sleep(0.1)
+
+    monkeypatch.setattr(rig.host.motion, "freshen", slowly)
+    profile = {"speed_deg_s": 20, "accel_deg_s2": 80}
+    body = {"type": "angle", "value": 90, "profile": profile}
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
+    page = Socket(rig.app)
+    await asyncio.sleep(0.35)  # in the middle of an angle
+    say(page, servo, lease, -30)
+    await asyncio.sleep(0.05)
+    written = len(rig.writes())
+    await asyncio.sleep(0.25)
+    assert {row for _, row, _ in rig.writes()[written:]} <= {"0x01"}
+    assert turns(rig, servo)
+    say(page, servo, lease, 0)
+    await asyncio.sleep(0.3)
+    assert not turns(rig, servo)
+    await page.close()
 
 
 def test_a_run_is_refused_where_speed_control_is_off_and_beyond_the_limit() -> None:
@@ -233,3 +216,67 @@ def test_a_run_is_refused_where_speed_control_is_off_and_beyond_the_limit() -> N
         problem(await rig.call("POST", path, held(10), lease=lease), "mode_off", 409)
 
     play(without, off)
+
+
+def plain(value: float) -> dict[str, object]:
+    return {"type": "speed", "value": value}
+
+
+@pytest.mark.parametrize("later_s", [0.0, 0.0002])
+@pytest.mark.parametrize("hold", [True, False])
+@scene(SPEEDY)
+async def test_a_page_that_closes_as_the_button_is_let_go_still_brakes(rig: Rig, hold: bool, later_s: float) -> None:
+    servo, lease = await ready(rig)  # renewed by nobody for a minute, and by no socket: it outlives the page
+    page = Socket(rig.app)
+    run = held if hold else plain
+    page.say(type="command", lease=lease, commands=[{"uid": servo.uid, **run(30)}])
+    await asyncio.sleep(FOR_S * 0.7)
+    assert turns(rig, servo)
+    for key in ("torque_mode", "angle_limit_cw", "angle_limit_ccw"):
+        servo.forget(key)  # so that the brake has to look first
+    page.say(type="command", lease=lease, commands=[{"uid": servo.uid, **run(0)}])
+    await asyncio.sleep(later_s)
+    await page.close()
+    await asyncio.sleep(0.3)
+    assert not turns(rig, servo)
+    assert rig.host.leases.current(rig.host.base.now()) is not None
+
+
+@scene(SPEEDY)
+async def test_what_only_goes_on_begins_nothing_after_another_command(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    path = f"/servos/{servo.uid}/command"
+    json(await rig.call("POST", path, held(30), lease=lease))
+    await asyncio.sleep(0.1)
+    json(await rig.call("POST", path, plain(12), lease=lease))
+    problem(await rig.call("POST", path, held(40, renew=True), lease=lease), "busy", 409)
+    assert ("0x01", 40) not in [(row, raw) for _, row, raw in rig.writes()]
+
+
+@scene(SPEEDY)
+async def test_the_end_of_a_run_brakes_no_run_that_somebody_else_began_since(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    path = f"/servos/{servo.uid}"
+    json(await rig.call("POST", f"{path}/command", held(30), lease=lease))
+    json(await rig.call("DELETE", f"/leases/{lease}"))
+    other = await rig.lease()
+    json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=other))
+    json(await rig.call("POST", f"{path}/command", plain(30), lease=other))
+    await asyncio.sleep(FOR_S + 0.2)
+    assert rig.host.motion.driven(servo.uid)
+    assert turns(rig, servo)
+
+
+@scene(SPEEDY, Recipe("BLA21-12U-A0", "1.300", servo_id=3, node_id=13))
+async def test_a_stop_ends_a_run_and_what_goes_on_with_it(rig: Rig) -> None:
+    servo, lease = await ready(rig)
+    path = f"/servos/{servo.uid}/command"
+    json(await rig.call("POST", path, held(30), lease=lease))
+    json(await rig.call("POST", "/stop"))
+    problem(await rig.call("POST", path, held(30, renew=True), lease=lease), "stopped", 423)
+    json(await rig.call("DELETE", "/stop"))
+    for value in (30, 40):
+        again = await rig.call("POST", path, held(value, renew=True), lease=lease)
+        assert again.status_code == 409
+    await asyncio.sleep(0.5)
+    assert not turns(rig, servo)

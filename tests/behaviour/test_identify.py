@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
@@ -80,38 +81,32 @@ def bounded(one: Watched) -> None:
     assert one.fastest_rpm <= 31
 
 
-def test_what_a_wiggle_borrows_is_never_told_as_in_ram_only() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"speed_limit_cw": 200}}))
-        before = servo.unsaved()
-        assert "speed_limit_cw" in before
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/identify"), 202)
-        job, seen, lent = rig.host.jobs.get(started["id"]), set[tuple[str, ...]](), False
-        while not job.ended:
-            seen.add(tuple(servo.unsaved()))
-            lent = lent or servo.raw("speed_limit_cw") == 30
-            await asyncio.sleep(0.005)
-        assert lent, "it was limited meanwhile"
-        assert {key for keys in seen for key in keys} - {"torque_mode"} == set(before) - {"torque_mode"}
-        assert servo.lent == {}
-
-    play(scene, HELD)
+@scene(HELD)
+async def test_what_a_wiggle_borrows_is_never_told_as_in_ram_only(rig: Rig, servo: Servo) -> None:
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"speed_limit_cw": 200}}))
+    before = servo.unsaved()
+    assert "speed_limit_cw" in before
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/identify"), 202)
+    job, seen, lent = rig.host.jobs.get(started["id"]), set[tuple[str, ...]](), False
+    while not job.ended:
+        seen.add(tuple(servo.unsaved()))
+        lent = lent or servo.raw("speed_limit_cw") == 30
+        await asyncio.sleep(0.005)
+    assert lent, "it was limited meanwhile"
+    assert {key for keys in seen for key in keys} - {"torque_mode"} == set(before) - {"torque_mode"}
+    assert servo.lent == {}
 
 
-def test_what_a_wiggle_could_not_give_back_is_told_as_in_ram_only() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/identify"), 202)
-        job = rig.host.jobs.get(started["id"])
-        while job.step != "wiggle":
-            await asyncio.sleep(0.005)
-        rig.sim(servo).conditions.mute = True
-        await rig.host.jobs.wait(job)
-        assert servo.lent == {}
-        assert "speed_limit_cw" in servo.unsaved()
-
-    play(scene, HELD)
+@scene(HELD)
+async def test_what_a_wiggle_could_not_give_back_is_told_as_in_ram_only(rig: Rig, servo: Servo) -> None:
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/identify"), 202)
+    job = rig.host.jobs.get(started["id"])
+    while job.step != "wiggle":
+        await asyncio.sleep(0.005)
+    rig.sim(servo).conditions.mute = True
+    await rig.host.jobs.wait(job)
+    assert servo.lent == {}
+    assert "speed_limit_cw" in servo.unsaved()
 
 
 @pytest.mark.parametrize(
@@ -157,18 +152,17 @@ def test_one_horn_wiggles_within_its_bounds_and_everything_is_as_before(recipe: 
     play(scene, recipe, replace(recipe, node_id=recipe.node_id and 12))
 
 
-def test_speed_and_torque_are_limited_before_torque_comes_on_and_freed_after_it_went_off() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        job = await identify(rig, servo)
-        written = [(name, raw) for _, name, raw in rig.writes() if name != "0x00"]
-        limits = [("0x3A", 30), ("0x3B", -30), ("0x3C", 30), ("0x3D", -30), ("0x25", 1), ("0x20", 0)]
-        assert written == [
-            *limits, ("0x20", 1), ("0x25", 0), ("0x3D", -100), ("0x3C", 100), ("0x3B", -300), ("0x3A", 300),
-        ]  # fmt: skip
-        assert "30 rpm" in step(job, "limit")["evidence"]
-
-    play(scene, OFF)
+@scene(OFF)
+async def test_speed_and_torque_are_limited_before_torque_comes_on_and_freed_after_it_went_off(
+    rig: Rig, servo: Servo
+) -> None:
+    job = await identify(rig, servo)
+    written = [(name, raw) for _, name, raw in rig.writes() if name != "0x00"]
+    limits = [("0x3A", 30), ("0x3B", -30), ("0x3C", 30), ("0x3D", -30), ("0x25", 1), ("0x20", 0)]
+    assert written == [
+        *limits, ("0x20", 1), ("0x25", 0), ("0x3D", -100), ("0x3C", 100), ("0x3B", -300), ("0x3A", 300),
+    ]  # fmt: skip
+    assert "30 rpm" in step(job, "limit")["evidence"]
 
 
 def test_limits_that_are_lower_already_stay_and_old_firmware_says_what_bounds_it() -> None:
@@ -185,51 +179,42 @@ def test_limits_that_are_lower_already_stay_and_old_firmware_says_what_bounds_it
     play(scene, replace(OFF, rom={**OFF.rom, **low}), replace(OLD, servo_id=2, node_id=12))
 
 
-def test_at_an_angle_limit_it_wiggles_to_the_other_side_only() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
+@scene(replace(OFF, rom={**OFF.rom, "angle_limit_cw": 400}))
+async def test_at_an_angle_limit_it_wiggles_to_the_other_side_only(rig: Rig, servo: Servo) -> None:
 
-        async def wiggle(watched: list[Watched]) -> None:
-            job = await identify(rig, servo)
-            assert job["state"] == "succeeded", job
-            assert job["result"]["high_deg"] <= 40.5
-            assert job["result"]["low_deg"] < 38.0
-            bounded(watched[0])
-
-        await watching(rig, [servo], wiggle)
-
-    play(scene, replace(OFF, rom={**OFF.rom, "angle_limit_cw": 400}))
-
-
-def test_a_horn_outside_its_limits_is_not_moved() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
+    async def wiggle(watched: list[Watched]) -> None:
         job = await identify(rig, servo)
-        assert (job["state"], job["error"]["code"], job["error"]["maximum"]) == ("failed", "out_of_range", 30)
-        assert rig.writes() == []
-
-    play(scene, replace(OFF, rom={**OFF.rom, "angle_limit_cw": 300}))
-
-
-def test_the_command_of_a_live_lease_goes_on_after_it() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        path = f"/servos/{servo.uid}/command"
-        json(await rig.call("POST", path, {"type": "angle", "value": 10, "wait": "settled"}, lease=lease))
-        problem(await rig.call("POST", f"/servos/{servo.uid}/identify"), "lease_held", 409)
-        problem(await rig.call("POST", f"/servos/{servo.uid}/identify", lease="f" * 32), "lease_held", 409)
-        job = await identify(rig, servo, lease)
         assert job["state"] == "succeeded", job
-        assert servo.raw("command_angle") == 100
-        await asyncio.sleep(3)
-        assert rig.host.motion.driven(servo.uid)
-        assert rig.sim(servo).output == 0
-        assert rig.sim(servo).angle_deg == pytest.approx(10, abs=0.5)
-        json(await rig.call("DELETE", f"/leases/{lease}"))
-        assert rig.sim(servo).output == 1
+        assert job["result"]["high_deg"] <= 40.5
+        assert job["result"]["low_deg"] < 38.0
+        bounded(watched[0])
 
-    play(scene, HELD)
+    await watching(rig, [servo], wiggle)
+
+
+@scene(replace(OFF, rom={**OFF.rom, "angle_limit_cw": 300}))
+async def test_a_horn_outside_its_limits_is_not_moved(rig: Rig, servo: Servo) -> None:
+    job = await identify(rig, servo)
+    assert (job["state"], job["error"]["code"], job["error"]["maximum"]) == ("failed", "out_of_range", 30)
+    assert rig.writes() == []
+
+
+@scene(HELD)
+async def test_the_command_of_a_live_lease_goes_on_after_it(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    path = f"/servos/{servo.uid}/command"
+    json(await rig.call("POST", path, {"type": "angle", "value": 10, "wait": "settled"}, lease=lease))
+    problem(await rig.call("POST", f"/servos/{servo.uid}/identify"), "lease_held", 409)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/identify", lease="f" * 32), "lease_held", 409)
+    job = await identify(rig, servo, lease)
+    assert job["state"] == "succeeded", job
+    assert servo.raw("command_angle") == 100
+    await asyncio.sleep(3)
+    assert rig.host.motion.driven(servo.uid)
+    assert rig.sim(servo).output == 0
+    assert rig.sim(servo).angle_deg == pytest.approx(10, abs=0.5)
+    json(await rig.call("DELETE", f"/leases/{lease}"))
+    assert rig.sim(servo).output == 1
 
 
 async def mid_wiggle(rig: Rig, servo: Servo, lease: str | None = None) -> Any:
@@ -271,121 +256,99 @@ def test_what_ends_it_half_way_takes_torque_and_gives_every_row_back(how: str, r
     play(scene, recipe)
 
 
-def test_a_blocked_horn_fails_honestly_and_everything_is_as_before() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        before = rows(rig, servo)
-        job = await identify(rig, servo)
-        assert (job["state"], job["error"]["code"]) == ("failed", "did_not_move")
-        assert "did not move" in job["error"]["detail"]
-        assert job["result"]["moved"] is False
-        assert rows(rig, servo) == before
-        assert rig.sim(servo).output == 1
-
-    play(scene, replace(OFF, load_inertia=1e7))
+@scene(replace(OFF, load_inertia=1e7))
+async def test_a_blocked_horn_fails_honestly_and_everything_is_as_before(rig: Rig, servo: Servo) -> None:
+    before = rows(rig, servo)
+    job = await identify(rig, servo)
+    assert (job["state"], job["error"]["code"]) == ("failed", "did_not_move")
+    assert "did not move" in job["error"]["detail"]
+    assert job["result"]["moved"] is False
+    assert rows(rig, servo) == before
+    assert rig.sim(servo).output == 1
 
 
-def test_a_servo_that_falls_silent_fails_it_and_the_rows_left_behind_are_named() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        job = await mid_wiggle(rig, servo)
-        rig.bus.loss(100)
-        await rig.host.jobs.wait(job)
-        assert job.state == "failed"
-        keys = job.error.facts["not_restored"]
-        assert set(keys) == {
-            "speed_torque_control", "torque_limit_cw", "torque_limit_ccw", "speed_limit_cw", "speed_limit_ccw",
-        }  # fmt: skip
-        assert all(key in rig.events("not_restored")[0].text for key in keys)
-        rig.bus.loss(0)
-        await asyncio.sleep(2)
-        assert rig.sim(servo).output == 1, "torque off is owed until it answers"
-
-    play(scene, OFF)
+@scene(OFF)
+async def test_a_servo_that_falls_silent_fails_it_and_the_rows_left_behind_are_named(rig: Rig, servo: Servo) -> None:
+    job = await mid_wiggle(rig, servo)
+    rig.bus.loss(100)
+    await rig.host.jobs.wait(job)
+    assert job.state == "failed"
+    keys = job.error.facts["not_restored"]
+    assert set(keys) == {
+        "speed_torque_control", "torque_limit_cw", "torque_limit_ccw", "speed_limit_cw", "speed_limit_ccw",
+    }  # fmt: skip
+    assert all(key in rig.events("not_restored")[0].text for key in keys)
+    rig.bus.loss(0)
+    await asyncio.sleep(2)
+    assert rig.sim(servo).output == 1, "torque off is owed until it answers"
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_with_a_fifth_of_all_frames_lost_it_works_or_fails_and_restores_all_the_same(seed: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        before = rows(rig, servo)
-        rig.bus.loss(20, seed=seed)
+@scene(OFF)
+async def test_with_a_fifth_of_all_frames_lost_it_works_or_fails_and_restores_all_the_same(
+    rig: Rig, servo: Servo, seed: int
+) -> None:
+    before = rows(rig, servo)
+    rig.bus.loss(20, seed=seed)
 
-        async def wiggle(watched: list[Watched]) -> None:
-            job = await identify(rig, servo)
-            assert job["state"] == "succeeded" or job["error"]["code"] in ("no_answer", "lease_required"), job
-            bounded(watched[0])
+    async def wiggle(watched: list[Watched]) -> None:
+        job = await identify(rig, servo)
+        assert job["state"] == "succeeded" or job["error"]["code"] in ("no_answer", "lease_required"), job
+        bounded(watched[0])
 
-        await watching(rig, [servo], wiggle)
-        rig.bus.loss(0)
-        await asyncio.sleep(1)
-        assert rows(rig, servo) == before
-        assert rig.sim(servo).output == 1
-
-    play(scene, OFF)
+    await watching(rig, [servo], wiggle)
+    rig.bus.loss(0)
+    await asyncio.sleep(1)
+    assert rows(rig, servo) == before
+    assert rig.sim(servo).output == 1
 
 
-def test_it_is_refused_where_nothing_may_move() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        path = f"/servos/{servo.uid}/identify"
-        json(await rig.call("POST", "/stop"))
-        problem(await rig.call("POST", path), "stopped", 423)
-        json(await rig.call("DELETE", "/stop"))
-        sent = len(rig.writes())
-        problem(await rig.call("POST", path, lease="f" * 32), "lease_required", 428)
-        problem(await rig.call("POST", f"/servos/{'0' * 32}/identify"), "unknown_servo", 404)
-        servo.busy = State.SAVING
+@scene(OFF)
+async def test_it_is_refused_where_nothing_may_move(rig: Rig, servo: Servo) -> None:
+    path = f"/servos/{servo.uid}/identify"
+    json(await rig.call("POST", "/stop"))
+    problem(await rig.call("POST", path), "stopped", 423)
+    json(await rig.call("DELETE", "/stop"))
+    sent = len(rig.writes())
+    problem(await rig.call("POST", path, lease="f" * 32), "lease_required", 428)
+    problem(await rig.call("POST", f"/servos/{'0' * 32}/identify"), "unknown_servo", 404)
+    servo.busy = State.SAVING
+    problem(await rig.call("POST", path), "busy", 409)
+    servo.busy = None
+    async with servo.changing:
         problem(await rig.call("POST", path), "busy", 409)
-        servo.busy = None
-        async with servo.changing:
-            problem(await rig.call("POST", path), "busy", 409)
-        assert json(await rig.call("GET", "/leases")) == []
-        assert len(rig.writes()) == sent
-
-    play(scene, OFF)
+    assert json(await rig.call("GET", "/leases")) == []
+    assert len(rig.writes()) == sent
 
 
-def test_a_servo_that_lost_its_configuration_is_not_moved() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        problem(await rig.call("POST", f"/servos/{servo.uid}/identify"), "configuration_lost", 409)
-        assert rig.writes() == []
-
-    play(scene, replace(PLAIN, rom_sound=False))
+@scene(replace(PLAIN, rom_sound=False))
+async def test_a_servo_that_lost_its_configuration_is_not_moved(rig: Rig, servo: Servo) -> None:
+    problem(await rig.call("POST", f"/servos/{servo.uid}/identify"), "configuration_lost", 409)
+    assert rig.writes() == []
 
 
-def test_a_horn_that_carries_more_than_the_limit_or_turns_is_left_alone() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.sim(servo).conditions.load_pct = 50
-        await asyncio.sleep(1)
-        job = await identify(rig, servo)
-        assert (job["state"], job["error"]["code"]) == ("failed", "busy")
-        assert "could fall" in job["error"]["detail"]
-        assert rig.writes() == []
-        assert rig.sim(servo).output == 0
-
-    play(scene, HELD)
+@scene(HELD)
+async def test_a_horn_that_carries_more_than_the_limit_or_turns_is_left_alone(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).conditions.load_pct = 50
+    await asyncio.sleep(1)
+    job = await identify(rig, servo)
+    assert (job["state"], job["error"]["code"]) == ("failed", "busy")
+    assert "could fall" in job["error"]["detail"]
+    assert rig.writes() == []
+    assert rig.sim(servo).output == 0
 
 
-def test_a_servo_with_a_time_out_of_its_own_is_said_to_let_go_by_itself() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        job = await identify(rig, servo)
-        assert "time-out (0x26) takes torque in 1 s" in step(job, "restore")["evidence"]
-        assert rig.sim(servo).output == 0
-        await asyncio.sleep(1.1)
-        assert (rig.sim(servo).output, servo.raw("torque_mode")) == (1, 0)
-
-    play(scene, replace(HELD, rom={"soft_start": 0, "timeout_action": 1}))
+@scene(replace(HELD, rom={"soft_start": 0, "timeout_action": 1}))
+async def test_a_servo_with_a_time_out_of_its_own_is_said_to_let_go_by_itself(rig: Rig, servo: Servo) -> None:
+    job = await identify(rig, servo)
+    assert "time-out (0x26) takes torque in 1 s" in step(job, "restore")["evidence"]
+    assert rig.sim(servo).output == 0
+    await asyncio.sleep(1.1)
+    assert (rig.sim(servo).output, servo.raw("torque_mode")) == (1, 0)
 
 
-def test_asking_twice_is_one_wiggle() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        path = f"/servos/{servo.uid}/identify"
-        first, second = json(await rig.call("POST", path), 202), json(await rig.call("POST", path), 202)
-        assert first["id"] == second["id"]
-
-    play(scene, OFF)
+@scene(OFF)
+async def test_asking_twice_is_one_wiggle(rig: Rig, servo: Servo) -> None:
+    path = f"/servos/{servo.uid}/identify"
+    first, second = json(await rig.call("POST", path), 202), json(await rig.call("POST", path), 202)
+    assert first["id"] == second["id"]

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.scene import scene
+from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.servos import ServoFacts
 
@@ -24,18 +26,15 @@ async def off(rig: Rig, uid: str) -> None:
     await asyncio.sleep(5)
 
 
-def test_it_has_who_a_servo_is_what_it_last_held_and_when_it_was_seen() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(60)
-        one = json(await rig.call("GET", f"/inventory/{servo.uid}"))
-        assert (one["model"], one["serial"], one["firmware"]) == ("BLA21-06U-A0", "61-000123", "1.300")
-        assert (one["node_id"], one["servo_id"], one["online"]) == (11, 1, True)
-        assert (one["rom"]["angle_limit_cw"], one["rom"]["torque_mode"]) == (60.0, "off")
-        assert one["last_seen"] - one["first_seen"] > 30
-        assert (one["snapshots"], one["drift"]) == (0, [])
-
-    play(scene, ONE)
+@scene(ONE)
+async def test_it_has_who_a_servo_is_what_it_last_held_and_when_it_was_seen(rig: Rig, servo: Servo) -> None:
+    await asyncio.sleep(60)
+    one = json(await rig.call("GET", f"/inventory/{servo.uid}"))
+    assert (one["model"], one["serial"], one["firmware"]) == ("BLA21-06U-A0", "61-000123", "1.300")
+    assert (one["node_id"], one["servo_id"], one["online"]) == (11, 1, True)
+    assert (one["rom"]["angle_limit_cw"], one["rom"]["torque_mode"]) == (60.0, "off")
+    assert one["last_seen"] - one["first_seen"] > 30
+    assert (one["snapshots"], one["drift"]) == (0, [])
 
 
 def test_one_that_is_off_stays_listed_over_a_restart_of_the_server_and_takes_a_nickname(tmp_path: Path) -> None:
@@ -59,92 +58,75 @@ def test_one_that_is_off_stays_listed_over_a_restart_of_the_server_and_takes_a_n
     play(later, TWO, store=where)
 
 
-def test_it_is_filtered_by_model_nickname_and_part_of_the_serial() -> None:
-    async def scene(rig: Rig) -> None:
-        one, two = sorted(await rig.ready(2), key=lambda servo: servo.servo_id or 0)
-        json(await rig.call("PATCH", f"/inventory/{two.uid}", {"label": "Rudder"}))
-        for query, expected in {
-            "?model=BLA15-12U-A0": [two.uid], "?label=Rudder": [two.uid], "?q=123": [one.uid], "?q=61-0": [one.uid],
-            "?q=999": [], "?model=BLA15-12U-A0&q=123": [],
-        }.items():  # fmt: skip
-            assert [found["uid"] for found in await listed(rig, query)] == expected, query
-
-    play(scene, ONE, TWO)
+@scene(ONE, TWO)
+async def test_it_is_filtered_by_model_nickname_and_part_of_the_serial(rig: Rig) -> None:
+    one, two = sorted(await rig.ready(2), key=lambda servo: servo.servo_id or 0)
+    json(await rig.call("PATCH", f"/inventory/{two.uid}", {"label": "Rudder"}))
+    for query, expected in {
+        "?model=BLA15-12U-A0": [two.uid], "?label=Rudder": [two.uid], "?q=123": [one.uid], "?q=61-0": [one.uid],
+        "?q=999": [], "?model=BLA15-12U-A0&q=123": [],
+    }.items():  # fmt: skip
+        assert [found["uid"] for found in await listed(rig, query)] == expected, query
 
 
-def test_the_download_has_a_line_a_servo_and_a_column_a_row_with_its_unit() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("PATCH", f"/inventory/{servo.uid}", {"label": '=HYPERLINK("x"), "left"'}))
-        answer = await rig.call("GET", "/inventory.csv")
-        assert answer.headers["content-type"].startswith("text/csv")
-        assert "inventory.csv" in answer.headers["content-disposition"]
-        (line,) = csv.DictReader(io.StringIO(answer.text))
-        assert (line["uid"], line["online"], line["angle_limit_cw [°]"]) == (servo.uid, "true", "60.0")
-        assert (line["torque_mode"], line["serial"]) == ("off", "61-000123")
-        assert line["label"] == '\'=HYPERLINK("x"), "left"'
-        assert line["first_seen"].endswith("+00:00")
-
-    play(scene, ONE)
+@scene(ONE)
+async def test_the_download_has_a_line_a_servo_and_a_column_a_row_with_its_unit(rig: Rig, servo: Servo) -> None:
+    json(await rig.call("PATCH", f"/inventory/{servo.uid}", {"label": '=HYPERLINK("x"), "left"'}))
+    answer = await rig.call("GET", "/inventory.csv")
+    assert answer.headers["content-type"].startswith("text/csv")
+    assert "inventory.csv" in answer.headers["content-disposition"]
+    (line,) = csv.DictReader(io.StringIO(answer.text))
+    assert (line["uid"], line["online"], line["angle_limit_cw [°]"]) == (servo.uid, "true", "60.0")
+    assert (line["torque_mode"], line["serial"]) == ("off", "61-000123")
+    assert line["label"] == '\'=HYPERLINK("x"), "left"'
+    assert line["first_seen"].endswith("+00:00")
 
 
-def test_one_that_is_on_the_bus_is_not_forgotten() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        refused = problem(await rig.call("DELETE", f"/inventory/{servo.uid}"), "busy", 409)
-        assert "off the bus" in refused["detail"]
-        assert len(await listed(rig)) == 1
-
-    play(scene, ONE)
+@scene(ONE)
+async def test_one_that_is_on_the_bus_is_not_forgotten(rig: Rig, servo: Servo) -> None:
+    refused = problem(await rig.call("DELETE", f"/inventory/{servo.uid}"), "busy", 409)
+    assert "off the bus" in refused["detail"]
+    assert len(await listed(rig)) == 1
 
 
-def test_one_that_is_forgotten_comes_back_as_new_and_is_polled_and_found_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        uid = servo.uid
-        json(await rig.call("PATCH", f"/servos/{uid}", {"label": "Rudder"}))
-        json(await rig.call("POST", f"/servos/{uid}/snapshots", {"reason": "by hand"}), 201)
-        await off(rig, uid)
-        assert (await rig.call("DELETE", f"/inventory/{uid}", lease=await rig.lease())).status_code == 204
-        assert await listed(rig) == []
-        assert json(await rig.call("GET", "/servos")) == []
-        problem(await rig.call("GET", f"/inventory/{uid}"), "unknown_servo", 404)
-        problem(await rig.call("DELETE", f"/inventory/{uid}"), "unknown_servo", 404)
-        entry = rig.host.store.audit.rows(action="forget")[0].entry
-        assert (entry.by, entry.uid, entry.before) == ("test", uid, "Rudder")
-        assert (servo.model, servo.serial, servo.firmware_text, servo.title) == (None, None, None, f"servo {uid[:8]}")
-        rig.bench.power(uid, True)
-        back = (await rig.ready())[0]
-        await asyncio.sleep(5)
-        assert (back.uid, back.label) == (uid, "")
-        (one,) = await listed(rig)
-        assert (one["snapshots"], one["rom"]["angle_limit_cw"]) == (1, 60.0)  # its history was not asked for
-        reading = json(await rig.call("GET", f"/servos/{uid}/parameters"))["parameters"]["current_voltage"]
-        assert reading["age_s"] < 3
-        assert rig.events("drift") == []
-
-    play(scene, ONE)
+@scene(ONE)
+async def test_one_that_is_forgotten_comes_back_as_new_and_is_polled_and_found_again(rig: Rig, servo: Servo) -> None:
+    uid = servo.uid
+    json(await rig.call("PATCH", f"/servos/{uid}", {"label": "Rudder"}))
+    json(await rig.call("POST", f"/servos/{uid}/snapshots", {"reason": "by hand"}), 201)
+    await off(rig, uid)
+    assert (await rig.call("DELETE", f"/inventory/{uid}", lease=await rig.lease())).status_code == 204
+    assert await listed(rig) == []
+    assert json(await rig.call("GET", "/servos")) == []
+    problem(await rig.call("GET", f"/inventory/{uid}"), "unknown_servo", 404)
+    problem(await rig.call("DELETE", f"/inventory/{uid}"), "unknown_servo", 404)
+    entry = rig.host.store.audit.rows(action="forget")[0].entry
+    assert (entry.by, entry.uid, entry.before) == ("test", uid, "Rudder")
+    assert (servo.model, servo.serial, servo.firmware_text, servo.title) == (None, None, None, f"servo {uid[:8]}")
+    rig.bench.power(uid, True)
+    back = (await rig.ready())[0]
+    await asyncio.sleep(5)
+    assert (back.uid, back.label) == (uid, "")
+    (one,) = await listed(rig)
+    assert (one["snapshots"], one["rom"]["angle_limit_cw"]) == (1, 60.0)  # its history was not asked for
+    reading = json(await rig.call("GET", f"/servos/{uid}/parameters"))["parameters"]["current_voltage"]
+    assert reading["age_s"] < 3
+    assert rig.events("drift") == []
 
 
-def test_its_history_goes_with_it_when_asked_for() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        for _ in range(3):
-            json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", {"reason": "by hand"}), 201)
-        await off(rig, servo.uid)
-        assert (await rig.call("DELETE", f"/inventory/{servo.uid}?history=true")).status_code == 204
-        assert rig.host.store.snapshots.of(servo.uid) == []
-        assert "3 snapshots" in rig.host.store.audit.rows(action="forget")[0].entry.detail
-
-    play(scene, ONE)
+@scene(ONE)
+async def test_its_history_goes_with_it_when_asked_for(rig: Rig, servo: Servo) -> None:
+    for _ in range(3):
+        json(await rig.call("POST", f"/servos/{servo.uid}/snapshots", {"reason": "by hand"}), 201)
+    await off(rig, servo.uid)
+    assert (await rig.call("DELETE", f"/inventory/{servo.uid}?history=true")).status_code == 204
+    assert rig.host.store.snapshots.of(servo.uid) == []
+    assert "3 snapshots" in rig.host.store.audit.rows(action="forget")[0].entry.detail
 
 
-def test_of_an_unknown_model_there_is_what_every_model_has_in_common() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.host.store.servos.met(servo.uid, ServoFacts(model="BLA99-99U-Z9"))
-        one = json(await rig.call("GET", f"/inventory/{servo.uid}"))
-        assert one["rom"]["angle_p_gain"] == 40
-        assert one["serial"] == "61-000123"
-
-    play(scene, ONE)
+@scene(ONE)
+async def test_of_an_unknown_model_there_is_what_every_model_has_in_common(rig: Rig, servo: Servo) -> None:
+    rig.host.store.servos.met(servo.uid, ServoFacts(model="BLA99-99U-Z9"))
+    one = json(await rig.call("GET", f"/inventory/{servo.uid}"))
+    assert one["rom"]["angle_p_gain"] == 40
+    assert one["serial"] == "61-000123"

@@ -4,37 +4,34 @@ import asyncio
 from pathlib import Path
 
 from behaviour.rig import Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.servo.runtime.jobs import RunningJob, Step, Work
 from hornbill.servo.runtime.steps import Evidence
 
 
-def test_jobs_are_found_by_kind_state_and_servo() -> None:
-    async def scene(rig: Rig) -> None:
-        (servo,) = await rig.ready()
-        path = f"/servos/{servo.uid}"
-        save = json(await rig.call("POST", f"{path}/save?wait=true"))
-        await rig.ready()
-        restart = json(await rig.call("POST", f"{path}/restart?wait=true"))
+@scene()
+async def test_jobs_are_found_by_kind_state_and_servo(rig: Rig) -> None:
+    (servo,) = await rig.ready()
+    path = f"/servos/{servo.uid}"
+    save = json(await rig.call("POST", f"{path}/save?wait=true"))
+    await rig.ready()
+    restart = json(await rig.call("POST", f"{path}/restart?wait=true"))
 
-        async def bad(job: RunningJob) -> dict[str, object]:
-            raise ZeroDivisionError
+    async def bad(job: RunningJob) -> dict[str, object]:
+        raise ZeroDivisionError
 
-        several = await rig.host.jobs.wait(
-            rig.host.jobs.start("profile", None, [Step("check", "A", uid=servo.uid)], bad)
-        )
-        other = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [], bad))
+    several = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [Step("check", "A", uid=servo.uid)], bad))
+    other = await rig.host.jobs.wait(rig.host.jobs.start("profile", None, [], bad))
 
-        async def found(query: str) -> list[str]:
-            return [job["id"] for job in json(await rig.call("GET", f"/jobs{query}"))]
+    async def found(query: str) -> list[str]:
+        return [job["id"] for job in json(await rig.call("GET", f"/jobs{query}"))]
 
-        assert await found("") == [save["id"], restart["id"], several.id, other.id]
-        assert await found("?kind=save") == [save["id"]]
-        assert await found("?state=failed") == [several.id, other.id]
-        assert await found(f"?uid={servo.uid}") == [save["id"], restart["id"], several.id]
-        assert await found(f"?uid={servo.uid}&state=succeeded&kind=restart") == [restart["id"]]
-        problem(await rig.call("GET", "/jobs?state=lost"), "invalid_value", 422)
-
-    play(scene)
+    assert await found("") == [save["id"], restart["id"], several.id, other.id]
+    assert await found("?kind=save") == [save["id"]]
+    assert await found("?state=failed") == [several.id, other.id]
+    assert await found(f"?uid={servo.uid}") == [save["id"], restart["id"], several.id]
+    assert await found(f"?uid={servo.uid}&state=succeeded&kind=restart") == [restart["id"]]
+    problem(await rig.call("GET", "/jobs?state=lost"), "invalid_value", 422)
 
 
 def test_a_restart_of_the_server_resumes_nothing_until_somebody_asks(tmp_path: Path) -> None:

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from behaviour.rig import CATALOG, PLAIN, Rig, json, play
+from behaviour.rig import CATALOG, PLAIN, Rig, json
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
@@ -57,39 +58,35 @@ def watch(rig: Rig) -> dict[str, Deeds]:
     return {uid: Deeds.of(sim) for uid, sim in rig.bench.servos.items()}
 
 
-def test_every_row_of_sixteen_servos_is_read() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(16)
-        deeds = watch(rig)
-        rig.bus.loss(20, seed=5)
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        paths = [f"/servos/{servo.uid}/parameters?refresh=true" for servo in servos]
-        answers = await asyncio.gather(*(rig.call("GET", path) for path in paths))
-        took = loop.time() - began
-        assert took < 40
-        for servo, answer in zip(servos, answers, strict=True):
-            rows = json(answer)["parameters"]
-            assert len(rows) == 55
-            for key, reading in rows.items():
-                assert reading["age_s"] <= took, key
-                row = CATALOG.by_key[key]
-                if row.rom:
-                    assert reading["raw"] == rig.sim(servo).register(row.address), key
-        assert all(one == Deeds() for one in deeds.values()), "reading does nothing"
-        assert rig.events("offline") == []
-
-    play(scene, *SIXTEEN)
+@scene(*SIXTEEN)
+async def test_every_row_of_sixteen_servos_is_read(rig: Rig) -> None:
+    servos = await rig.ready(16)
+    deeds = watch(rig)
+    rig.bus.loss(20, seed=5)
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    paths = [f"/servos/{servo.uid}/parameters?refresh=true" for servo in servos]
+    answers = await asyncio.gather(*(rig.call("GET", path) for path in paths))
+    took = loop.time() - began
+    assert took < 40
+    for servo, answer in zip(servos, answers, strict=True):
+        rows = json(answer)["parameters"]
+        assert len(rows) == 55
+        for key, reading in rows.items():
+            assert reading["age_s"] <= took, key
+            row = CATALOG.by_key[key]
+            if row.rom:
+                assert reading["raw"] == rig.sim(servo).register(row.address), key
+    assert all(one == Deeds() for one in deeds.values()), "reading does nothing"
+    assert rig.events("offline") == []
 
 
-def test_servos_are_found_from_cold_and_get_ids_of_their_own() -> None:
-    async def scene(rig: Rig) -> None:
-        rig.bus.loss(20, seed=2)
-        servos = await rig.ready(4, within_s=200)
-        assert len({servo.node_id for servo in servos}) == 4
-        assert {servo.uid: servo.node_id for servo in servos} == rig.host.store.allocations.entries()
-
-    play(scene, *(replace(ALL_ROWS, servo_id=1 + n) for n in range(4)))
+@scene(*(replace(ALL_ROWS, servo_id=1 + n) for n in range(4)))
+async def test_servos_are_found_from_cold_and_get_ids_of_their_own(rig: Rig) -> None:
+    rig.bus.loss(20, seed=2)
+    servos = await rig.ready(4, within_s=200)
+    assert len({servo.node_id for servo in servos}) == 4
+    assert {servo.uid: servo.node_id for servo in servos} == rig.host.store.allocations.entries()
 
 
 @pytest.mark.parametrize(
@@ -102,93 +99,85 @@ def test_servos_are_found_from_cold_and_get_ids_of_their_own() -> None:
         ("POST", "/command", {"type": "angle", "value": 5}),
     ],
 )
-def test_a_lost_answer_costs_at_most_150_ms(verb: str, path: str, body: object) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await rig.host.polling.close()
-        lease = await rig.lease()
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
-        usually = loop.time() - began
-        again = {"value": 42} if body == {"value": 41} else body
-        rig.sim(servo).conditions.drop_responses_pct = 100
-        began = loop.time()
-        loop.call_later(0.03, setattr, rig.sim(servo).conditions, "drop_responses_pct", 0)
-        json(await rig.call(verb, f"/servos/{servo.uid}{path}", again, lease=lease))
-        assert 0.03 < loop.time() - began < 0.15 + usually
-
-    play(scene)
+@scene()
+async def test_a_lost_answer_costs_at_most_150_ms(rig: Rig, servo: Servo, verb: str, path: str, body: object) -> None:
+    await rig.host.polling.close()
+    lease = await rig.lease()
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
+    usually = loop.time() - began
+    again = {"value": 42} if body == {"value": 41} else body
+    rig.sim(servo).conditions.drop_responses_pct = 100
+    began = loop.time()
+    loop.call_later(0.03, setattr, rig.sim(servo).conditions, "drop_responses_pct", 0)
+    json(await rig.call(verb, f"/servos/{servo.uid}{path}", again, lease=lease))
+    assert 0.03 < loop.time() - began < 0.15 + usually
 
 
-def test_a_motion_command_whose_answer_is_lost_is_carried_out_once_and_known_to_be() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        path = f"/servos/{servo.uid}"
-        json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=lease))
-        for row in ("torque_mode", "angle_limit_cw", "angle_limit_ccw"):
-            json(await rig.call("GET", f"{path}/parameters/{row}"))
-        deeds = watch(rig)[servo.uid]
-        rig.sim(servo).conditions.drop_responses_pct = 100
-        asyncio.get_running_loop().call_later(0.05, setattr, rig.sim(servo).conditions, "drop_responses_pct", 0)
-        json(await rig.call("POST", f"{path}/command", {"type": "angle", "value": 20}, lease=lease))
-        assert deeds.writes == [("0x00", 200)]
+@scene(replace(PLAIN, rom={"timeout_time": 60_000}))
+async def test_a_motion_command_whose_answer_is_lost_is_carried_out_once_and_known_to_be(
+    rig: Rig, servo: Servo
+) -> None:
+    lease = await rig.lease()
+    path = f"/servos/{servo.uid}"
+    json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=lease))
+    for row in ("torque_mode", "angle_limit_cw", "angle_limit_ccw"):
+        json(await rig.call("GET", f"{path}/parameters/{row}"))
+    deeds = watch(rig)[servo.uid]
+    rig.sim(servo).conditions.drop_responses_pct = 100
+    asyncio.get_running_loop().call_later(0.05, setattr, rig.sim(servo).conditions, "drop_responses_pct", 0)
+    json(await rig.call("POST", f"{path}/command", {"type": "angle", "value": 20}, lease=lease))
+    assert deeds.writes == [("0x00", 200)]
 
-    play(scene, replace(PLAIN, rom={"timeout_time": 60_000}))
 
-
-def test_no_motion_command_is_carried_out_twice() -> None:
+@scene(*(replace(one, rom={"timeout_time": 60_000}) for one in SIXTEEN))
+async def test_no_motion_command_is_carried_out_twice(rig: Rig) -> None:
     """Sixteen servos are given twenty targets each; the keep-alive is far off, for 0x27 is a minute."""
 
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(16)
-        lease = await rig.lease()
-        for servo in servos:
-            json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        await asyncio.sleep(1)
-        deeds = watch(rig)
-        rig.bus.loss(20, seed=3)
-        arrived: dict[str, int] = {}
+    servos = await rig.ready(16)
+    lease = await rig.lease()
+    for servo in servos:
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    await asyncio.sleep(1)
+    deeds = watch(rig)
+    rig.bus.loss(20, seed=3)
+    arrived: dict[str, int] = {}
 
-        async def drive(servo: Servo) -> None:
-            for target in range(1, 21):
-                command = {"type": "angle", "value": target}
-                answer = await rig.call("POST", f"/servos/{servo.uid}/command", command, lease=lease)
-                assert answer.status_code in (200, 504), answer.text
-                arrived[servo.uid] = arrived.get(servo.uid, 0) + (answer.status_code == 200)
+    async def drive(servo: Servo) -> None:
+        for target in range(1, 21):
+            command = {"type": "angle", "value": target}
+            answer = await rig.call("POST", f"/servos/{servo.uid}/command", command, lease=lease)
+            assert answer.status_code in (200, 504), answer.text
+            arrived[servo.uid] = arrived.get(servo.uid, 0) + (answer.status_code == 200)
 
-        await asyncio.gather(*(drive(servo) for servo in servos))
-        for servo in servos:
-            targets = [raw for name, raw in deeds[servo.uid].writes if name == "0x00"]
-            assert targets == sorted(set(targets)), "each at most once, and in order"
-            # Three frames carry a command, so half of them arrive.
-            assert len(targets) >= arrived[servo.uid] >= 4, "what was called done was done"
-            assert {name for name, _ in deeds[servo.uid].writes} == {"0x00"}
-
-    play(scene, *(replace(one, rom={"timeout_time": 60_000}) for one in SIXTEEN))
+    await asyncio.gather(*(drive(servo) for servo in servos))
+    for servo in servos:
+        targets = [raw for name, raw in deeds[servo.uid].writes if name == "0x00"]
+        assert targets == sorted(set(targets)), "each at most once, and in order"
+        # Three frames carry a command, so half of them arrive.
+        assert len(targets) >= arrived[servo.uid] >= 4, "what was called done was done"
+        assert {name for name, _ in deeds[servo.uid].writes} == {"0x00"}
 
 
 @pytest.mark.parametrize("what", ["save", "restart"])
-def test_no_opcode_and_no_restart_is_carried_out_twice(what: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(8)
-        deeds = watch(rig)
-        await asyncio.sleep(3)
-        starts = {servo.uid: rig.sim(servo).starts for servo in servos}
-        rig.bus.loss(20, seed=4)
-        calls = (rig.call("POST", f"/servos/{servo.uid}/{what}?wait=true") for servo in servos)
-        jobs = [json(answer) for answer in await asyncio.gather(*calls)]
-        await asyncio.sleep(5)
-        for servo, job in zip(servos, jobs, strict=True):
-            did = deeds[servo.uid]
-            assert len(did.opcodes) <= (what == "save")
-            assert did.restarts <= 1
-            assert not ACTIONS & {name for name, _ in did.writes}
-            assert rig.sim(servo).starts - starts[servo.uid] <= 1
-            if job["state"] == "succeeded":
-                assert len(did.opcodes) + did.restarts == 1
-        assert any(job["state"] == "succeeded" for job in jobs)
-
-    play(scene, *(replace(one, rom={"soft_start": 0}) for one in SIXTEEN[:8]))
+@scene(*(replace(one, rom={"soft_start": 0}) for one in SIXTEEN[:8]))
+async def test_no_opcode_and_no_restart_is_carried_out_twice(rig: Rig, what: str) -> None:
+    servos = await rig.ready(8)
+    deeds = watch(rig)
+    await asyncio.sleep(3)
+    starts = {servo.uid: rig.sim(servo).starts for servo in servos}
+    rig.bus.loss(20, seed=4)
+    calls = (rig.call("POST", f"/servos/{servo.uid}/{what}?wait=true") for servo in servos)
+    jobs = [json(answer) for answer in await asyncio.gather(*calls)]
+    await asyncio.sleep(5)
+    for servo, job in zip(servos, jobs, strict=True):
+        did = deeds[servo.uid]
+        assert len(did.opcodes) <= (what == "save")
+        assert did.restarts <= 1
+        assert not ACTIONS & {name for name, _ in did.writes}
+        assert rig.sim(servo).starts - starts[servo.uid] <= 1
+        if job["state"] == "succeeded":
+            assert len(did.opcodes) + did.restarts == 1
+    assert any(job["state"] == "succeeded" for job in jobs)
