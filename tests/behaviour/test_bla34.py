@@ -27,7 +27,7 @@ def test_new_ones_are_commissioned_with_a_profile_and_saved() -> None:
         body = {"servos": wanted, "profile": "doors", "identify": True}
         job = json(await rig.call("POST", "/commissioning?wait=true", body))
         assert job["state"] == "succeeded", job["error"]
-        assert [unit["verdict"] for unit in job["result"]["units"]] == ["done", "done"]
+        assert [unit["verdict"] for unit in job["result"]["servos"]] == ["done", "done"]
         for at, (servo, sim) in enumerate(zip(servos, rig.bench.servos.values(), strict=True), start=1):
             assert [sim.memory.stored(row) for row in (0x35, 0x2C, 0x3A, 0x38, 0x45)] == [800, 40, 60, 900, at]
             assert (servo.label, servo.unsaved(), sim.starts) == (f"door {at}", [], 2)

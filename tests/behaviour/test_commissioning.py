@@ -102,7 +102,7 @@ def untouched(sim: SimulatedServo) -> bool:
 
 
 def verdicts(job: Any) -> list[str]:
-    return [unit["verdict"] for unit in job["result"]["units"]]
+    return [unit["verdict"] for unit in job["result"]["servos"]]
 
 
 def test_twelve_new_servos_become_1_to_12_by_one_job_and_no_horn_goes_further_than_the_wiggle() -> None:
@@ -395,7 +395,7 @@ def test_without_save_ram_is_proved_and_it_is_said_that_rom_holds_nothing_of_it(
         job = await commission(rig, order(servos, save=False))
         assert job["state"] == "succeeded", job["error"]
         assert "Nothing of it is in ROM" in job["result"]["text"]
-        assert [unit["held_in"] for unit in job["result"]["units"]] == ["ram", "ram"]
+        assert [unit["held_in"] for unit in job["result"]["servos"]] == ["ram", "ram"]
         assert [sim.memory.get(0x45) for sim in sims] == [1, 2]
         assert [sim.memory.stored(0x45) for sim in sims] == [0, 0]
         assert [sim.starts for sim in sims] == [1, 1]

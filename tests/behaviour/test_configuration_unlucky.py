@@ -375,8 +375,8 @@ def test_a_commissioning_that_is_cancelled_gives_a_parked_id_back_or_says_so() -
         await until_step(rig, started["id"], "save 1")
         json(await rig.call("DELETE", f"/jobs/{started['id']}"))
         done = await ended(rig, started["id"])
-        unit = done["result"]["units"][1]
-        assert rig.sim(second).servo_id == 2 or "servo ID" in (unit["problem"] or ""), done
+        unit = done["result"]["servos"][1]
+        assert rig.sim(second).servo_id == 2 or "servo ID" in (unit["problem"] or {}).get("detail", ""), done
 
     play(scene, STILL, replace(STILL, servo_id=2, node_id=12))
 

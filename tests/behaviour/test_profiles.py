@@ -95,6 +95,12 @@ def test_continue_goes_on_past_a_servo_that_refuses_and_says_so_at_the_end() -> 
         assert [memory(rig, servo) for servo in servos] == [RAW, before, RAW]
         assert [rig.sim(servo).starts for servo in servos] == [2, 1, 2]
         assert states(job)["save 2"] == "skipped"
+        told = json(await rig.call("GET", f"/jobs/{job['id']}/report"))["servos"]
+        assert [(one["verdict"], one["held_in"], one["profile"]) for one in told] == [
+            ("done", "rom", "gains"), ("failed", None, "gains"), ("done", "rom", "gains")
+        ]  # fmt: skip
+        assert told[0]["values"]["timeout_time"] == {"value": 500, "unit": "ms"}
+        assert told[1]["problem"] == job["result"]["servos"][1]["problem"]["detail"]
 
     play(scene, *THREE)
 

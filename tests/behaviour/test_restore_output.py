@@ -95,6 +95,8 @@ def test_what_a_lease_or_a_command_switched_off_comes_on_again_too() -> None:
         job = await restore(rig)
         assert outputs(rig, servos) == [0, 0, 1], "configured to be off is not switched off by anybody"
         assert len(job["result"]["servos"]) == 2
+        told = json(await rig.call("GET", f"/jobs/{job['id']}/report"))["servos"]
+        assert [(one["verdict"], one["label"], one["problem"]) for one in told] == [("done", "", None)] * 2
 
     play(scene, *THREE)
 

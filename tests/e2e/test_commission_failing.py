@@ -216,7 +216,7 @@ def test_a_job_that_the_server_was_ended_in_is_gone_on_with_from_another_browser
         job = server.api.post("/commissioning", json={**body, "save": True}).json()["id"]
 
         def in_the_middle() -> bool:
-            units = server.api.get(f"/jobs/{job}").json()["result"]["units"]
+            units = server.api.get(f"/jobs/{job}").json()["result"]["servos"]
             first_done = units[0]["verdict"] == "done"
             return first_done and server.api.get(f"/sim/servos/{servos[1]}").json()["stage"] != "running"
 

@@ -15,7 +15,7 @@ from hornbill.api.reports.html_form import as_html
 from hornbill.api.reports.junit_form import as_junit
 from hornbill.errors import NoAnswer
 from hornbill.schema.catalog import Catalog
-from hornbill.servo.configuration.record import ServoRecord, from_document
+from hornbill.servo.configuration.record import ServoRecord, of_result
 from hornbill.servo.runs.report import Report, report
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.steps import Step
@@ -34,7 +34,10 @@ def sheet(uid: Uid = FIRST, label: str = "knee", **more: object) -> ServoRecord:
         "profile": "bench", "profile_revision": "7", "values": {"angle_limit_ccw": -60.5, "smoothing": False},
         "units": {"angle_limit_ccw": "°"}, "held_in": "rom", "verdict": "done", "started_at": 10.0, "ended_at": 12.5,
     }  # fmt: skip
-    return from_document({"uid": uid, **known, **more})
+    if isinstance(problem := more.get("problem"), str):
+        more["problem"] = {"code": "no_answer", "detail": problem}
+    (made,) = of_result({"servos": [{"uid": uid, **known, **more}]}).values()
+    return made
 
 
 def steps(uid: Uid, place: int, state: str = "done") -> list[Step]:
@@ -50,14 +53,14 @@ def job(*sheets: ServoRecord, failed: bool = False, kind: str = "commissioning",
     for place, one in enumerate(sheets, start=1):
         listed += steps(Uid(one.uid), place, "failed" if one.verdict == "failed" else "done")
     made = RunningJob("f00d" * 4, kind, None, listed, 10.0, lambda: 0.0, lambda _job: None)
-    made.result = {"units": [one.document() for one in sheets], **more}
+    made.result = {"servos": [one.document() for one in sheets], **more}
     made.state, made.ended_at = ("failed" if failed else "succeeded"), 13.0
     made.error = NoAnswer("The second servo did not answer.", cause=None) if failed else None
     return made
 
 
 def made_of(one: RunningJob) -> Report:
-    return report(one, lambda _uid: None, CATALOG)
+    return report(one, lambda _uid: None)
 
 
 def test_csv_has_one_row_a_servo_and_columns_that_never_change() -> None:
@@ -181,28 +184,20 @@ def test_a_job_that_kept_no_sheet_is_told_from_its_steps_and_the_inventory() -> 
         "a" * 16, "save", FIRST, [Step("check", "RAM read", "done", None, 1.0, 2.0)], 1.0, float, lambda _: None
     )
     one.state, one.ended_at, one.result = "succeeded", 3.0, {"node_id": 9}
-    made = report(one, lambda uid: StoredServo(uid, "knee", facts), CATALOG)
+    made = report(one, lambda uid: StoredServo(uid, "knee", facts))
     assert [len(unit.steps) for unit in made.targets] == [1]
     found = made.targets[0].record
     assert (found.serial, found.label, found.firmware, found.verdict) == ("61-000123", "knee", "1.300", "done")
     one.state, one.error = "failed", NoAnswer("It is gone.", cause=None)
-    assert report(one, lambda _uid: None, CATALOG).targets[0].record.problem == "It is gone."
+    assert report(one, lambda _uid: None).targets[0].record.problem_text == "It is gone."
 
 
-def test_a_profile_job_is_told_servo_by_servo_from_what_it_kept() -> None:
-    def entry(uid: Uid, outcome: str, problem: str | None, saved: bool) -> dict[str, object]:
-        changes = [{"key": "angle_limit_ccw", "before": 0, "requested": -60.0, "after": -60.0, "verdict": "applied"}]
-        told = None if problem is None else {"code": "refused_by_servo", "detail": problem}
-        return {"uid": uid, "outcome": outcome, "changes": changes if saved else [], "saved": saved, "problem": told}
-
-    one = job(sheet(), sheet(SECOND), kind="profile")
-    servos = [entry(FIRST, "applied", None, True), entry(SECOND, "rolled_back", "It refused.", False)]
-    one.result = {"profile": "bench", "servos": servos}
-    first, second = (unit.record for unit in made_of(one).targets)
-    assert (first.verdict, first.values, first.units, first.held_in, first.profile) == (
-        "done", {"angle_limit_ccw": -60.0}, {"angle_limit_ccw": "°"}, "rom", "bench",
-    )  # fmt: skip
-    assert (second.verdict, second.problem, second.values) == ("failed", "It refused.", {})
+def test_a_result_stored_in_an_older_form_is_told_from_its_steps() -> None:
+    one = job(sheet(), sheet(SECOND, "hip"))
+    one.result = {"units": [{"uid": FIRST, "verdict": "done", "problem": None}]}
+    assert [target.record.verdict for target in made_of(one).targets] == ["done", "done"]
+    one.kind, one.result = "profile", {"profile": "bench", "servos": [{"uid": FIRST, "outcome": "applied"}, 7]}
+    assert [target.record.verdict for target in made_of(one).targets] == ["done", "done"]
 
 
 def test_a_job_about_no_servo_has_its_steps_only() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 import jumping_clock as clock
 from hornbill.errors import Busy, NoAnswer, Stopped
+from hornbill.servo.configuration.record import ServoRecord, of_result
 from hornbill.servo.runs.fleet_run import FleetJob, NotNeeded, OnAnomaly, RunTarget
 from hornbill.servo.runtime.jobs import Jobs, RunningJob
 from hornbill.servo.runtime.steps import Evidence
@@ -23,9 +24,6 @@ class Run(FleetJob[RunTarget]):
 
     ENDS = (Stopped,)
     said: Mapping[Uid, Exception]
-
-    def result(self) -> dict[str, object]:
-        return {"failed": [one.uid for one in self.failed]}
 
     async def act(self, target: RunTarget) -> Evidence:
         await asyncio.sleep(1)
@@ -53,7 +51,7 @@ def play(
     async def inside() -> RunningJob:
         with Store("sqlite://") as store:
             jobs = Jobs(lambda job: None, asyncio.get_running_loop().time, store.jobs)
-            targets = [RunTarget(uid=uid, place=place) for place, uid in enumerate(UIDS, start=1)]
+            targets = [RunTarget(record=ServoRecord(uid), place=place) for place, uid in enumerate(UIDS, start=1)]
 
             async def work(job: RunningJob) -> dict[str, object]:
                 run = Run(job=job, targets=targets, on_anomaly=on_anomaly)
@@ -72,6 +70,10 @@ def states(job: RunningJob) -> list[str]:
     return [step.state for step in job.steps]
 
 
+def verdicts(job: RunningJob) -> list[str]:
+    return [one.verdict for one in of_result(job.result).values()]
+
+
 def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
     job = play({A: NoAnswer("silent", cause=None), C: Busy("saving", cause=None, seconds=3)})
     assert states(job) == ["failed", "done", "failed"]
@@ -81,7 +83,7 @@ def test_a_problem_is_that_servos_own_and_the_first_is_the_jobs() -> None:
         "uid": A, "uids": [A, C], "also": ["of_servos"], "failed": 2, "targets": 3,
         "titles": ["servo aaaaaaaa", "servo cccccccc"],
     }  # fmt: skip
-    assert job.result == {"failed": [A, C]}
+    assert verdicts(job) == ["failed", "not_tried", "failed"]
 
 
 def test_with_stop_the_first_problem_leaves_out_the_rest() -> None:
@@ -95,7 +97,7 @@ def test_what_concerns_every_servo_ends_the_run_as_it_is() -> None:
     assert states(job) == ["done", "failed", "waiting"]
     assert isinstance(job.error, Stopped)
     assert job.error.detail == "stop was pressed"
-    assert job.result == {"failed": [B]}
+    assert verdicts(job) == ["not_tried", "failed", "not_tried"]
 
 
 def test_a_step_with_nothing_to_do_is_left_out_and_no_problem() -> None:
@@ -112,4 +114,5 @@ def test_a_cancelled_run_ends_the_step_that_must_be_whole_and_keeps_its_result(w
 
     job = play({A: NoAnswer("silent", cause=None)}, whole=whole, then=cancel)
     assert states(job) == ["failed", expected, "waiting"]
-    assert (job.state, job.result) == ("cancelled", {"failed": [A]})
+    assert (job.state, verdicts(job)) == ("cancelled", ["failed", "not_tried", "not_tried"])
+    assert [one.ended_at is None for one in of_result(job.result).values()] == [False, not whole, True]

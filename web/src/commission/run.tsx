@@ -230,6 +230,7 @@ const GLYPH: Record<Unit["verdict"], Kind | null> = {
 function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
   const opened = useSignal<boolean | null>(null);
   const { uid, sheet, steps, verdict } = unit;
+  const failure = sheet?.problem ?? unit.job.error;
   const one = servo(uid);
   const entry = draft.value.entries[uid];
   const name = sheet?.label || entry?.label || nameOf(one) || sheet?.serial || uid.slice(0, 8);
@@ -293,9 +294,7 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
         <div class="c-anomaly" role="alert">
           <p>
             <b>
-              {sheet?.problem ??
-                (unit.job.error ? failureText(unit.job.error) : undefined) ??
-                said.verdict.failed}
+              {failure ? failureText(failure) : said.verdict.failed}
             </b>
           </p>
           {over && entry && (

@@ -34,7 +34,7 @@ function job(state: Job["state"], steps: JobStep[], units: Sheet[], id = "1"): J
     state,
     progress: 0,
     step: null,
-    result: { units } as unknown as Job["result"],
+    result: { servos: units } as unknown as Job["result"],
     error: null,
     steps,
     created_at: 0,

@@ -1,5 +1,5 @@
 /** What the jobs of commissioning say of each servo: its steps, its verdict, and what to do. No elements. */
-import type { Job, JobStep, Reading, Servo } from "../api/types";
+import type { Job, JobStep, ProblemBody, Reading, Servo } from "../api/types";
 
 export type Verdict = "waiting" | "running" | "done" | "failed" | "not_tried";
 
@@ -16,7 +16,7 @@ export interface Sheet {
   values: Record<string, unknown>;
   held_in: string;
   verdict: string;
-  problem: string | null;
+  problem: Pick<ProblemBody, "code" | "summary"> | null;
 }
 
 export interface Unit {
@@ -30,7 +30,7 @@ export interface Unit {
 
 /** The units of one job, in its order. */
 export function unitsOf(job: Job): Unit[] {
-  const kept = (job.result as { units?: Sheet[] } | null)?.units ?? [];
+  const kept = (job.result as { servos?: Sheet[] } | null)?.servos ?? [];
   const sheets = new Map(kept.map(one => [one.uid, one]));
   const uids = new Set([...sheets.keys(), ...job.steps.flatMap(step => (step.uid ? [step.uid] : []))]);
   return [...uids].map(uid => {

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from hornbill.csv_text import csv_text
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
-from hornbill.servo.runs.report import Report, ReportTarget, took, when
+from hornbill.servo.configuration.record import when
+from hornbill.servo.runs.report import Report, ReportTarget, took
 from hornbill.servo.runtime.steps import Step
 
 FACTS = (
@@ -30,7 +31,7 @@ def _table(report: Report, catalog: Catalog) -> Iterator[list[object]]:
         head = report.job_id, report.kind, when(record.ended_at or report.ended_at or report.created_at)
         facts = [getattr(record, name) for name in FACTS]
         steps = "; ".join(f"{step.text}: {step.state}" for step in target.steps)
-        tail = record.verdict, record.problem, _seconds(record.duration_s), record.held_in, steps
+        tail = record.verdict, record.problem_text, _seconds(record.duration_s), record.held_in, steps
         yield [*head, *facts, *tail, *(record.values.get(row.key) for row in rows)]
 
 
@@ -68,7 +69,7 @@ def _target(target: ReportTarget) -> dict[str, object]:
     return {
         **{name: getattr(record, name) for name in FACTS},
         "verdict": record.verdict,
-        "problem": record.problem,
+        "problem": record.problem_text,
         "started_at": when(record.started_at) or None,
         "ended_at": when(record.ended_at) or None,
         "duration_s": _seconds(record.duration_s),

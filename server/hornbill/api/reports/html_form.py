@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.scale import Value, with_unit
-from hornbill.servo.runs.report import Report, took, when
+from hornbill.servo.configuration.record import when
+from hornbill.servo.runs.report import Report, took
 from hornbill.servo.runtime.steps import Step
 
 if TYPE_CHECKING:

@@ -1,4 +1,7 @@
-"""JUnit XML form of a report, for test systems."""
+"""JUnit XML form of a report, for test systems.
+
+ElementTree and no JUnit library: one would replace only the dozen lines that make elements.
+"""
 
 import re
 import xml.etree.ElementTree as ET
@@ -6,7 +9,8 @@ from collections.abc import Sequence
 
 from hornbill.api.reports.data_forms import FACTS
 from hornbill.schema.scale import Value
-from hornbill.servo.runs.report import Report, ReportTarget, took, when
+from hornbill.servo.configuration.record import when
+from hornbill.servo.runs.report import Report, ReportTarget, took
 from hornbill.servo.runtime.steps import Step
 
 _NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -43,9 +47,9 @@ def _servo_suite(root: ET.Element, report: Report, target: ReportTarget) -> None
         shown = " ".join(filter(None, (_text(value), record.units.get(key))))
         ET.SubElement(properties, "property", name=key, value=_xml(shown))
     classname = f"hornbill.{report.kind}.{record.serial or record.uid}"
-    _steps(suite, classname, target.steps, record.problem)
+    _steps(suite, classname, target.steps, record.problem_text)
     if record.verdict == "failed" and all(step.state != "failed" for step in target.steps):
-        _case(suite, classname, "verdict", failure=record.problem or "failed")
+        _case(suite, classname, "verdict", failure=record.problem_text or "failed")
 
 
 def _job_suite(root: ET.Element, report: Report) -> None:

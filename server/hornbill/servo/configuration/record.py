@@ -2,8 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any, Literal, TypeAlias
+from datetime import UTC, datetime
+from typing import Any, Literal, TypeAlias, cast
 
+from hornbill.domain.profile import Profile
+from hornbill.errors import HornbillError
 from hornbill.schema import scale
 from hornbill.schema.firmware import to_text
 from hornbill.schema.scale import Value
@@ -19,10 +22,10 @@ class ServoRecord:
     """One servo of a job. `values` are engineering values as read back, `units` the unit of each number that has one.
 
     `held_in`: where they were proved to be: rom (read after a restart), ram, or "" for nothing proved. Instants are
-    seconds since 1970 (UTC). `verdict`: waiting, done, failed or not_tried; `problem` says what failed.
+    seconds since 1970 (UTC). `verdict`: waiting, done, failed or not_tried; `problem` says what failed, as JSON.
     """
 
-    uid: str
+    uid: Uid
     title: str = ""
     label: str = ""
     serial: str | None = None
@@ -39,7 +42,7 @@ class ServoRecord:
     units: dict[str, str] = field(default_factory=dict[str, str])
     held_in: Literal["rom", "ram", ""] = ""
     verdict: Verdict = "waiting"
-    problem: str | None = None
+    problem: Mapping[str, Any] | None = None
     started_at: float | None = None
     ended_at: float | None = None
 
@@ -47,6 +50,20 @@ class ServoRecord:
     def duration_s(self) -> float | None:
         """From its first step to its last, in seconds."""
         return None if self.started_at is None or self.ended_at is None else self.ended_at - self.started_at
+
+    @property
+    def problem_text(self) -> str | None:
+        """What failed, in English."""
+        return None if self.problem is None else self.problem["detail"]
+
+    def fail(self, problem: HornbillError) -> None:
+        """Write down what failed."""
+        self.verdict, self.problem = "failed", problem_document(problem)
+
+    def use(self, profile: Profile) -> None:
+        """Write down which profile it got."""
+        self.profile = profile.name
+        self.profile_revision = f"{when(profile.updated_at)}, tables {profile.schema_revision}"
 
     def identify(self, servo: Servo) -> None:
         """Write down who the servo is now."""
@@ -69,10 +86,31 @@ class ServoRecord:
         return asdict(self)
 
 
-def from_document(document: Mapping[str, Any]) -> ServoRecord:
-    """A record as it was kept; what a newer or older hornbill wrote besides is left out."""
+def when(at: float | None) -> str:
+    """An instant for people and programs alike: 2026-05-04T10:00:00Z, "" for none."""
+    return "" if at is None else datetime.fromtimestamp(at, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def problem_document(error: HornbillError) -> dict[str, object]:
+    """A problem as the results of jobs hold it: code, title, detail, summary, and what facts JSON can hold."""
+    plain: dict[str, object] = {
+        key: one for key, one in error.facts.items() if isinstance(one, str | int | float | list | dict)
+    }
+    return {**plain, "code": error.code, "title": error.title, "detail": error.detail, "summary": error.summary}
+
+
+def of_result(result: Mapping[str, object] | None) -> dict[Uid, ServoRecord]:
+    """The records in the result of a job, by servo. What was stored in another form is left out."""
+    entries = (result or {}).get("servos")
+    listed = cast("list[object]", entries) if isinstance(entries, list) else []
     known = {one.name for one in fields(ServoRecord)}
-    return ServoRecord(**{key: value for key, value in document.items() if key in known})
+    found: dict[Uid, ServoRecord] = {}
+    for entry in listed:
+        if isinstance(entry, Mapping) and {"uid", "verdict"} <= entry.keys():
+            document = cast("Mapping[str, Any]", entry)
+            record = ServoRecord(**{key: value for key, value in document.items() if key in known})
+            found[record.uid] = record
+    return found
 
 
 def saved(servo: Servo, *, by: str, began: float, ended: float) -> dict[str, object]:

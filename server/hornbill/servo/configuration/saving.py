@@ -135,7 +135,7 @@ class SaveSteps:
             raise
         return {
             "saved": rows, "node_id": servo.node_id, "node_id_before": departure.node_id, "snapshot": run.snapshot,
-            "units": [record.saved(servo, by=run.by, began=job.created_at, ended=job.clock())],
+            "servos": [record.saved(servo, by=run.by, began=job.created_at, ended=job.clock())],
         }  # fmt: skip
 
     async def plan(self, servo: Servo, torque: Raw | None, options: RestartOptions) -> SavePreview:

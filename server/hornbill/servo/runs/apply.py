@@ -5,10 +5,11 @@ from dataclasses import asdict, dataclass, field
 
 from hornbill.domain.change import LeftOut, Reason
 from hornbill.domain.profile import Profile
-from hornbill.errors import Conflict, HornbillError, InvalidValue, NotAsWanted
+from hornbill.errors import Conflict, InvalidValue, NotAsWanted
 from hornbill.schema.scale import Value
 from hornbill.servo.configuration import torque_in_rom
 from hornbill.servo.configuration.changes import Changes
+from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
 from hornbill.servo.configuration.writing import WriteOptions
@@ -44,17 +45,26 @@ class ProfileTarget(WrittenTarget):
     job: str | None = None
     saved: bool = False
 
-    @property
-    def title(self) -> str:
-        """Title of the servo."""
-        return self.servo.title
+    def close(self) -> None:
+        """Complete the record by what was written, and whether it is in ROM."""
+        record, rows = self.record, self.servo.registers
+        record.values = {one.key: one.after for one in self.changes}
+        record.units = {
+            key: rows[key].parameter.unit
+            for key, value in record.values.items()
+            if rows[key].parameter.unit and isinstance(value, int | float) and not isinstance(value, bool)
+        }
+        if record.values:
+            record.held_in = "rom" if self.saved else "ram" if self.outcome == "applied" else ""
+        if record.verdict == "waiting" and self.outcome in ("applied", "planned"):
+            record.verdict = "done"
+        WrittenTarget.close(self)
 
     def shown(self) -> dict[str, object]:
         """The target in the result of the job, as JSON."""
         return {
-            "uid": self.uid, "outcome": self.outcome, "changes": [asdict(one) for one in self.changes],
+            **self.record.document(), "outcome": self.outcome, "changes": [asdict(one) for one in self.changes],
             "left_out": [asdict(one) for one in self.left_out], "saved": self.saved, "job": self.job,
-            "problem": None if self.problem is None else _problem(self.problem),
             **({} if self.plan is None else self.plan.model_dump()),
         }  # fmt: skip
 
@@ -71,12 +81,9 @@ class ProfileRun(FleetJob[ProfileTarget]):
     lease_id: str | None
     by: str
 
-    def result(self) -> dict[str, object]:
-        """The result of the job as of now."""
-        return {
-            "profile": self.profile.name, "dry_run": self.options.dry_run,
-            "servos": [target.shown() for target in self.targets],
-        }  # fmt: skip
+    def facts(self) -> dict[str, object]:
+        """Which profile, and whether it was a dry run."""
+        return {"profile": self.profile.name, "dry_run": self.options.dry_run}
 
     def write_options(self, confirm: tuple[str, ...]) -> WriteOptions:
         """How each servo is written."""
@@ -132,7 +139,8 @@ class ProfileJobs:
         by = self._leases.who(lease_id, now)
         self._jobs.check_apart(uids)
         targets = [
-            ProfileTarget(uid=servo.uid, place=place, servo=servo) for place, servo in enumerate(servos, start=1)
+            ProfileTarget(record=_record(servo, profile, by), place=place, servo=servo)
+            for place, servo in enumerate(servos, start=1)
         ]
 
         async def work(job: RunningJob) -> dict[str, object]:
@@ -223,9 +231,8 @@ def _steps(targets: Sequence[ProfileTarget], options: ApplyOptions) -> list[Step
     return first + [target.step(kind, text) for target in targets for kind, text in kinds.items()]
 
 
-def _problem(error: HornbillError) -> dict[str, object]:
-    """An error as the job's result holds it: code, title, detail, and what facts JSON can hold."""
-    plain: dict[str, object] = {
-        key: one for key, one in error.facts.items() if isinstance(one, str | int | float | list | dict)
-    }
-    return {**plain, "code": error.code, "title": error.title, "detail": error.detail, "summary": error.summary}
+def _record(servo: Servo, profile: Profile, by: str) -> ServoRecord:
+    record = ServoRecord(servo.uid, by=by)
+    record.identify(servo)
+    record.use(profile)
+    return record

@@ -5,9 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hornbill.domain.change import Reason
-from hornbill.errors import Busy, HornbillError, NoAnswer, NotAsWanted, Unknown
+from hornbill.errors import Busy, NoAnswer, NotAsWanted, Unknown
 from hornbill.servo.configuration.changes import Changes
-from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
 from hornbill.servo.configuration.writing import Outcome, WriteOptions
@@ -37,18 +36,8 @@ class CommissionTarget(RunTarget):
     """
 
     wanted: Wanted
-    record: ServoRecord
     finished: bool = False
     aside: Raw | None = None
-
-    @property
-    def title(self) -> str:
-        """Title of the servo, also of one that is absent."""
-        return self.record.title or f"servo {self.uid[:8]}"
-
-    def fail(self, problem: HornbillError) -> None:
-        """Record the problem of a step."""
-        self.problem, self.record.problem, self.record.verdict = problem, problem.detail, "failed"
 
 
 @dataclass(slots=True, kw_only=True)
@@ -71,13 +60,15 @@ class CommissionRun(FleetJob[CommissionTarget]):
         """Servos whose IDs do not count as taken, because this job changes them. A servo that failed keeps its IDs."""
         return [target.uid for target in self.targets if target.problem is None]
 
-    def result(self) -> dict[str, object]:
-        """The job's result as of now."""
+    def close(self) -> None:
+        """Nothing: the last step of a target completed its record, and one that was cut off may be resumed."""
+
+    def facts(self) -> dict[str, object]:
+        """The profile, how many are done, and the same as a sentence."""
         profile = self.request.profile
         done = sum(target.record.verdict == "done" for target in self.targets)
         told = "" if self.request.save else " Nothing of it is in ROM: it is lost at the next restart."
         return {
-            "units": [target.record.document() for target in self.targets],
             "profile": None if profile is None else profile["name"],
             "saved": self.request.save,
             "done": done,

@@ -9,6 +9,7 @@ from hornbill.domain.profile import Profile
 from hornbill.errors import Conflict, NotAsWanted
 from hornbill.schema import scale
 from hornbill.servo.configuration.proving import difference
+from hornbill.servo.configuration.record import when
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.services import HostServices
@@ -20,7 +21,6 @@ from hornbill.servo.runs.commission_run import CommissionRun, CommissionTarget, 
 from hornbill.servo.runs.fleet_run import SAVED, NotNeeded, rows_written
 from hornbill.servo.runs.id_order import IdTurn
 from hornbill.servo.runs.id_parking import IdParking
-from hornbill.servo.runs.report import when
 from hornbill.servo.runtime.steps import Evidence
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.tables import Json
@@ -92,11 +92,7 @@ class CommissionSteps:
         record.started_at = record.started_at or self._base.utc_now()
         record.by = run.by
         if run.request.profile is not None:
-            profile = Profile(**run.request.profile)
-            record.profile, record.profile_revision = (
-                profile.name,
-                f"{when(profile.updated_at)}, tables {profile.schema_revision}",
-            )
+            record.use(Profile(**run.request.profile))
         does = {"identify": self._identify, "write": self._write, "save": self._save, "verify": self._verify}
         for kind in run.request.kinds:
             if not await run.step(target, kind, does[kind]):
@@ -240,7 +236,7 @@ class CommissionSteps:
             "profile": record.profile,
         }
         outcome = "succeeded" if target.problem is None else "failed"
-        detail = record.problem or ("" if run.request.save else "RAM only: nothing is in ROM")
+        detail = record.problem_text or ("" if run.request.save else "RAM only: nothing is in ROM")
         wanted = asdict(target.wanted)
         requested = {key: value for key, value in wanted.items() if key != "uid" and value not in (None, "")}
         self._audit.note(

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, cast
+from typing import cast
 
 from hornbill.domain.change import Change, SavePreview
 from hornbill.errors import Conflict, HornbillError
@@ -116,7 +116,7 @@ class CommissioningJobs:
         """
         request, order = self._checked(wanted, lease_id, options)
         targets = [
-            CommissionTarget(uid=one.uid, place=place, wanted=one, record=ServoRecord(one.uid))
+            CommissionTarget(record=ServoRecord(one.uid), place=place, wanted=one)
             for place, one in enumerate(wanted, start=1)
         ]
         for target in targets:
@@ -143,7 +143,7 @@ class CommissioningJobs:
         assert job.request is not None
         request = CommissionRequest.from_document(job.request)
         self._check_leave(request, job.lease_id)
-        kept = {one.uid: one for one in _records(job)}
+        kept = records.of_result(job.result)
         done = {uid for uid, record in kept.items() if record.verdict == "done"}
         rest = [one for one in request.wanted if one.uid not in done]
         for one in rest:
@@ -154,7 +154,7 @@ class CommissioningJobs:
         for place, one in enumerate(request.wanted, start=1):
             record, finished = kept.get(one.uid) or ServoRecord(one.uid), one.uid in done
             record = record if finished else _anew(record)
-            targets.append(CommissionTarget(uid=one.uid, place=place, wanted=one, record=record, finished=finished))
+            targets.append(CommissionTarget(record=record, place=place, wanted=one, finished=finished))
         pinned = {Uid(str(uid)) for uid in cast("list[object]", (job.result or {}).get("pinned", []))}
         job.steps[:] = _steps(targets, order, request)
         return self._work(targets, order, request, job.lease_id, pinned)
@@ -248,11 +248,6 @@ def _steps(targets: Sequence[CommissionTarget], order: Sequence[IdTurn], request
         else:
             found.append(target.step(PARK_STEPS[turn.parked], PARKED[turn.parked]))
     return found
-
-
-def _records(job: RunningJob) -> list[ServoRecord]:
-    targets = (job.result or {}).get("units")
-    return [records.from_document(one) for one in cast("list[Mapping[str, Any]]", targets or [])]
 
 
 def _anew(record: ServoRecord) -> ServoRecord:

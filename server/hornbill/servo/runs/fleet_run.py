@@ -8,6 +8,7 @@ from typing import ClassVar, Generic, Literal, Self, TypeAlias, TypeVar
 
 from hornbill.domain.change import Change, SavePreview
 from hornbill.errors import Cause, HornbillError, Interrupted, NotAsWanted, Unknown
+from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.configuration.writing import Outcome
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.shielded import shielded
@@ -28,20 +29,37 @@ class NotNeeded(Exception):
 
 @dataclass(slots=True, kw_only=True)
 class RunTarget:
-    """One servo of a run. `place` counts from 1 and is part of the names of its steps; `problem` is why it failed."""
+    """One servo of a run, and the record of it. `place` counts from 1 and is part of the names of its steps; `problem`
+    is why it failed.
+    """
 
-    uid: Uid
+    record: ServoRecord
     place: int
     problem: HornbillError | None = None
 
     @property
+    def uid(self) -> Uid:
+        """Unique ID of the servo."""
+        return self.record.uid
+
+    @property
     def title(self) -> str:
-        """Title of the servo."""
-        return f"servo {self.uid[:8]}"
+        """Title of the servo, also of one that is absent."""
+        return self.record.title or f"servo {self.uid[:8]}"
 
     def fail(self, problem: HornbillError) -> None:
         """Record the problem of a step."""
         self.problem = problem
+        self.record.fail(problem)
+
+    def close(self) -> None:
+        """Complete the record when the run is over."""
+        if self.record.verdict == "waiting":
+            self.record.verdict = "not_tried"
+
+    def shown(self) -> dict[str, object]:
+        """The target in the result of a job, as JSON: its record, and what else its kind of run tells of it."""
+        return self.record.document()
 
     def step(self, kind: str, text: str) -> Step:
         """A step of the job that is about this servo."""
@@ -62,7 +80,7 @@ class WrittenTarget(RunTarget):
 
     def fail(self, problem: HornbillError) -> None:
         """Record the problem of a step. The servo is rejected if nothing was written yet."""
-        self.problem = problem
+        RunTarget.fail(self, problem)
         if self.outcome in ("not_tried", "planned"):
             self.outcome, self.changes, self.plan = "rejected", [], None
 
@@ -163,8 +181,21 @@ class FleetJob(FleetRun[T]):
     job: RunningJob
 
     def result(self) -> dict[str, object]:
-        """The result of the job as of now."""
-        raise NotImplementedError
+        """The result of the job as of now: `servos`, one entry each in the order given."""
+        return {"servos": [target.shown() for target in self.targets], **self.facts()}
+
+    def facts(self) -> dict[str, object]:
+        """What its kind of run tells besides."""
+        return {}
+
+    def close(self) -> None:
+        """Complete the records when the run is over."""
+        for target in self.targets:
+            steps = [step for step in self.job.steps if step.uid == target.uid]
+            begun = [step.started_at for step in steps if step.started_at is not None]
+            ended = [step.ended_at for step in steps if step.ended_at is not None]
+            target.record.started_at, target.record.ended_at = min(begun, default=None), max(ended, default=None)
+            target.close()
 
     def tell(self) -> None:
         """Update the result of the job. It is stored with the next change of a step."""
@@ -175,6 +206,7 @@ class FleetJob(FleetRun[T]):
         try:
             await execute
         finally:  # also if cancelled: the result names what was written
+            self.close()
             self.tell()
         self._raise_first()
         return self.result()

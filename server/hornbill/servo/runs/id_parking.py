@@ -1,9 +1,10 @@
 """Parking of IDs while servos exchange them, so that no two share one."""
 
 from hornbill.domain.fields import known
-from hornbill.errors import Conflict, HornbillError
+from hornbill.errors import Conflict, HornbillError, NotAsWanted
 from hornbill.node.node_ids import HIGHEST_DYNAMIC, find_free
 from hornbill.servo.configuration.claims import Claims
+from hornbill.servo.configuration.record import problem_document
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.monitoring.node_id_table import NodeIdTable
@@ -72,7 +73,7 @@ class IdParking:
         except HornbillError as error:
             text = f"its servo ID is 0 in RAM: {before} could not be put back ({error.detail})"
             evidence = Evidence("servo_id_lost", text, known(servo_id=before, problem=error.code))
-            target.record.problem = target.record.problem or text
+            _note(target, NotAsWanted(text, cause="servo_id_not_put_back", servo_id=before, failure=error.code))
         run.tell()
         run.job.done(name, evidence)
 
@@ -81,7 +82,7 @@ class IdParking:
         for target in run.targets:
             if target.aside is not None and target.record.verdict != "done":
                 text = f"its servo ID is 0 in RAM, and was {target.aside}. Resume the job, or restart the servo."
-                target.record.problem = target.record.problem or text
+                _note(target, NotAsWanted(text, cause="servo_id_parked", servo_id=target.aside))
         run.tell()
 
     async def pin_elsewhere(self, run: CommissionRun, servo: Servo) -> None:
@@ -107,3 +108,8 @@ class IdParking:
         ):
             self._allocations.drop(servo.uid)
         run.pinned.discard(servo.uid)
+
+
+def _note(target: CommissionTarget, problem: HornbillError) -> None:
+    """What is left of its parked servo ID, unless another problem is known of it already."""
+    target.record.problem = target.record.problem or problem_document(problem)

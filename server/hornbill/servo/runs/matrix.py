@@ -8,6 +8,7 @@ from functools import partial
 from hornbill.domain.change import Change, Reason
 from hornbill.errors import Conflict, HornbillError, NotAsWanted
 from hornbill.servo.configuration.changes import Changes
+from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.configuration.restart_plan import RestartOptions
 from hornbill.servo.configuration.restarting import Restarting
 from hornbill.servo.configuration.writing import UNDO_WITHIN_S, Outcome, WriteOptions
@@ -38,11 +39,6 @@ class MatrixTarget(WrittenTarget):
     values: Values
     servo: Servo | None = None
     job: RunningJob | None = None
-
-    @property
-    def title(self) -> str:
-        """Title of the servo."""
-        return f"servo {self.uid[:8]}" if self.servo is None else self.servo.title
 
     @property
     def accepted(self) -> bool:
@@ -189,7 +185,8 @@ class Matrix:
         """
         self._leases.allow_write(options.lease_id, self._base.now())
         targets = [
-            MatrixTarget(uid=uid, place=place, values=asked) for place, (uid, asked) in enumerate(values.items(), 1)
+            MatrixTarget(record=ServoRecord(uid), place=place, values=asked)
+            for place, (uid, asked) in enumerate(values.items(), 1)
         ]
         run = MatrixRun(targets=targets, options=options, leaving=list(values))
         await self._plan_all(run)
@@ -216,6 +213,7 @@ class Matrix:
 
     async def _plan(self, run: MatrixRun, target: MatrixTarget) -> None:
         target.servo = self._fleet.get(target.uid)
+        target.record.identify(target.servo)
         options = replace(run.write_options(target), dry_run=True)
         if run.options.dry_run:
             planned = await self._changes.edit(target.servo, target.values, options)

@@ -20,6 +20,7 @@ from hornbill.errors import (
     Stopped,
 )
 from hornbill.servo.configuration.following import RestartFollower
+from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.device import permission
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.output import KEY, ON, SESSION, taken_by
@@ -74,23 +75,21 @@ class OutputTarget(RunTarget):
     kept_by: str | None = None
     angle_deg: float | None = None
 
-    @property
-    def title(self) -> str:
-        """Title of the servo."""
-        return self.servo.title
-
     def fail(self, problem: HornbillError) -> None:
         """Record the problem that kept its output off."""
-        self.outcome, self.problem = "failed", problem
+        self.outcome = "failed"
+        RunTarget.fail(self, problem)
+
+    def close(self) -> None:
+        """Complete the record."""
+        if self.outcome == "on":
+            self.record.verdict = "done"
+        RunTarget.close(self)
 
     def shown(self) -> dict[str, object]:
         """The target in the result of the job, as JSON."""
-        problem = None
-        if self.problem is not None:
-            problem = {"code": self.problem.code, "detail": self.problem.detail, "summary": self.problem.summary}
         return {
-            "uid": self.uid, "title": self.title, "outcome": self.outcome, "kept_by": self.kept_by,
-            "angle_deg": self.angle_deg, "problem": problem,
+            **self.record.document(), "outcome": self.outcome, "kept_by": self.kept_by, "angle_deg": self.angle_deg
         }  # fmt: skip
 
 
@@ -102,10 +101,6 @@ class OutputRun(FleetJob[OutputTarget]):
 
     lease_id: str | None
     by: str
-
-    def result(self) -> dict[str, object]:
-        """The result of the job as of now."""
-        return {"servos": [target.shown() for target in self.targets]}
 
     ALSO = "outputs_stayed_off"
 
@@ -172,7 +167,12 @@ class RestoreOutputJobs:
         _require_lease([one.servo for one in found if one.needs_lease])
         if WORD not in confirm:
             _require_word([one.servo for one in found if one.under_load])
-        targets = [OutputTarget(uid=one.servo.uid, place=place, servo=one.servo) for place, one in enumerate(found, 1)]
+        targets = [
+            OutputTarget(record=ServoRecord(one.servo.uid, by=by), place=place, servo=one.servo)
+            for place, one in enumerate(found, 1)
+        ]
+        for target in targets:
+            target.record.identify(target.servo)
         steps = [Step("clear", "Stop cleared"), *(target.step("restore", "output on") for target in targets)]
 
         async def work(job: RunningJob) -> dict[str, object]:

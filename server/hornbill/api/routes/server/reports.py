@@ -42,7 +42,7 @@ HTML_POLICY = (
 )
 async def get_report(host: TheHost, job_id: JobId, format: Format = "json") -> Response:
     """The report of any job, under way or ended, also before the server was started or of servos that are gone."""
-    made = report(host.jobs.get(job_id), host.store.servos.get, host.catalog)
+    made = report(host.jobs.get(job_id), host.store.servos.get)
     if format == "html":
         safe = {"Content-Security-Policy": HTML_POLICY, "X-Content-Type-Options": "nosniff"}
         return Response(as_html(made, host.catalog), media_type="text/html; charset=utf-8", headers=safe)
