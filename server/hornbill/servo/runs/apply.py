@@ -19,7 +19,6 @@ from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.runs.fleet_run import SAVED, FleetJob, OnAnomaly, WrittenTarget, check_outcome, rows_written
-from hornbill.servo.runs.id_order import IDS
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.steps import Evidence, Step
 from hornbill.units import Uid
@@ -128,7 +127,7 @@ class ProfileJobs:
         servos = [self._fleet.get(uid) for uid in uids]
         if len(set(uids)) < len(uids):
             raise InvalidValue("A servo is named twice. Name each once.", cause="named_twice")
-        given = [key for key in IDS if profile.values.get(key)]
+        given = [key for key in self._fleet.catalog.unique if profile.values.get(key)]
         if given and len(servos) > 1:
             raise Conflict(
                 f'The profile "{name}" holds {given[0]}, which no two servos may share. Apply it to one servo only.',

@@ -16,6 +16,7 @@ from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runs.commission_request import CommissionRequest, Wanted
 from hornbill.servo.runs.fleet_run import FleetJob, RunTarget, check_outcome
+from hornbill.servo.runs.id_exchange import IdExchange
 from hornbill.servo.runs.id_order import IdTurn
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.units import Raw, Uid
@@ -31,18 +32,17 @@ LOOK_AGAIN_S = 0.05
 
 @dataclass(slots=True, kw_only=True)
 class CommissionTarget(RunTarget):
-    """One servo of the job and its progress. `finished`: in an earlier run of the job. `aside`: its servo ID before it
-    was parked.
-    """
+    """One servo of the job and its progress. `finished`: in an earlier run of the job."""
 
     wanted: Wanted
     finished: bool = False
-    aside: Raw | None = None
 
 
 @dataclass(slots=True, kw_only=True)
 class CommissionRun(FleetJob[CommissionTarget]):
-    """One run of a job. `pinned`: servos whose allocation was pinned on the way, and is to be forgotten."""
+    """One run of a job. `pinned`: servos whose allocation was pinned on the way, and is to be forgotten. `ids`: the
+    IDs that were parked on the way.
+    """
 
     SHOWS_RESULT = True
 
@@ -51,6 +51,7 @@ class CommissionRun(FleetJob[CommissionTarget]):
     lease_id: str | None
     by: str
     pinned: set[Uid] = field(default_factory=set[Uid])
+    ids: IdExchange = field(default_factory=IdExchange)
 
     def target(self, uid: Uid) -> CommissionTarget:
         """The target of that servo."""

@@ -2,6 +2,7 @@
 
 import asyncio
 from dataclasses import asdict
+from functools import partial
 from typing import Protocol
 
 from hornbill.domain.fields import known
@@ -20,14 +21,11 @@ from hornbill.servo.runs.commission_request import wanted_values
 from hornbill.servo.runs.commission_run import CommissionRun, CommissionTarget, CommissionWriter
 from hornbill.servo.runs.fleet_run import SAVED, NotNeeded, rows_written
 from hornbill.servo.runs.id_order import IdTurn
-from hornbill.servo.runs.id_parking import IdParking
+from hornbill.servo.runs.id_parking import PARK_STEPS, IdParking
 from hornbill.servo.runtime.steps import Evidence
 from hornbill.store.audit import NewAuditEntry
 from hornbill.store.tables import Json
 from hornbill.units import Raw
-
-PARK_STEPS = {"servo_id": "aside", "node_id": "away"}
-"""Name of the step that parks an ID, by row."""
 
 FAILED_BEFORE = Evidence("failed_before", "it failed before")
 JOB_ENDED = Evidence("job_ended", "an anomaly ended the job")
@@ -77,10 +75,8 @@ class CommissionSteps:
 
     async def _turn(self, run: CommissionRun, turn: IdTurn) -> None:
         target = run.target(turn.uid)
-        if turn.parked == "servo_id":
-            await run.step(target, PARK_STEPS[turn.parked], self._parking.aside)
-        elif turn.parked == "node_id":
-            await run.step(target, PARK_STEPS[turn.parked], self._parking.away)
+        if turn.parked is not None:
+            await run.step(target, PARK_STEPS[turn.parked], partial(self._parking.park, turn.parked))
         elif target.problem is not None:  # it could not step aside
             run.skip(target, FAILED_BEFORE)
         else:
@@ -104,9 +100,8 @@ class CommissionSteps:
 
     async def _clear_up(self, run: CommissionRun) -> None:
         """Put back the servo IDs of parked servos whose turn did not come, and skip all waiting steps."""
+        await self._parking.put_back(run)
         for target in run.targets:
-            if target.aside is not None and target.record.verdict != "done":
-                await self._parking.put_back(run, target)
             if target.problem is None and target.record.verdict == "waiting":
                 target.record.verdict = "not_tried"
             run.skip(target, JOB_ENDED if target.problem is None else FAILED_BEFORE)
@@ -125,7 +120,7 @@ class CommissionSteps:
         if target.wanted.node_id == 0 and servo.node_id in run.request.fixed:
             await self._parking.pin_elsewhere(run, servo)
         written = await self._writer.apply(run, servo, values) if values else 0
-        target.aside = None
+        run.ids.settle(servo.uid)
         if target.wanted.label and target.wanted.label != servo.label:
             await self._set_label(servo, target.wanted.label, by=run.by, job=run.job.id)
         target.record.identify(servo)

@@ -17,9 +17,10 @@ from hornbill.servo.device.servo import Servo
 from hornbill.servo.profiles.profiles import Profiles
 from hornbill.servo.runs.commission_request import CommissionRequest, Wanted, check_wanted, wanted_values
 from hornbill.servo.runs.commission_run import CommissionRun, CommissionTarget, CommissionWriter
-from hornbill.servo.runs.commission_steps import PARK_STEPS, CommissionSteps
+from hornbill.servo.runs.commission_steps import CommissionSteps
 from hornbill.servo.runs.fleet_run import OnAnomaly
 from hornbill.servo.runs.id_order import IdTurn, order_ids
+from hornbill.servo.runs.id_parking import PARK_STEPS
 from hornbill.servo.runtime.jobs import RunningJob, Work
 from hornbill.servo.runtime.steps import Step
 from hornbill.servo.torque_off.stop import StopControl

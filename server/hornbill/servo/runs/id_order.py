@@ -1,13 +1,10 @@
-"""Order in which servos get new IDs, so that no two share one on the way."""
+"""Order in which servos get new IDs, so that no two share one on the way. 0 may be shared."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hornbill.errors import Conflict
 from hornbill.units import Uid
-
-IDS = ("servo_id", "node_id")
-"""Rows that hold one number a servo (sections 4.37, 4.38). 0 may be shared: unprovisioned, or dynamic."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Parameters × servos as one: read together, planned together, each servo changed all or nothing."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -18,18 +18,15 @@ from hornbill.servo.device.output import KEY
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.runs.fleet_run import FleetRun, WrittenTarget
-from hornbill.servo.runs.id_order import IDS, check_ids, moves
-from hornbill.servo.runtime.hub import Happened, Hub
+from hornbill.servo.runs.id_exchange import IdExchange, IdMove
+from hornbill.servo.runs.id_order import check_ids, moves
+from hornbill.servo.runtime.hub import Happened
 from hornbill.servo.runtime.jobs import RunningJob
 from hornbill.servo.runtime.shielded import shielded
 from hornbill.units import Uid
 
 Values = Mapping[str, object]
-Ids = Mapping[Uid, int]
 REASON = Reason("matrix", "matrix")
-
-AGAIN_S = 0.25
-"""Interval of retries when IDs are put back: the other servos wait for the number."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -44,6 +41,11 @@ class MatrixTarget(WrittenTarget):
     def accepted(self) -> bool:
         """Whether it may be written."""
         return self.outcome == "planned"
+
+    @property
+    def ids(self) -> Collection[str]:
+        """Its rows that hold a number of one servo alone."""
+        return () if self.servo is None else self.servo.catalog.unique
 
     def wants(self, key: str) -> int | None:
         """The requested ID, after planning. None if it does not change."""
@@ -84,66 +86,6 @@ class MatrixRun(FleetRun[MatrixTarget]):
             self.options.lease_id, save=self.options.save, revision=self.options.revisions.get(target.uid),
             confirm=self.options.confirm, leaving=self.leaving, reason=REASON,
         )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Moved:
-    """One write of an ID row: its value before and after."""
-
-    servo: Servo
-    key: str
-    before: int
-    number: int
-
-
-class Swap:
-    """Exchange of IDs among servos, all or none. `move` is one write, proved by a read-back."""
-
-    def __init__(self, hub: Hub, move: Callable[[Moved], Awaitable[Outcome]]) -> None:
-        self._hub = hub
-        self._move = move
-
-    async def run(self, servos: Mapping[Uid, Servo], ids: Mapping[str, tuple[Ids, Ids]]) -> HornbillError | None:
-        """`ids`: by row, what the servos have now and what they want. None, or why everything was put back."""
-        made: list[Moved] = []
-        for key, (current, wanted) in ids.items():
-            now = dict(current)
-            for uid, number in moves(current, wanted):
-                one = Moved(servos[uid], key, now[uid], number)
-                made.append(one)
-                failure = await self._try(one)
-                if failure is not None:
-                    await self._back(made)
-                    return failure
-                now[uid] = number
-        return None
-
-    async def _back(self, made: list[Moved]) -> None:
-        """Put back, last first, through the same states; also the failed write, because it may have arrived."""
-        held: set[tuple[str, int]] = set()  # numbers that could not be left, and so not be given
-        stuck: list[str] = []
-        until = asyncio.get_running_loop().time() + UNDO_WITHIN_S
-        for one in reversed(made):
-            taken = one.before != 0 and (one.key, one.before) in held
-            if taken or not await self._put_back(Moved(one.servo, one.key, one.number, one.before), until):
-                held.add((one.key, one.number))
-                stuck.append(f"{one.servo.title} ({one.key} {one.number} instead of {one.before})")
-        if stuck:
-            text = f"Ids that could not be put back: {', '.join(stuck)}. Read these servos, and write their ids anew."
-            self._hub.tell(Happened("failure", "not_rolled_back", text, params={"ids": stuck}))
-
-    async def _put_back(self, one: Moved, until: float) -> bool:
-        while await self._try(one) is not None:
-            if asyncio.get_running_loop().time() >= until:
-                return False
-            await asyncio.sleep(AGAIN_S)
-        return True
-
-    async def _try(self, one: Moved) -> HornbillError | None:
-        try:
-            return (await self._move(one)).failure
-        except HornbillError as error:
-            return error
 
 
 class Matrix:
@@ -206,7 +148,7 @@ class Matrix:
         while True:
             self._check_ids(run)
             run.leaving = _leaving(run.accepted)
-            moving = [target for target in run.accepted if any(target.wants(key) for key in IDS)]
+            moving = [target for target in run.accepted if any(target.wants(key) for key in target.ids)]
             await run.together(moving, "plan", self._plan)
             if all(target.accepted for target in moving):
                 return
@@ -225,10 +167,9 @@ class Matrix:
             target.changes = (await self._changes.apply(target.servo, target.values, options)).changes
         target.outcome = "planned"
 
-    @staticmethod
-    def _check_ids(run: MatrixRun) -> None:
+    def _check_ids(self, run: MatrixRun) -> None:
         """Reject servos that want an ID which another one wants, or has and keeps."""
-        for key in IDS:
+        for key in self._fleet.catalog.unique:
             while True:
                 accepted = run.accepted
                 try:
@@ -242,7 +183,9 @@ class Matrix:
 
     async def _write_all(self, run: MatrixRun, accepted: Sequence[MatrixTarget]) -> None:
         run.leaving = _leaving(accepted)
-        run.tied = {uid for key in IDS for uid in _tied(_ids(accepted, key), _wanted(accepted, key))}
+        run.tied = {
+            uid for key in self._fleet.catalog.unique for uid in _tied(_ids(accepted, key), _wanted(accepted, key))
+        }
         await run.together(accepted, "write", self._write)
         tied = [target for target in accepted if target.uid in run.tied]
         if tied:
@@ -250,8 +193,9 @@ class Matrix:
 
     async def _write(self, run: MatrixRun, target: MatrixTarget) -> None:
         """Write the rows of one servo; of tied servos without the IDs, which are written last."""
-        later = [change for change in target.changes if change.key in IDS and target.uid in run.tied]
-        values = {key: value for key, value in target.values.items() if key not in IDS or target.uid not in run.tied}
+        tied = target.ids if target.uid in run.tied else ()
+        later = [change for change in target.changes if change.key in tied]
+        values = {key: value for key, value in target.values.items() if key not in tied}
         written: list[Change] = []
         if values:
             outcome = await self._apply(target, values, run.write_options(target))
@@ -267,9 +211,7 @@ class Matrix:
         failure = next((one.problem for one in tied if one.outcome != "applied"), None)
         titles = ", ".join(one.title for one in tied)
         if failure is None:
-            swap = Swap(self._hub, partial(self._move, run, {one.uid: one for one in tied}))
-            ids = {key: (_ids(tied, key), _wanted(tied, key)) for key in IDS}
-            failure = await swap.run({one.uid: one.servo for one in tied if one.servo is not None}, ids)
+            failure = await self._exchange(run, tied)
         if failure is None:
             for one in tied:
                 one.changes = _with_ids(one, "applied")
@@ -285,10 +227,35 @@ class Matrix:
                 )
                 one.outcome = "rolled_back"
 
+    async def _exchange(self, run: MatrixRun, tied: Sequence[MatrixTarget]) -> HornbillError | None:
+        """Write the IDs of tied servos in RAM, one by one. None, or why all of them were put back."""
+        exchange, write = IdExchange(), partial(self._write_id, run)
+        servos = {one.uid: one.servo for one in tied if one.servo is not None}
+        try:
+            for key in self._fleet.catalog.unique:
+                now = _ids(tied, key)
+                for uid, number in moves(now, _wanted(tied, key)):
+                    await exchange.move(IdMove(servos[uid], key, now[uid], number), write)
+                    now[uid] = number
+        except HornbillError as failure:
+            undone = await exchange.put_back(write, UNDO_WITHIN_S)
+            stuck = [
+                f"{one.servo.title} ({one.key} {one.number} instead of {one.before})"
+                for one, problem in undone
+                if problem is not None
+            ]
+            if stuck:
+                text = (
+                    f"Ids that could not be put back: {', '.join(stuck)}. Read these servos, and write their ids anew."
+                )
+                self._hub.tell(Happened("failure", "not_rolled_back", text, params={"ids": stuck}))
+            return failure
+        return None
+
     async def _put_back(self, run: MatrixRun, one: MatrixTarget) -> None:
         """Put back the rows other than IDs; IDs are put back by the swap."""
         before = {change.key: change.before for change in one.changes if change.verdict in ("applied", "clamped")}
-        before = {key: value for key, value in before.items() if key not in IDS and value is not None}
+        before = {key: value for key, value in before.items() if key not in one.ids and value is not None}
         if before.get(KEY) == "on":  # what it took stays away: a servo is never energised to undo something
             del before[KEY]
         verdict = "rolled_back"
@@ -304,18 +271,19 @@ class Matrix:
             for change in _with_ids(one, "rolled_back")
         ]  # fmt: skip
 
-    async def _move(self, run: MatrixRun, tied: Mapping[Uid, MatrixTarget], moved: Moved) -> Outcome:
-        target = tied[moved.servo.uid]
-        outcome = await self._apply(target, {moved.key: moved.number}, run.write_options(target))
-        if outcome.failure is None and any(change.verdict == "clamped" for change in outcome.changes):
+    async def _write_id(self, run: MatrixRun, move: IdMove) -> None:
+        target = next(one for one in run.targets if one.uid == move.servo.uid)
+        outcome = await self._apply(target, {move.key: move.number}, run.write_options(target))
+        if outcome.failure is not None:
+            raise outcome.failure
+        if any(change.verdict == "clamped" for change in outcome.changes):
             raise NotAsWanted(
-                f"{target.title} did not take {moved.number} as {moved.key}.",
-                key=moved.key,
+                f"{target.title} did not take {move.number} as {move.key}.",
+                key=move.key,
                 cause="id_not_taken",
                 servo=target.title,
-                number=moved.number,
+                number=move.number,
             )
-        return outcome
 
     async def _apply(self, target: MatrixTarget, values: Values, options: WriteOptions) -> Outcome:
         assert target.servo is not None
@@ -340,7 +308,7 @@ def _wanted(entries: Sequence[MatrixTarget], key: str) -> dict[Uid, int]:
 
 
 def _leaving(entries: Sequence[MatrixTarget]) -> list[Uid]:
-    return [one.uid for one in entries if any(one.wants(key) is not None for key in IDS)]
+    return [one.uid for one in entries if any(one.wants(key) is not None for key in one.ids)]
 
 
 def _tied(ids: Mapping[Uid, int], wanted: Mapping[Uid, int]) -> set[Uid]:
@@ -356,7 +324,7 @@ def _with_ids(one: MatrixTarget, verdict: str) -> list[Change]:
     done = verdict == "applied"
     return [
         replace(change, after=change.requested if done else change.before, verdict=verdict)
-        if change.key in IDS and change.requested != change.before
-        else replace(change, verdict="unchanged") if change.key in IDS else change
+        if change.key in one.ids and change.requested != change.before
+        else replace(change, verdict="unchanged") if change.key in one.ids else change
         for change in one.changes
     ]  # fmt: skip

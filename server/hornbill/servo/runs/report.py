@@ -98,7 +98,7 @@ def _from_steps(job: RunningJob, uid: Uid, kept: StoredServo | None) -> ServoRec
     failed = [step for step in mine if step.state == "failed"]
     if failed or (job.uid == uid and job.error is not None):
         said = failed[0].evidence or f"{failed[0].text}: failed" if failed else ""
-        made.fail(job.error or HornbillError(said))
+        made.fail(job.error or HornbillError(said, cause=None))
     elif job.ended and made.started_at is None:
         made.verdict = "not_tried"
     elif job.ended and all(step.state in ("done", "skipped") for step in mine):

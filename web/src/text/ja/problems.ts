@@ -421,6 +421,9 @@ export const causes: Readonly<Record<string, Saying>> = {
   servo_id_taken_meanwhile: p => `サーボID ${p.servo_id}は別のサーボが使用しています。`,
   several_adapters: p =>
     `${p.address}に当てはまるアダプターが複数あります。シリアル番号で指定してください: ${p.others}。`,
+  servo_id_not_put_back: p => `サーボIDはRAMで0です: ${p.servo_id ?? "–"}に戻せませんでした。`,
+  servo_id_parked: p =>
+    `サーボIDはRAMで0です（元は${p.servo_id ?? "–"}）。処理を再開するか、サーボを再起動してください。`,
   shared_servo_id: p =>
     `${p.servo}と${p.owner_title}が同じサーボID ${p.requested}を使っており、両方が動きます。それぞれに固有のIDを付けるか、単独で指令してください。`,
   silent_node: p =>
