@@ -293,9 +293,7 @@ function UnitRow({ unit, over }: { unit: Unit; over: boolean }) {
       {verdict === "failed" && (
         <div class="c-anomaly" role="alert">
           <p>
-            <b>
-              {failure ? failureText(failure) : said.verdict.failed}
-            </b>
+            <b>{failure ? failureText(failure) : said.verdict.failed}</b>
           </p>
           {over && entry && (
             <div class="c-anomaly-do">
