@@ -29,8 +29,6 @@ STANDS: Final = 0.5
 """With less than this share of the step behind it a horn has not gone there, and a step back measures nothing."""
 
 UNDER: Final = ("current_voltage", "current_temperature")
-LIMIT_BITS: Final = 0b111111 << 8
-"""Bits 8 to 13 of 0x19: an angle, speed or torque limit acted (section 4.12)."""
 
 STEPS: Final = {
     "check": "Ready, and what it is measured under recorded",
@@ -189,7 +187,10 @@ class StepTests:
             bits = await self._requests.read(servo, servo.registers["fault_notification"].parameter, POLL)
         except HornbillError:
             return ["Whether a limit acted is not known: the notifications could not be read."]
-        return ["A limit of the servo acted, so these are its numbers, not the loop's."] if bits & LIMIT_BITS else []
+        limits = sum(
+            bit.mask for bit in servo.catalog.faults_of(pwm=False) if bit.level == "notification" and bit.limit
+        )
+        return ["A limit of the servo acted, so these are its numbers, not the loop's."] if bits & limits else []
 
     async def _go_home(self, servo: Servo, lease_id: str | None, home: float) -> None:
         try:

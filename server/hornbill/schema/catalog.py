@@ -43,6 +43,8 @@ class Catalog:
     """Rows that every servo is asked for, and their periods in seconds."""
     fault_words: tuple[str, ...]
     """The rows of detail bits, read while the overview is not 0."""
+    fault_bits: Mapping[str, FaultBit]
+    """The detail bits by key."""
     stops_output: Mapping[str, int]
     """Those of them with bits that mean no output, and which of these bits mean it whatever the readings are."""
     protections: Mapping[int, tuple[str, str]]
@@ -91,6 +93,7 @@ class Catalog:
             ),
             polled=MappingProxyType({key: row.poll_s for key, row in parameters.items() if row.poll_s is not None}),
             fault_words=tuple(REGISTERS),
+            fault_bits=MappingProxyType({bit.key: bit for bit in fault_table.fault}),
             stops_output=MappingProxyType(_stops_output(fault_table)),
             protections=MappingProxyType(_protections(parameters, fault_table)),
             unique=tuple(key for key, row in parameters.items() if row.unique is not None),

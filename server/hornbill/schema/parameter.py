@@ -113,6 +113,7 @@ class Parameter(Row):
     )
     moves_horn: bool = Field(default=False, description="A change moves a held horn, so torque must be off.")
     shapes_output: bool = Field(default=False, description="No effect while the motor has no output.")
+    sided: bool = Field(default=False, description="Its sign is a side: plus is clockwise. Shown with its sign.")
     live: bool = Field(
         default=False, description="Changes without being written, and is read before a save, restart or reset."
     )

@@ -15,21 +15,6 @@ export function addressOf(key: string): string {
   return catalog.value?.rows.get(key)?.name ?? "";
 }
 
-/** Rows whose sign is a side: clockwise is plus. A limit that lies on one side alone has it, too. */
-const SIDED: ReadonlySet<string> = new Set([
-  "command_angle",
-  "command_speed",
-  "command_torque",
-  "current_angle",
-  "current_speed",
-  "current_torque",
-  "angle_limit_cw",
-  "angle_limit_ccw",
-  "torque_limit_cw",
-  "torque_limit_ccw",
-  "origin",
-]);
-
 /** A value with the unit it was told with, where it was. */
 export function valueText(key: string, value: unknown, unit?: string): string {
   if (value === null || value === undefined) return NONE;
@@ -42,7 +27,7 @@ export function valueText(key: string, value: unknown, unit?: string): string {
     perUnit: other && row.unit_when ? row.unit_when.per_unit : row.per_unit,
     kind: row.kind,
     choices: row.choices,
-    sided: SIDED.has(key),
+    sided: row.sided ?? false,
   };
   return full(value as Value, shape);
 }

@@ -21,14 +21,8 @@ from hornbill.wire.messages import Mode, NodeHealth, NodeStatus
 STATUS_PERIOD_S = 0.1
 """A servo broadcasts its angle every 100 ms (table 2-2)."""
 
-ROM_LOST_BIT = 1 << 15
-"""Warning bit: what was saved could not be loaded at the last start, and defaults are in use (section 4.12)."""
-
 NO_TORQUE_PCT: Final = 2
 """What 0x0A may read of a motor without output."""
-
-NO_PWM_BIT = 1 << 20
-"""Notification bit: no signal at the PWM input, which otherwise commands where CAN is silent (4.12, 4.30)."""
 
 
 class State(StrEnum):
@@ -157,10 +151,15 @@ class Servo:
             return State.PROTECTED
         return State.READY
 
+    def reports(self, fault: str) -> bool:
+        """Whether this fault bit is set, as its word was last read (section 4.12)."""
+        bit = self.catalog.fault_bits[fault]
+        return bool((self.raw(bit.parameter) or 0) & bit.mask)
+
     @property
     def rom_lost(self) -> bool:
         """Whether it started on defaults because ROM could not be loaded, as its warnings were last read."""
-        return bool((self.raw("fault_warning") or 0) & ROM_LOST_BIT)
+        return self.reports("rom_lost")
 
     @property
     def protected(self) -> bool:
@@ -219,7 +218,7 @@ class Servo:
     def commanded_by_pwm(self) -> bool:
         """Whether a PWM signal may take over where CAN is silent (section 4.30)."""
         pwm = self.model is not None and self.model.pwm
-        return pwm and not (self.raw("fault_notification") or 0) & NO_PWM_BIT
+        return pwm and not self.reports("pwm_missing")
 
     @property
     def soft_starting(self) -> bool:
