@@ -358,3 +358,13 @@ def test_every_row_names_its_section() -> None:
         0x5B: "4.44", 0x5C: "4.44",
     }  # fmt: skip
     assert {row.address: row.section for row in CATALOG.parameters.values()} == section
+
+
+def test_the_sign_of_what_turns_is_a_side_and_no_other_sign_is() -> None:
+    sided = {row.address for row in CATALOG.parameters.values() if row.sided}
+    assert sided == {0x00, 0x01, 0x02, 0x08, 0x09, 0x0A, 0x38, 0x39, 0x3C, 0x3D, 0x44}
+
+
+def test_the_notifications_that_tell_of_a_limit_are_those_of_angle_speed_and_torque() -> None:
+    told = [bit for bit in CATALOG.faults_of(pwm=False) if bit.level == "notification" and bit.limit]
+    assert sum(bit.mask for bit in told) == 0b111111 << 8
