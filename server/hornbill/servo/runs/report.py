@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from hornbill.errors import HornbillError
 from hornbill.servo.configuration import record as records
 from hornbill.servo.configuration.record import ServoRecord
 from hornbill.servo.runtime.jobs import RunningJob
@@ -97,8 +96,10 @@ def _from_steps(job: RunningJob, uid: Uid, kept: StoredServo | None) -> ServoRec
     made.started_at, made.ended_at = min(begun, default=None), max(ended, default=None)
     failed = [step for step in mine if step.state == "failed"]
     if failed or (job.uid == uid and job.error is not None):
-        said = failed[0].evidence or f"{failed[0].text}: failed" if failed else ""
-        made.fail(job.error or HornbillError(said, cause=None))
+        if job.error is not None:
+            made.fail(job.error)
+        else:
+            made.verdict, made.problem = "failed", {"detail": failed[0].evidence or f"{failed[0].text}: failed"}
     elif job.ended and made.started_at is None:
         made.verdict = "not_tried"
     elif job.ended and all(step.state in ("done", "skipped") for step in mine):
