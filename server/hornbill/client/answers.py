@@ -1203,6 +1203,8 @@ class Parameter(TypedDict):
     """Section of the specification."""
     shapes_output: bool
     """No effect while the motor has no output."""
+    sided: bool
+    """Its sign is a side: plus is clockwise. Shown with its sign."""
     since: str
     """First firmware with this row."""
     smallest: int | None

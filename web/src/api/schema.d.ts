@@ -5466,6 +5466,11 @@ export interface components {
              */
             shapes_output: boolean;
             /**
+             * @description Its sign is a side: plus is clockwise. Shown with its sign.
+             * @default false
+             */
+            sided: boolean;
+            /**
              * @description First firmware with this row.
              * @default 1.010
              */
