@@ -9,10 +9,14 @@ from dataclasses import dataclass
 
 import httpx
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Request, expect, sync_playwright
 
 from e2e.chromium import find
 from e2e.servers import running
+
+PATIENCE_MS = 15_000
+"""What a page shall do comes within this time on a busy machine; how soon it comes is judged elsewhere."""
+expect.set_options(timeout=PATIENCE_MS)
 
 DRIVER = "GL Driver Message"
 """What Chromium says of its own graphics driver: drawing in software it reads pictures back."""
@@ -124,7 +128,7 @@ def context(request: pytest.FixtureRequest) -> Iterator[BrowserContext]:
     name = "scene_browser" if request.node.get_closest_marker("scene") else "browser"
     launched: Browser = request.getfixturevalue(name)
     made = launched.new_context(viewport={"width": 1440, "height": 900})
-    made.set_default_timeout(15_000)
+    made.set_default_timeout(PATIENCE_MS)
     yield made
     made.close()
 

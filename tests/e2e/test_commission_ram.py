@@ -1,14 +1,14 @@
-"""Commissioning without a save is not finished: said so, and saved from the report, by mouse, touch and keys alone."""
+"""Commissioning without a save is not finished: said so, and saved from the report, by touch and keys alone."""
 
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect
+from playwright.sync_api import Browser, BrowserContext, expect
 
+from e2e.hand import WAYS, Hand, hand_of
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, turn_by_hand, until
 from e2e.test_commission_failing import at_report, heading, plugged, saved_ids, sim
-from e2e.test_story import press
 
 JOB_MS = 60_000
 
@@ -27,54 +27,34 @@ def servos(server: Server) -> Iterator[list[str]]:
         server.api.delete(f"/sim/servos/{uid}")
 
 
-WIDE: ViewportSize = {"width": 1440, "height": 900}
-TABLET: ViewportSize = {"width": 820, "height": 1180}
-
-
-class Hand:
-    """Whoever sits there: presses what has a test id."""
-
-    def __init__(self, page: Page, by: str) -> None:
-        self._page, self._by = page, by
-
-    def do(self, testid: str, key: str = "Enter") -> None:
-        if self._by == "keyboard":
-            press(self._page, testid, key)
-        elif self._by == "touch":
-            self._page.get_by_test_id(testid).tap()
-        else:
-            self._page.get_by_test_id(testid).click()
-
-    def tick(self, testid: str) -> None:
-        self.do(testid, "Space")
-
-
-def commissioned_in_ram(page: Page, server: Server, hand: Hand) -> None:
+def commissioned_in_ram(server: Server, hand: Hand) -> None:
     """Everybody gets the next free ID, and nothing is saved."""
+    page = hand.page
     page.goto(server.url + "commission")
     expect(page.get_by_test_id("find-count")).to_contain_text("2 of 2", timeout=25_000)
-    hand.do("find-go")
-    hand.do("give-rest")
-    hand.do("identify-go")
-    hand.do("profile-go")
+    hand.press("find-go")
+    hand.press("give-rest")
+    hand.press("identify-go")
+    hand.press("profile-go")
     expect(page.locator('[data-testid^="changes-"]').first).to_be_visible(timeout=30_000)
     expect(page.get_by_test_id("check-step")).not_to_contain_text("Asking", timeout=30_000)
-    hand.tick("save")
+    hand.press("save", "Space")
     expect(page.get_by_test_id("horn-free")).to_have_count(0)
-    hand.do("start")
+    hand.press("start")
     at_report(page)
 
 
-@pytest.mark.parametrize("by", ["mouse", "touch", "keyboard"])
+@pytest.mark.parametrize("way", WAYS)
 def test_values_in_ram_are_not_finished_until_they_are_saved_from_the_report(
-    by: str, browser: Browser, server: Server, servos: list[str]
+    way: str, browser: Browser, server: Server, servos: list[str]
 ) -> None:
-    size = TABLET if by == "touch" else WIDE
-    context: BrowserContext = browser.new_context(viewport=size, has_touch=by == "touch")
-    context.set_default_timeout(15_000)
-    page, report = context.new_page(), "commission-page"
-    hand = Hand(page, by)
-    commissioned_in_ram(page, server, hand)
+    with hand_of(browser, way) as hand:
+        saved_from_the_report(hand, server, servos)
+
+
+def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None:
+    page, report = hand.page, "commission-page"
+    commissioned_in_ram(server, hand)
 
     heading(page, "Not finished: 2 servos in RAM only")
     expect(page.get_by_test_id(report)).not_to_contain_text("are commissioned")
@@ -87,19 +67,19 @@ def test_values_in_ram_are_not_finished_until_they_are_saved_from_the_report(
     expect(steps).to_have_count(4)
     assert saved_ids(server, servos) == [0, 0]
     assert complaints(page) == []
-    if by == "touch":
+    if hand.way == "touch":
         assert too_small(page) == []
 
     for uid in servos:
         turn_by_hand(server, uid, 30)
-    hand.do("report-save")
+    hand.press("report-save")
     expect(page.get_by_test_id("after-save")).to_contain_text("The horn moves: +30.0° to 0.0°")
     expect(page.get_by_test_id("plan-go")).to_be_disabled()
     hand.tick("horn-free")
-    hand.do("plan-go")
+    hand.press("plan-go")
     for uid in servos:
         expect(page.get_by_test_id(f"result-{uid}")).to_have_attribute("data-state", "ok", timeout=JOB_MS)
-    hand.do("plan-close")
+    hand.press("plan-close")
     heading(page, "All 2 servos are commissioned")
     heading(page, "Saved, and read back from ROM after the restart.")
     expect(page.get_by_test_id("report-save")).to_have_count(0)
@@ -109,14 +89,13 @@ def test_values_in_ram_are_not_finished_until_they_are_saved_from_the_report(
     assert 0 not in ids
     page.reload()
     heading(page, "All 2 servos are commissioned")
-    context.close()
 
 
 def test_values_that_a_power_cut_took_are_not_called_commissioned(
     context: BrowserContext, server: Server, servos: list[str]
 ) -> None:
     page = context.new_page()
-    commissioned_in_ram(page, server, Hand(page, "mouse"))
+    commissioned_in_ram(server, Hand(page, "mouse"))
     heading(page, "Not finished: 2 servos in RAM only")
     for uid in servos:
         sim(server, uid, power="off")

@@ -22,7 +22,7 @@ ROM = {"speed_torque_control": 1, "timeout_action": 0, "soft_start": 0}
 
 def made(demo: Demo, label: str, servo_id: int) -> str:
     """A servo of its own, ready."""
-    body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": servo_id, "rom": ROM}
+    body = {"model": "BLA21-12U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": servo_id, "rom": ROM}
     uid = str(demo.api.post("/sim/servos", json=body).json()["uid"])
     wait_for(lambda: state(demo, uid) == "ready", 25, "the new servo is not ready")
     demo.api.patch(f"/servos/{uid}", json={"label": label})

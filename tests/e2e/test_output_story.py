@@ -1,16 +1,13 @@
-"""Output is session state: what Stop or motion switched off never reaches ROM, by mouse, touch or keyboard."""
+"""Output is session state: what Stop or motion switched off never reaches ROM, by touch or keyboard."""
 
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
+from playwright.sync_api import Browser, expect
 
+from e2e.hand import SLOW_MS, WAYS, Hand, hand_of
 from e2e.servers import Server, running, serving, until
-
-SLOW_MS = 40_000
-WAYS = ["mouse", "touch", "keyboard"]
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +20,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 def made(server: Server, servo_id: int = 0, **rom: int) -> str:
     """A servo of its own, ready; `rom` as raw values."""
-    body = {"model": "BLA21-06U-A0", "firmware": "1.300", "servo_id": servo_id, "rom": rom}
+    # its node id is its own, too, unless it is new: asking for one takes a second
+    body = {"model": "BLA21-06U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": servo_id, "rom": rom}
     uid = str(server.api.post("/sim/servos", json=body).json()["uid"])
 
     def ready() -> bool:
@@ -39,75 +37,10 @@ def torque(server: Server, uid: str, side: str = "rom") -> object:
 
 
 @pytest.fixture(params=WAYS)
-def hand(request: pytest.FixtureRequest, browser: Browser) -> Iterator["Hand"]:
+def hand(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Hand]:
     """A page, and one way to press what is on it."""
     with hand_of(browser, request.param) as one:
         yield one
-
-
-@contextmanager
-def hand_of(browser: Browser, way: str) -> Generator["Hand"]:
-    """The same, for a way of one's own choice."""
-    touch = way == "touch"
-    size = {"width": 820, "height": 1180} if touch else {"width": 1440, "height": 900}
-    context: BrowserContext = browser.new_context(viewport=size, has_touch=touch)  # pyright: ignore[reportArgumentType]
-    context.set_default_timeout(15_000)
-    yield Hand(context.new_page(), way)
-    context.close()
-
-
-class Hand:
-    """Presses what is on a page by mouse, by touch, or by focus and a key."""
-
-    def __init__(self, page: Page, way: str) -> None:
-        self.page = page
-        self.way = way
-
-    def on(self, target: str | Locator, key: str = "Enter") -> None:
-        found = self.page.get_by_test_id(target) if isinstance(target, str) else target
-        expect(found).to_be_enabled(timeout=SLOW_MS)
-        if self.way == "keyboard":
-            found.focus()
-            self.page.keyboard.press(key)
-        elif self.way == "touch":
-            found.tap()
-        else:
-            found.click()
-
-    def tick(self, target: str) -> None:
-        """Ticks a box if it is asked for."""
-        box = self.page.get_by_test_id(target)
-        if box.count() and not box.is_checked():
-            self.on(box, "Space")
-
-    def stop(self) -> None:
-        """Esc twice, or the button."""
-        if self.way == "keyboard":
-            self.page.keyboard.press("Escape")
-            self.page.keyboard.press("Escape")
-        else:
-            self.on("stop")
-        expect(self.page.get_by_test_id("stop-band")).to_be_visible()
-
-    def stop_and_clear(self) -> None:
-        """A stop that is cleared, which turns nothing on."""
-        self.stop()
-        self.on("clear-stop")
-        self.on("confirm-clear")
-        expect(self.page.get_by_test_id("stop-band")).to_have_count(0)
-
-    def saves(self) -> Locator:
-        """Presses save, says that the horn is free if asked, and answers the dialog, whose job then ends well."""
-        self.on("apply-save")
-        dialog = self.page.get_by_test_id("save-dialog")
-        expect(dialog).to_be_visible(timeout=SLOW_MS)
-        return dialog
-
-    def confirms(self) -> None:
-        self.tick("horn-free")
-        self.on("confirm-save")
-        expect(self.page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
-        self.on("job-close")
 
 
 def confirmed(server: Server, uid: str) -> Callable[[], bool]:
@@ -131,12 +64,12 @@ def test_two_servos_are_commissioned_after_a_stop_and_keep_torque_in_rom(server:
     for one in server.api.get("/commissioning/candidates").json()["servos"]:
         box = page.get_by_test_id(f"pick-{one['servo']['uid']}").locator("input")
         if box.is_checked() != (one["servo"]["uid"] in uids):
-            hand.on(box, "Space")
-    hand.on("find-go")
+            hand.press(box, "Space")
+    hand.press("find-go")
     for _ in uids:
-        hand.on("give")
-    hand.on("identify-go")
-    hand.on("profile-go")
+        hand.press("give")
+    hand.press("identify-go")
+    hand.press("profile-go")
     for uid in uids:
         plan = page.get_by_test_id(f"changes-{uid}")
         expect(plan).to_be_visible(timeout=SLOW_MS)
@@ -144,7 +77,7 @@ def test_two_servos_are_commissioned_after_a_stop_and_keep_torque_in_rom(server:
         assert "torque_mode" not in keys, keys
         assert "servo_id" in keys, keys
     hand.tick("horn-free")
-    hand.on("start")
+    hand.press("start")
     expect(page.get_by_test_id("commission-page")).to_have_attribute("data-step", "report", timeout=SLOW_MS)
     expect(page.locator("[data-verdict=done]")).to_have_count(2)
     assert [torque(server, uid) for uid in uids] == ["on", "on"]
@@ -155,9 +88,9 @@ def test_two_servos_are_commissioned_after_a_stop_and_keep_torque_in_rom(server:
 def test_a_tuned_gain_and_a_value_after_motion_are_saved_alone(server: Server, hand: Hand) -> None:
     page, uid = hand.page, made(server, 21)
     page.goto(f"{server.url}servos/{uid}/motion")
-    hand.on("enable-motion")
+    hand.press("enable-motion")
     expect(page.get_by_test_id("motion-band")).to_be_visible()
-    hand.on("disable-motion")
+    hand.press("disable-motion")
     expect(page.get_by_test_id("servo-state")).to_contain_text("Output off")
     page.goto(f"{server.url}servos/{uid}/parameters#angle_p_gain")
     expect(page.get_by_test_id("save-bar"), "motion left nothing to save").to_have_count(0)
@@ -205,12 +138,12 @@ def test_a_save_that_would_be_refused_opens_no_dialog_and_says_why_beside_the_bu
     server.api.post("/stop").raise_for_status()
     until(confirmed(server, uid), 5, "the stop is not confirmed")
     try:
-        hand.on("apply-save")
+        hand.press("apply-save")
         expect(page.get_by_test_id("save-bar").get_by_role("alert")).to_contain_text("clear the stop first")
         expect(page.get_by_role("dialog")).to_have_count(0)
     finally:
         server.api.delete("/stop").raise_for_status()
-    hand.on(hand.saves().get_by_role("button", name="Cancel"))
+    hand.press(hand.saves().get_by_role("button", name="Cancel"))
     expect(page.get_by_test_id("save-dialog")).to_have_count(0)
     assert server.api.get(f"/servos/{uid}/parameters/angle_p_gain").json()["value"] != 45
     server.api.delete(f"/sim/servos/{uid}")

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, expect
 
+from e2e.hand import SLOW_MS, WAYS, Hand, hand_of
 from e2e.servers import Server, running, serving, until
-from e2e.test_output_story import SLOW_MS, WAYS, Hand, confirmed, hand_of, made
+from e2e.test_output_story import confirmed, made
 
 HOLDS, LETS_GO = 0, 1
 """Values of 0x26."""
@@ -75,7 +76,7 @@ def test_outputs_come_on_again_after_a_dialog_that_names_who_is_under_load(serve
     stood = [angle(server, uid) for uid in uids]
     assert [output(server, uid) for uid in uids] == ["off", "brake", "off"]
 
-    hand.on("restore-all")
+    hand.press("restore-all")
     dialog = page.get_by_test_id("restore-dialog")
     expect(dialog).to_contain_text("Restore output of 3 servos?", timeout=SLOW_MS)
     expect(page.get_by_test_id("restore-load")).to_contain_text("Under load: Arm.")
@@ -84,10 +85,10 @@ def test_outputs_come_on_again_after_a_dialog_that_names_who_is_under_load(serve
     assert [output(server, uid) for uid in uids] == ["off", "brake", "off"], "a look changes nothing"
     assert server.api.get("/stop").json()["latched"]
 
-    hand.on("restore-go")
+    hand.press("restore-go")
     expect(page.get_by_test_id("restore-job")).to_have_attribute("data-state", "succeeded", timeout=SLOW_MS)
     expect(dialog).to_contain_text("Output is on: 3 servos")
-    hand.on("restore-close")
+    hand.press("restore-close")
     expect(page.get_by_test_id("stop-band")).to_have_count(0)
     expect(page.get_by_test_id("outputs-off")).to_have_count(0)
     assert [output(server, uid) for uid in uids] == ["on", "on", "on"]
@@ -100,17 +101,17 @@ def test_a_servo_that_lets_go_by_itself_is_kept_on_until_motion_is_turned_off(se
     page.goto(server.url + "servos")
     expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
     mouse.stop_and_clear()
-    mouse.on("restore-all")
+    mouse.press("restore-all")
     expect(page.get_by_test_id("restore-dialog")).to_contain_text("this page takes motion control")
-    mouse.on("restore-go")
+    mouse.press("restore-go")
     expect(page.get_by_test_id("restore-job")).to_have_attribute("data-state", "succeeded", timeout=SLOW_MS)
-    mouse.on("restore-close")
+    mouse.press("restore-close")
     expect(page.get_by_test_id("kept-band")).to_contain_text("Output is on for 1 servo")
     end = time.monotonic() + 4  # a lease of 3 s, a timeout of 0.5 s
     while time.monotonic() < end:
         assert output(server, uid) == "on"
         time.sleep(0.1)
-    mouse.on("kept-off")
+    mouse.press("kept-off")
     until(lambda: output(server, uid) == "off", 5, "the output is still on")
     expect(page.get_by_test_id("kept-band")).to_have_count(0)
 
@@ -124,11 +125,11 @@ def test_the_dialog_opens_only_after_the_server_agreed_and_not_for_a_stop_presse
     mouse.stop()
     until(confirmed(server, uid), 5, "the stop is not confirmed")
     lease = server.api.post("/leases", json={"holder": "Ben", "ttl_s": 30}).json()["id"]
-    mouse.on("restore-all")
+    mouse.press("restore-all")
     expect(page.get_by_test_id("stop-band")).to_contain_text("Ben has motion control")
     expect(page.get_by_role("dialog")).to_have_count(0)
     server.api.delete(f"/leases/{lease}").raise_for_status()
-    mouse.on("restore-all")
+    mouse.press("restore-all")
     expect(page.get_by_test_id("restore-dialog")).to_be_visible(timeout=SLOW_MS)
     server.api.post("/stop?by=Ben").raise_for_status()
     expect(page.get_by_test_id("restore-refused")).to_contain_text("Stop was pressed again")

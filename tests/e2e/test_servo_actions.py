@@ -1,20 +1,18 @@
-"""Wiggle, restart, default and factory reset on the page: by mouse, by touch, by keys alone; and what refuses them."""
+"""Wiggle, restart, default and factory reset on the page: by touch and by keys alone; and what refuses them."""
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Page, expect
 
+from e2e.hand import SLOW_MS, WAYS, WIDE, Hand, hand_of
 from e2e.looks import complaints, too_small
 from e2e.servers import Server, running, serving, until
 
 SIX = 6
-LARGE, TABLET = {"width": 1440, "height": 900}, {"width": 820, "height": 1180}
-SLOW_MS = 30_000
 HELD = {"angle_p_gain": 70, "servo_id": 7}
 """What the servo that is reset has in ROM: one value that goes, one that stays."""
 
@@ -30,66 +28,11 @@ def server(tmp_path: Path) -> Iterator[Server]:
         yield one
 
 
-@dataclass(frozen=True)
-class Hand:
-    """How somebody works the page: `press` something, `type` into a box."""
-
-    name: str
-    page: Page
-
-    def press(self, where: str | Locator, key: str = "Enter") -> None:
-        """Press what has this test id, or this element; by keys: go there by Tab, then `key`."""
-        found = self.page.get_by_test_id(where) if isinstance(where, str) else where
-        expect(found).to_be_enabled()
-        if self.name == "mouse":
-            found.click()
-        elif self.name == "touch":
-            found.tap()
-        else:
-            self._tab_to(found)
-            self.page.keyboard.press(key)
-
-    def choose(self, item: str) -> None:
-        """Choose from the menu of the servo; by keys with its arrows."""
-        self.press("servo-menu")
-        found = self.page.get_by_test_id(item)
-        if self.name != "keys":
-            self.press(found)
-            return
-        while not found.evaluate("one => one === document.activeElement"):
-            self.page.keyboard.press("ArrowDown")
-        self.page.keyboard.press("Enter")
-
-    def type(self, where: str, text: str) -> None:
-        """Put `text` into a box."""
-        found = self.page.get_by_test_id(where)
-        if self.name == "keys":
-            self._tab_to(found)
-            self.page.keyboard.press("Control+a")
-            self.page.keyboard.type(text)
-        else:
-            found.fill(text)
-
-    def _tab_to(self, found: Locator) -> None:
-        found.wait_for(state="attached")
-        for _ in range(250):
-            if found.evaluate("one => one === document.activeElement || one.contains(document.activeElement)"):
-                return
-            self.page.keyboard.press("Tab")
-        raise AssertionError(f"Tab does not lead to {found}")
-
-
-@pytest.fixture(params=["mouse", "touch", "keys"])
+@pytest.fixture(params=WAYS)
 def hand(request: pytest.FixtureRequest, browser: Browser) -> Iterator[Hand]:
     """A page and a way to work it."""
-    touch = request.param == "touch"
-    context = browser.new_context(
-        viewport=TABLET if touch else LARGE,  # pyright: ignore[reportArgumentType]
-        has_touch=touch,
-    )
-    context.set_default_timeout(15_000)
-    yield Hand(request.param, context.new_page())
-    context.close()
+    with hand_of(browser, request.param) as one:
+        yield one
 
 
 def angles(server: Server) -> dict[str, float]:
@@ -101,21 +44,37 @@ def reading(server: Server, uid: str, key: str) -> dict[str, Any]:
     return server.api.get(f"/servos/{uid}/parameters").json()["parameters"][key]
 
 
-def seen_moving(server: Server, page: Page) -> list[str]:
-    """The servos in the order the page marks them while it wiggles; each time that horn and no other has moved."""
-    order: list[str] = []
-    at_rest = angles(server)
-    end = time.monotonic() + 60
-    while len(order) < SIX:
-        assert time.monotonic() < end, f"only {order} wiggled"
-        marked = page.locator("[data-wiggles=true]").evaluate_all("all => all.map(one => one.dataset.testid)")
-        now = angles(server)
-        moved = [uid for uid, angle in now.items() if abs(angle - at_rest[uid]) > 2]
-        if not moved or moved[0] in order:
-            continue
-        assert marked == [f"servo-row-{moved[0]}"], "the row that is marked is not the horn that moves"
-        assert len(moved) == 1
-        order += moved
+MARKS = """() => {
+    window.marks = [];
+    const look = () => {
+        const marked = [...document.querySelectorAll('[data-wiggles=true]')].map(one => one.dataset.testid).join();
+        if (marked !== window.marks.at(-1)?.[1]) window.marks.push([Date.now() / 1000, marked]);
+    };
+    new MutationObserver(look).observe(document.body, { subtree: true, childList: true, attributes: true });
+    look();
+}"""
+"""Notes which rows are marked as wiggling, and since when."""
+TOLD_S = 0.5
+"""The page may hear of a wiggle so much later than it begins, and of its end."""
+
+
+def seen_moving(server: Server, page: Page, at_rest: dict[str, float]) -> list[str]:
+    """The servos in the order the page marked them while it wiggled; each time that horn and no other has moved."""
+    seen: list[tuple[float, str]] = []
+    said, end = page.get_by_test_id("selection-says"), time.monotonic() + 90
+    while "6 wiggled" not in said.inner_text():
+        assert time.monotonic() < end, f"{len({uid for _, uid in seen})} wiggled: {said.inner_text()}"
+        moved = [uid for uid, angle in angles(server).items() if abs(angle - at_rest[uid]) > 2]
+        assert len(moved) <= 1, "two horns move at once"
+        seen += [(time.time(), uid) for uid in moved]
+        page.wait_for_timeout(50)
+    marks: list[tuple[float, str]] = [(at, row) for at, row in page.evaluate("() => window.marks")]
+    for at, uid in seen:
+        about = [row for since, row in marks if since <= at + TOLD_S]
+        late = [row for since, row in marks if at - TOLD_S < since <= at + TOLD_S]
+        assert f"servo-row-{uid}" in {about[-1], *about[-1 - len(late) :]}, f"{uid} moves, and {about[-1]} is marked"
+    order = [row.removeprefix("servo-row-") for _, row in marks if row]
+    assert order == list(dict.fromkeys(uid for _, uid in seen)), "the row that is marked is not the horn that moves"
     return order
 
 
@@ -130,16 +89,17 @@ def test_six_identical_servos_are_told_apart_one_restarts_one_row_gets_its_defau
     expect(page.locator("[data-testid^=servo-row-]")).to_have_count(SIX, timeout=SLOW_MS)
 
     # which horn is which: all in turn, the row says whose turn it is
+    page.evaluate(MARKS)
+    at_rest = angles(server)
     hand.press("select-all", "Space")
-    if hand.name == "keys":
+    if hand.way == "keyboard":
         page.keyboard.press("w")
     else:
         hand.press("wiggle-selected")
-    order = seen_moving(server, page)
-    expect(page.get_by_test_id("selection-says")).to_contain_text("6 wiggled", timeout=SLOW_MS)
+    order = seen_moving(server, page, at_rest)
     listed = page.locator("[data-testid^=servo-row-]").evaluate_all("all => all.map(one => one.dataset.testid)")
     assert [f"servo-row-{uid}" for uid in order] == listed
-    if hand.name == "touch":
+    if hand.way == "touch":
         assert too_small(page) == []
 
     # a value in RAM only, and the restart that says it is lost
@@ -205,7 +165,7 @@ def tune_gain(hand: Hand, server: Server, uid: str, value: int) -> None:
 
 def apply(hand: Hand) -> None:
     expect(hand.page.get_by_test_id("apply")).to_be_enabled()
-    if hand.name == "keys":
+    if hand.way == "keyboard":
         hand.page.keyboard.press("Control+Enter")
     else:
         hand.press("apply")
@@ -223,14 +183,14 @@ def over(page: Page) -> None:
 
 def looks(hand: Hand) -> None:
     assert complaints(hand.page) == []
-    if hand.name == "touch":
+    if hand.way == "touch":
         assert too_small(hand.page) == []
 
 
 @pytest.fixture
 def mouse(browser: Browser) -> Iterator[Page]:
     """A page whose console tells of what was refused, as it should."""
-    context = browser.new_context(viewport=LARGE)  # pyright: ignore[reportArgumentType]
+    context = browser.new_context(viewport=WIDE)
     context.set_default_timeout(15_000)
     yield context.new_page()
     context.close()

@@ -1,0 +1,111 @@
+"""Whoever sits at a page: presses what is on it by mouse, by touch on a tablet, or by keys alone."""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+
+from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
+
+WAYS = ("touch", "keyboard")
+"""A finger on a tablet, keys in a wide window. A mouse presses as the finger does, in the window of the keys."""
+WIDE: ViewportSize = {"width": 1440, "height": 900}
+TABLET: ViewportSize = {"width": 820, "height": 1180}
+SLOW_MS = 40_000
+
+
+class Hand:
+    """One way to work a page: "mouse", "touch" or "keyboard"."""
+
+    def __init__(self, page: Page, way: str) -> None:
+        self.page = page
+        self.way = way
+
+    def press(self, target: str | Locator, key: str = "Enter") -> None:
+        """Press what has this test id, or this element; by keyboard: go there with Tab, then `key`."""
+        found = self._find(target)
+        expect(found).to_be_enabled(timeout=SLOW_MS)
+        if self.way == "keyboard":
+            self._tab_to(found)
+            self.page.keyboard.press(key)
+        elif self.way == "touch":
+            found.tap()
+        else:
+            found.click()
+
+    def tick(self, target: str) -> None:
+        """Tick a box, where it is asked for."""
+        box = self._find(target)
+        if box.count() and not box.is_checked():
+            self.press(box, "Space")
+
+    def choose(self, item: str) -> None:
+        """Choose from the menu of the servo; by keyboard with its arrows."""
+        self.press("servo-menu")
+        found = self._find(item)
+        if self.way != "keyboard":
+            self.press(found)
+            return
+        while not found.evaluate("one => one === document.activeElement"):
+            self.page.keyboard.press("ArrowDown")
+        self.page.keyboard.press("Enter")
+
+    def type(self, target: str, text: str) -> None:
+        """Put `text` into a box."""
+        found = self._find(target)
+        expect(found).to_be_enabled(timeout=SLOW_MS)
+        if self.way == "keyboard":
+            self._tab_to(found)
+            self.page.keyboard.press("Control+a")
+            self.page.keyboard.type(text)
+        else:
+            found.fill(text)
+        expect(found, "what was typed stays").to_have_value(text)
+
+    def stop(self) -> None:
+        """Esc twice, or the button."""
+        if self.way == "keyboard":
+            self.page.keyboard.press("Escape")
+            self.page.keyboard.press("Escape")
+        else:
+            self.press("stop")
+        expect(self.page.get_by_test_id("stop-band")).to_be_visible()
+
+    def stop_and_clear(self) -> None:
+        """A stop that is cleared, which turns nothing on."""
+        self.stop()
+        self.press("clear-stop")
+        self.press("confirm-clear")
+        expect(self.page.get_by_test_id("stop-band")).to_have_count(0)
+
+    def saves(self) -> Locator:
+        """Press save: the dialog that asks."""
+        self.press("apply-save")
+        dialog = self.page.get_by_test_id("save-dialog")
+        expect(dialog).to_be_visible(timeout=SLOW_MS)
+        return dialog
+
+    def confirms(self) -> None:
+        """Say that the horn is free if asked, and answer the dialog, whose job then ends well."""
+        self.tick("horn-free")
+        self.press("confirm-save")
+        expect(self.page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
+        self.press("job-close")
+
+    def _find(self, target: str | Locator) -> Locator:
+        return self.page.get_by_test_id(target) if isinstance(target, str) else target
+
+    def _tab_to(self, found: Locator) -> None:
+        for _ in range(250):
+            if found.evaluate("one => one === document.activeElement || one.contains(document.activeElement)"):
+                return
+            self.page.keyboard.press("Tab")
+        raise AssertionError(f"Tab does not lead to {found}")
+
+
+@contextmanager
+def hand_of(browser: Browser, way: str) -> Generator[Hand]:
+    """A new page, and one way to work it."""
+    touch = way == "touch"
+    context = browser.new_context(viewport=TABLET if touch else WIDE, has_touch=touch)
+    context.set_default_timeout(15_000)
+    yield Hand(context.new_page(), way)
+    context.close()
