@@ -36,7 +36,7 @@ class Stage:
         return [*self.wrapper, sys.executable, "-m", "pytest", *self.select, *how, *further]
 
 
-BROWSERS: Final = str(2 * (os.cpu_count() or 1))
+BROWSERS: Final = str(min(8, 2 * (os.cpu_count() or 1)))
 """Browser tests at once: a test that waits for a servo to start or fall silent leaves its core to another."""
 TEST: Final = (
     Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),
