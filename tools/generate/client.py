@@ -63,7 +63,7 @@ def answers(schemas: dict[str, Any]) -> str:
         "from typing import Any, Literal, TypeAlias, TypedDict",
     ]
     used = _within(schemas, ANSWERS)
-    aliases = {name for name in used if "properties" not in schemas[name]}
+    aliases = {name for name in used if "properties" not in schemas[name] or name.endswith("ByKey")}
     for name in sorted(used - aliases):
         shape = schemas[name]
         text.append(f"class {name}(TypedDict):\n    {_said(shape.get('description', name))}\n")
@@ -110,6 +110,9 @@ def _type(kind: dict[str, Any]) -> str:
             return f"Literal[{', '.join(map(repr, values))}]"
         case {"type": "array"}:
             return f"list[{_type(kind.get('items', {}))}]"
+        case {"type": "object", "properties": fields}:  # a set by key, to loop over: what its values have in common
+            kinds = {_type(one) for one in fields.values()}
+            return f"dict[str, {'Reading' if len(kinds) > 1 else kinds.pop()}]"
         case {"type": "object"}:
             of: Any = kind.get("additionalProperties")
             return f"dict[str, {_type(of) if of not in (None, True, False) else 'Any'}]"

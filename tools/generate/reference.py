@@ -83,7 +83,7 @@ def _api_page(tag: str, found: Iterable[tuple[str, str, dict[str, Any]]], docume
         lines += _parameters(parameters_of(document, operation), schemas)
         lines += _body(operation, schemas)
         lines += ["", "| status | answer |", "| --- | --- |"]
-        answers = sorted(operation["responses"].items())
+        answers = [(status, _whole(document, told)) for status, told in sorted(operation["responses"].items())]
         lines += [f"| {status} | {_answer(told, schemas)} |" for status, told in answers if status != "default"]
     if rows:
         lines += [
@@ -230,6 +230,12 @@ def _option(one: Any) -> str:
         word = ", ".join(f"`{opt}`" for opt in (*one.opts, *one.secondary_opts))
     default = "" if one.default is None or one.default is False or callable(one.default) else f"`{one.default}`"
     return f"| {word} | {default} | {_cell(one.help or '')} |"
+
+
+def _whole(document: Mapping[str, Any], told: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A response with what it shares with others."""
+    shared = document["components"]["responses"].get(str(told.get("$ref", "")).rpartition("/")[2], {})
+    return {**shared, **told}
 
 
 def _answer(told: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:

@@ -91,6 +91,12 @@ def _common(*codes: str) -> str:
     return f"Refused before it reached its operation: {', '.join(f'`{code}` ({STATUS[code]})' for code in codes)}."
 
 
+ALONE: Final = (
+    "invalid_value", "bus_disconnected", "no_answer", "unknown_servo", "refused_by_servo", "not_in_this_model",
+    "stopped", "lease_required", "forbidden_parameter", "store_failed",
+)  # fmt: skip
+"""Codes that are often the only one of their status: each has a response of its own."""
+
 RESPONSES: Final[dict[str, Any]] = {
     "Problem": {"description": "What went wrong, and what to do.", "content": _CONTENT},
     "CommonProblem": {"description": _common(*COMMON), "headers": _LIMITED, "content": _CONTENT},
@@ -98,6 +104,7 @@ RESPONSES: Final[dict[str, Any]] = {
         "description": _common(*(code for code in COMMON if code != "too_many_attempts")),
         "content": _CONTENT,
     },
+    **{code: {"description": f"`{code}`", "content": _CONTENT} for code in ALONE},
 }
 """The responses that operations share, as components of the document; an operation adds its codes."""
 
@@ -127,11 +134,15 @@ def declared(*codes: str, limited: bool = True) -> dict[int | str, dict[str, Any
     """OpenAPI responses for these codes, gathered by status. `limited`: wrong tokens are refused for a while (429)."""
     by_status: dict[int, list[str]] = {}
     for code in dict.fromkeys(codes):
-        by_status.setdefault(STATUS[code], []).append(f"`{code}`")
-    own = {
-        status: {"$ref": f"{_RESPONSE}Problem", "description": ", ".join(named)} for status, named in by_status.items()
-    }
+        by_status.setdefault(STATUS[code], []).append(code)
+    own = {status: _declared(named) for status, named in by_status.items()}
     return {**own, "default": {"$ref": f"{_RESPONSE}{'CommonProblem' if limited else 'StopProblem'}"}}
+
+
+def _declared(codes: list[str]) -> dict[str, Any]:
+    if len(codes) == 1 and codes[0] in ALONE:
+        return {"$ref": f"{_RESPONSE}{codes[0]}"}
+    return {"$ref": f"{_RESPONSE}Problem", "description": ", ".join(f"`{code}`" for code in codes)}
 
 
 def install(app: FastAPI) -> None:

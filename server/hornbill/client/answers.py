@@ -239,7 +239,7 @@ class BatchOutcome(TypedDict):
     """Revision of the values afterwards. Null if nothing was read."""
     rom_changes: list[RomChange]
     """Rows that ROM is known to hold differently, and requested rows."""
-    rom_unknown: list[str]
+    rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
     uid: str
     """Unique ID of the servo, 32 hex digits."""
@@ -496,7 +496,7 @@ class Change(TypedDict):
     """Value read back after writing. Null if the servo did not respond."""
     before: bool | int | float | str | None
     """Value before."""
-    key: str
+    key: ParameterKey
     """Parameter key."""
     requested: bool | int | float | str | None
     """Requested value."""
@@ -565,7 +565,7 @@ class CommissionPlan(TypedDict):
     """Effect of the save on the horn."""
     rom_changes: list[RomChange]
     """Rows that ROM is known to hold differently, and requested rows."""
-    rom_unknown: list[str]
+    rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
     uid: str
     """Unique ID, 32 lower-case hex digits."""
@@ -610,7 +610,7 @@ class Difference(TypedDict):
 
     identity: bool
     """Part of the servo's identity: origin, servo ID, node ID (0x44 to 0x46)."""
-    key: str
+    key: ParameterKey
     """Parameter key."""
     left: bool | int | float | str | None
     """Value on the left."""
@@ -638,7 +638,7 @@ class Drift(TypedDict):
 class DriftRow(TypedDict):
     """A row whose ROM value changed unexpectedly."""
 
-    key: str
+    key: ParameterKey
     """Parameter key."""
     now: bool | int | float | str | None
     """Value found."""
@@ -848,6 +848,49 @@ class Imported(TypedDict):
     """Imported profile. Null unless all lines are ok."""
 
 
+class IntegerReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
 class Job(TypedDict):
     """Something that takes time."""
 
@@ -980,7 +1023,7 @@ class LeaseView(TypedDict):
 class LeftOut(TypedDict):
     """A row that was not written."""
 
-    key: str
+    key: ParameterKey
     """Parameter key."""
     why: str
     """Reason, one sentence."""
@@ -1120,6 +1163,49 @@ class Node(TypedDict):
     """Time since its start, s."""
 
 
+class NumberReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
 class Output(TypedDict):
     """What the motor of a servo gets, and why. Session state: no change of it is an edit of parameter 0x20."""
 
@@ -1220,10 +1306,9 @@ class Parameter(TypedDict):
 
 
 class Parameters(TypedDict):
-    """Every row this model and firmware has."""
+    """Parameters"""
 
-    parameters: dict[str, Reading]
-    """Readings by key."""
+    parameters: ReadingByKey
     revision: str
     """Revision of the values, for If-Match."""
 
@@ -1247,7 +1332,7 @@ class ParametersPatched(TypedDict):
     """Revision of the values, for If-Match."""
     rom_changes: list[RomChange]
     """Rows that ROM is known to hold differently, and requested rows."""
-    rom_unknown: list[str]
+    rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
@@ -1337,6 +1422,49 @@ class Profile(TypedDict):
     """Seconds since 1970 UTC."""
     values: dict[str, bool | int | float | str | None]
     """Values by key."""
+
+
+class PwmModeReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: PwmModeChoice | Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: PwmModeChoice | Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: PwmModeChoice | Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: PwmModeChoice | Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
 
 
 class Reading(TypedDict):
@@ -1457,7 +1585,7 @@ class Restored(TypedDict):
     """Revision of the values, for If-Match."""
     rom_changes: list[RomChange]
     """Rows that ROM is known to hold differently, and requested rows."""
-    rom_unknown: list[str]
+    rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
@@ -1468,7 +1596,7 @@ class RomChange(TypedDict):
     """Value that the save writes."""
     before: bool | int | float | str | None
     """Value known to be in ROM. Null if unknown."""
-    key: str
+    key: ParameterKey
     """Parameter key."""
 
 
@@ -1499,7 +1627,7 @@ class SavePreview(TypedDict):
     """Effect of the save on the horn."""
     rom_changes: list[RomChange]
     """Rows that ROM is known to hold differently, and requested rows."""
-    rom_unknown: list[str]
+    rom_unknown: list[ParameterKey]
     """Keys of rows that are saved unchanged and whose ROM value is unknown."""
 
 
@@ -1826,12 +1954,55 @@ class Stream(TypedDict):
     """Longest time between the first and last message of a burst, ms."""
 
 
+class SwitchReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
 class Telemetry(TypedDict):
     """What is polled of a servo, and for whom."""
 
     budget: float
     """Share of the bus available to polling, 0 to 1."""
-    channels: dict[str, TelemetryChannel]
+    channels: TelemetryChannelByKey
     """Channels by parameter key."""
     wishes: list[TelemetryGrant]
     """Subscriptions and their granted rates."""
@@ -1881,6 +2052,92 @@ class TelemetryMark(TypedDict):
     """What happened."""
     t: float
     """Time on the server's clock, s."""
+
+
+class TimeoutActionReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: TimeoutActionChoice | Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: TimeoutActionChoice | Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: TimeoutActionChoice | Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: TimeoutActionChoice | Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
+
+
+class TorqueModeReading(TypedDict):
+    """One parameter as last read from RAM, with its ROM value and this model's limits. Not validated, because
+    sockets send many."""
+
+    address: int
+    """Register address."""
+    age_s: float | None
+    """Time since it was read, s. Null if never read."""
+    at: float | None
+    """Time of the read, seconds since 1970 UTC. Null if never read."""
+    configured: TorqueModeChoice | Any
+    """Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written
+    as configuration, otherwise `rom`."""
+    default: TorqueModeChoice | Any
+    """Default of this model. Null if none or unknown."""
+    differs_from_default: bool | None
+    """`configured` differs from the default. Null if either is unknown or there is none."""
+    in_effect: bool | None
+    """false: the row has no effect now. Null if unknown."""
+    key: ParameterKey
+    """Parameter key."""
+    maximum: float | None
+    """Maximum of this model. Null if none or unknown."""
+    minimum: float | None
+    """Minimum of this model. Null if none or unknown."""
+    raw: int | None
+    """Integer on the wire. Null if never read."""
+    rom: TorqueModeChoice | Any
+    """Value known to be in ROM. Null if unknown."""
+    stale: bool
+    """Too old, or the servo is offline: the servo may hold another value."""
+    unit: str
+    """Unit of the value. Empty if none."""
+    unsaved: bool | None
+    """`configured` differs from ROM. Null if either is unknown or ROM lacks the row."""
+    value: TorqueModeChoice | Any
+    """Engineering value or choice key. Null for the dummy value and if never read."""
+    why: Why | None
+    """`why_not` by code. Null while it has an effect."""
+    why_not: str | None
+    """Reason why it has no effect now. Null if it has."""
 
 
 class TreatedAs(TypedDict):
@@ -2100,9 +2357,68 @@ NoteCode: TypeAlias = Literal[
     "write_failed",
     "commissioned",
 ]
+ParameterKey: TypeAlias = Literal[
+    "command_angle",
+    "command_speed",
+    "command_torque",
+    "current_angle",
+    "current_speed",
+    "current_torque",
+    "current_temperature",
+    "current_voltage",
+    "fault_overview",
+    "fault_notification",
+    "fault_warning",
+    "fault_failure",
+    "torque_mode",
+    "soft_start",
+    "smoothing",
+    "reverse",
+    "extended_angle",
+    "speed_torque_control",
+    "timeout_action",
+    "timeout_time",
+    "overcurrent_limit",
+    "angle_p_gain",
+    "angle_d_gain",
+    "angle_dead_band",
+    "angle_boost",
+    "speed_p_gain",
+    "speed_i_gain",
+    "speed_dead_band",
+    "speed_i_limit",
+    "pwm_neutral",
+    "pwm_range",
+    "pwm_output_range",
+    "pwm_mode",
+    "angle_limit_cw",
+    "angle_limit_ccw",
+    "speed_limit_cw",
+    "speed_limit_ccw",
+    "torque_limit_cw",
+    "torque_limit_ccw",
+    "temperature_limit_upper",
+    "temperature_limit_lower",
+    "voltage_limit_upper",
+    "voltage_limit_lower",
+    "origin",
+    "servo_id",
+    "node_id",
+    "model_number",
+    "product_number",
+    "firmware_version",
+    "hardware_version",
+    "production_year",
+    "production_month",
+    "production_day",
+    "production_hour",
+    "production_minute",
+]
 Params: TypeAlias = dict[str, str | int | float | bool | list[str | int | float]]
 """Values in the text, by name with unit, unless unknown. Empty for texts without values."""
 PositionUnit: TypeAlias = Literal["hundred_degrees", "radian", "degree", "tenth_degree"]
+PwmModeChoice: TypeAlias = Literal["angle", "speed"]
+ReadingByKey: TypeAlias = dict[str, Reading]
 ReasonCode: TypeAlias = Literal[
     "by_hand", "saving", "factory_reset", "drift_undone", "change", "commissioning", "matrix", "profile", "restore"
 ]
@@ -2137,3 +2453,6 @@ StepCode: TypeAlias = Literal[
     "clear",
 ]
 StopMode: TypeAlias = Literal["off", "brake"]
+TelemetryChannelByKey: TypeAlias = dict[str, TelemetryChannel]
+TimeoutActionChoice: TypeAlias = Literal["hold", "off", "brake"]
+TorqueModeChoice: TypeAlias = Literal["on", "off", "brake"]

@@ -6,6 +6,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 from typing_extensions import TypeAliasType
 
+from hornbill.domain.by_key import ParameterKey
 from hornbill.domain.fields import STRICT, Model, Param, Params
 from hornbill.domain.note import NoteCode
 from hornbill.schema.scale import Value
@@ -40,7 +41,7 @@ class Reason:
 class Change:
     """Result of one key. For torque_mode, `before` and `after` are configured values."""
 
-    key: str = Field(description="Parameter key.")
+    key: ParameterKey = Field(description="Parameter key.")
     before: Value = Field(description="Value before.")
     requested: Value = Field(description="Requested value.")
     after: Value = Field(description="Value read back after writing. Null if the servo did not respond.")
@@ -53,7 +54,7 @@ class Change:
 class RomChange:
     """A row that ROM will hold differently."""
 
-    key: str = Field(description="Parameter key.")
+    key: ParameterKey = Field(description="Parameter key.")
     before: Value = Field(description="Value known to be in ROM. Null if unknown.")
     after: Value = Field(description="Value that the save writes.")
 
@@ -88,8 +89,9 @@ class SavePreview(Model):
     rom_changes: list[RomChange] = Field(
         default_factory=list[RomChange], description="Rows that ROM is known to hold differently, and requested rows."
     )
-    rom_unknown: list[str] = Field(
-        default_factory=list[str], description="Keys of rows that are saved unchanged and whose ROM value is unknown."
+    rom_unknown: list[ParameterKey] = Field(
+        default_factory=list[ParameterKey],
+        description="Keys of rows that are saved unchanged and whose ROM value is unknown.",
     )
     restart: Forecast | None = Field(default=None, description="Effect of the save on the horn.")
 
@@ -107,7 +109,7 @@ class ResetPreview:
 class LeftOut:
     """A row that was not written."""
 
-    key: str = Field(description="Parameter key.")
+    key: ParameterKey = Field(description="Parameter key.")
     why: str = Field(description="Reason, one sentence.")
     why_code: NoteCode = Field(description="Code of the reason.")
     why_params: Params = Field()
@@ -117,7 +119,7 @@ class LeftOut:
 class Difference:
     """A row that differs. A value is null if the side lacks the row (`*_has` false), or if it is unknown."""
 
-    key: str = Field(description="Parameter key.")
+    key: ParameterKey = Field(description="Parameter key.")
     left: Value = Field(description="Value on the left.")
     right: Value = Field(description="Value on the right.")
     left_unit: str = Field(description="Unit of the value on the left. 0x36 follows 0x37, so units may differ.")
@@ -154,7 +156,7 @@ class LineVerdict:
 class DriftRow:
     """A row whose ROM value changed unexpectedly."""
 
-    key: str = Field(description="Parameter key.")
+    key: ParameterKey = Field(description="Parameter key.")
     was: Value = Field(description="Value known to have been in ROM.")
     now: Value = Field(description="Value found.")
     proved: bool = Field(description="false: found in RAM after an unobserved restart, so very likely in ROM.")

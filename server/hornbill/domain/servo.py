@@ -239,7 +239,8 @@ class Servo(Model):
         description="Keys of rows configured differently from ROM. Switching the output does not count."
     )
     drift: list[str] = Field(
-        default_factory=list[str], description="Keys of rows that another tool changed in ROM. Details: `GET …/drift`."
+        default_factory=list[str],
+        description="Keys of rows that another tool changed in ROM. Details: `GET …/drift`.",
     )
     lost: list[LostValue] = Field(
         default_factory=list[LostValue],

@@ -3476,7 +3476,7 @@ export interface components {
             /** @description Rows that ROM is known to hold differently, and requested rows. */
             rom_changes?: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: string[];
+            rom_unknown?: components["schemas"]["ParameterKey"][];
             /** @description Unique ID of the servo, 32 hex digits. */
             uid: string;
         };
@@ -3882,7 +3882,7 @@ export interface components {
             /** @description Value before. */
             before: boolean | number | string | null;
             /** @description Parameter key. */
-            key: string;
+            key: components["schemas"]["ParameterKey"];
             /** @description Requested value. */
             requested: boolean | number | string | null;
             /**
@@ -3915,6 +3915,63 @@ export interface components {
             t: number[];
             /** @description Values. Null is a gap. */
             v: (number | null)[];
+        };
+        ColumnByKey: {
+            angle_boost?: components["schemas"]["Column"];
+            angle_d_gain?: components["schemas"]["Column"];
+            angle_dead_band?: components["schemas"]["Column"];
+            angle_limit_ccw?: components["schemas"]["Column"];
+            angle_limit_cw?: components["schemas"]["Column"];
+            angle_p_gain?: components["schemas"]["Column"];
+            command_angle?: components["schemas"]["Column"];
+            command_speed?: components["schemas"]["Column"];
+            command_torque?: components["schemas"]["Column"];
+            current_angle?: components["schemas"]["Column"];
+            current_speed?: components["schemas"]["Column"];
+            current_temperature?: components["schemas"]["Column"];
+            current_torque?: components["schemas"]["Column"];
+            current_voltage?: components["schemas"]["Column"];
+            extended_angle?: components["schemas"]["Column"];
+            fault_failure?: components["schemas"]["Column"];
+            fault_notification?: components["schemas"]["Column"];
+            fault_overview?: components["schemas"]["Column"];
+            fault_warning?: components["schemas"]["Column"];
+            firmware_version?: components["schemas"]["Column"];
+            hardware_version?: components["schemas"]["Column"];
+            model_number?: components["schemas"]["Column"];
+            node_id?: components["schemas"]["Column"];
+            origin?: components["schemas"]["Column"];
+            overcurrent_limit?: components["schemas"]["Column"];
+            product_number?: components["schemas"]["Column"];
+            production_day?: components["schemas"]["Column"];
+            production_hour?: components["schemas"]["Column"];
+            production_minute?: components["schemas"]["Column"];
+            production_month?: components["schemas"]["Column"];
+            production_year?: components["schemas"]["Column"];
+            pwm_mode?: components["schemas"]["Column"];
+            pwm_neutral?: components["schemas"]["Column"];
+            pwm_output_range?: components["schemas"]["Column"];
+            pwm_range?: components["schemas"]["Column"];
+            reverse?: components["schemas"]["Column"];
+            servo_id?: components["schemas"]["Column"];
+            smoothing?: components["schemas"]["Column"];
+            soft_start?: components["schemas"]["Column"];
+            speed_dead_band?: components["schemas"]["Column"];
+            speed_i_gain?: components["schemas"]["Column"];
+            speed_i_limit?: components["schemas"]["Column"];
+            speed_limit_ccw?: components["schemas"]["Column"];
+            speed_limit_cw?: components["schemas"]["Column"];
+            speed_p_gain?: components["schemas"]["Column"];
+            speed_torque_control?: components["schemas"]["Column"];
+            temperature_limit_lower?: components["schemas"]["Column"];
+            temperature_limit_upper?: components["schemas"]["Column"];
+            timeout_action?: components["schemas"]["Column"];
+            timeout_time?: components["schemas"]["Column"];
+            torque_limit_ccw?: components["schemas"]["Column"];
+            torque_limit_cw?: components["schemas"]["Column"];
+            torque_mode?: components["schemas"]["Column"];
+            voltage_limit_lower?: components["schemas"]["Column"];
+            voltage_limit_upper?: components["schemas"]["Column"];
         };
         /**
          * Columns
@@ -4068,7 +4125,7 @@ export interface components {
             /** @description Rows that ROM is known to hold differently, and requested rows. */
             rom_changes?: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: string[];
+            rom_unknown?: components["schemas"]["ParameterKey"][];
             /** @description Unique ID, 32 lower-case hex digits. */
             uid: string;
         };
@@ -4241,7 +4298,7 @@ export interface components {
             /** @description Part of the servo's identity: origin, servo ID, node ID (0x44 to 0x46). */
             identity: boolean;
             /** @description Parameter key. */
-            key: string;
+            key: components["schemas"]["ParameterKey"];
             /** @description Value on the left. */
             left: boolean | number | string | null;
             /** @description The left side has this row. */
@@ -4284,7 +4341,7 @@ export interface components {
          */
         DriftRow: {
             /** @description Parameter key. */
-            key: string;
+            key: components["schemas"]["ParameterKey"];
             /** @description Value found. */
             now: boolean | number | string | null;
             /** @description false: found in RAM after an unobserved restart, so very likely in ROM. */
@@ -4757,12 +4814,216 @@ export interface components {
             /** @description Imported profile. Null unless all lines are ok. */
             profile: components["schemas"]["Profile"] | null;
         };
-        /** IntegerReading */
-        IntegerReading: components["schemas"]["Reading"] & {
+        /** @description Values by key, in the units of the parameter manual. */
+        InputByKey: {
+            /**
+             * Angle boost
+             * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
+             */
+            angle_boost?: number;
+            /**
+             * Angle D gain
+             * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
+             */
+            angle_d_gain?: number;
+            /**
+             * Angle dead band
+             * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
+             */
+            angle_dead_band?: number;
+            /**
+             * Angle limit CCW
+             * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
+             */
+            angle_limit_ccw?: number;
+            /**
+             * Angle limit CW
+             * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
+             */
+            angle_limit_cw?: number;
+            /**
+             * Angle P gain
+             * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
+             */
+            angle_p_gain?: number;
+            /**
+             * Extended angle
+             * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
+             */
+            extended_angle?: boolean;
+            /**
+             * Node ID
+             * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
+             */
+            node_id?: number;
+            /** @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36. */
+            origin?: number;
+            /**
+             * Motor current limit
+             * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
+             */
+            overcurrent_limit?: number;
+            /**
+             * PWM mode
+             * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             * @enum {string}
+             */
+            pwm_mode?: "angle" | "speed";
+            /**
+             * Neutral pulse
+             * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
+             */
+            pwm_neutral?: number;
+            /**
+             * Output at full pulse
+             * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             */
+            pwm_output_range?: number;
+            /**
+             * Pulse range
+             * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
+             */
+            pwm_range?: number;
+            /** @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16. */
+            reverse?: boolean;
+            /**
+             * Servo ID
+             * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
+             */
+            servo_id?: number;
+            /** @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15. */
+            smoothing?: boolean;
+            /**
+             * Soft start
+             * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
+             */
+            soft_start?: boolean;
+            /**
+             * Speed dead band
+             * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
+             */
+            speed_dead_band?: number;
+            /**
+             * Speed I gain
+             * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
+             */
+            speed_i_gain?: number;
+            /**
+             * Speed I limit
+             * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
+             */
+            speed_i_limit?: number;
+            /**
+             * Speed limit CCW
+             * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load, and nearer than −10 rpm it is not usable. Unit: rpm. Register 0x3B, section 4.32.
+             */
+            speed_limit_ccw?: number;
+            /**
+             * Speed limit CW
+             * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load, and below 10 rpm it is not usable; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
+             */
+            speed_limit_cw?: number;
+            /**
+             * Speed P gain
+             * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
+             */
+            speed_p_gain?: number;
+            /**
+             * Speed and torque control
+             * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
+             */
+            speed_torque_control?: boolean;
+            /**
+             * Temperature limit, lower
+             * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
+             */
+            temperature_limit_lower?: number;
+            /**
+             * Temperature limit, upper
+             * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
+             */
+            temperature_limit_upper?: number;
+            /**
+             * Time-out action
+             * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
+             * @enum {string}
+             */
+            timeout_action?: "hold" | "off" | "brake";
+            /**
+             * Time-out time
+             * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
+             */
+            timeout_time?: number;
+            /**
+             * Torque limit CCW
+             * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
+             */
+            torque_limit_ccw?: number;
+            /**
+             * Torque limit CW
+             * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
+             */
+            torque_limit_cw?: number;
+            /**
+             * Torque
+             * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
+             * @enum {string}
+             */
+            torque_mode?: "on" | "off" | "brake";
+            /**
+             * Voltage limit, lower
+             * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
+             */
+            voltage_limit_lower?: number;
+            /**
+             * Voltage limit, upper
+             * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
+             */
+            voltage_limit_upper?: number;
+        };
+        /**
+         * IntegerReading
+         * @description One parameter as last read from RAM, with its ROM value and this model's limits.
+         *
+         *     Not validated, because sockets send many.
+         */
+        IntegerReading: {
+            /** @description Register address. */
+            address: number;
+            /** @description Time since it was read, s. Null if never read. */
+            age_s: number | null;
+            /** @description Time of the read, seconds since 1970 UTC. Null if never read. */
+            at: number | null;
+            /** @description Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written as configuration, otherwise `rom`. */
             configured: number | null;
+            /** @description Default of this model. Null if none or unknown. */
             default: number | null;
+            /** @description `configured` differs from the default. Null if either is unknown or there is none. */
+            differs_from_default?: boolean | null;
+            /** @description false: the row has no effect now. Null if unknown. */
+            in_effect: boolean | null;
+            /** @description Parameter key. */
+            key: components["schemas"]["ParameterKey"];
+            /** @description Maximum of this model. Null if none or unknown. */
+            maximum: number | null;
+            /** @description Minimum of this model. Null if none or unknown. */
+            minimum: number | null;
+            /** @description Integer on the wire. Null if never read. */
+            raw: number | null;
+            /** @description Value known to be in ROM. Null if unknown. */
             rom: number | null;
+            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            stale: boolean;
+            /** @description Unit of the value. Empty if none. */
+            unit: string;
+            /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
+            unsaved?: boolean | null;
+            /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: number | null;
+            /** @description `why_not` by code. Null while it has an effect. */
+            why: components["schemas"]["Why"] | null;
+            /** @description Reason why it has no effect now. Null if it has. */
+            why_not: string | null;
         };
         /**
          * Job
@@ -4969,7 +5230,7 @@ export interface components {
          */
         LeftOut: {
             /** @description Parameter key. */
-            key: string;
+            key: components["schemas"]["ParameterKey"];
             /** @description Reason, one sentence. */
             why: string;
             /** @description Code of the reason. */
@@ -5281,12 +5542,49 @@ export interface components {
         };
         /** @enum {string} */
         NoteCode: "problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned";
-        /** NumberReading */
-        NumberReading: components["schemas"]["Reading"] & {
+        /**
+         * NumberReading
+         * @description One parameter as last read from RAM, with its ROM value and this model's limits.
+         *
+         *     Not validated, because sockets send many.
+         */
+        NumberReading: {
+            /** @description Register address. */
+            address: number;
+            /** @description Time since it was read, s. Null if never read. */
+            age_s: number | null;
+            /** @description Time of the read, seconds since 1970 UTC. Null if never read. */
+            at: number | null;
+            /** @description Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written as configuration, otherwise `rom`. */
             configured: number | null;
+            /** @description Default of this model. Null if none or unknown. */
             default: number | null;
+            /** @description `configured` differs from the default. Null if either is unknown or there is none. */
+            differs_from_default?: boolean | null;
+            /** @description false: the row has no effect now. Null if unknown. */
+            in_effect: boolean | null;
+            /** @description Parameter key. */
+            key: components["schemas"]["ParameterKey"];
+            /** @description Maximum of this model. Null if none or unknown. */
+            maximum: number | null;
+            /** @description Minimum of this model. Null if none or unknown. */
+            minimum: number | null;
+            /** @description Integer on the wire. Null if never read. */
+            raw: number | null;
+            /** @description Value known to be in ROM. Null if unknown. */
             rom: number | null;
+            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            stale: boolean;
+            /** @description Unit of the value. Empty if none. */
+            unit: string;
+            /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
+            unsaved?: boolean | null;
+            /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: number | null;
+            /** @description `why_not` by code. Null while it has an effect. */
+            why: components["schemas"]["Why"] | null;
+            /** @description Reason why it has no effect now. Null if it has. */
+            why_not: string | null;
         };
         /** @enum {string} */
         OnAnomaly: "stop" | "continue";
@@ -5489,6 +5787,8 @@ export interface components {
             /** @description Another unit, in force while another row has a certain value. Null if none. */
             unit_when?: components["schemas"]["UnitWhen"] | null;
         };
+        /** @enum {string} */
+        ParameterKey: "command_angle" | "command_speed" | "command_torque" | "current_angle" | "current_speed" | "current_torque" | "current_temperature" | "current_voltage" | "fault_overview" | "fault_notification" | "fault_warning" | "fault_failure" | "torque_mode" | "soft_start" | "smoothing" | "reverse" | "extended_angle" | "speed_torque_control" | "timeout_action" | "timeout_time" | "overcurrent_limit" | "angle_p_gain" | "angle_d_gain" | "angle_dead_band" | "angle_boost" | "speed_p_gain" | "speed_i_gain" | "speed_dead_band" | "speed_i_limit" | "pwm_neutral" | "pwm_range" | "pwm_output_range" | "pwm_mode" | "angle_limit_cw" | "angle_limit_ccw" | "speed_limit_cw" | "speed_limit_ccw" | "torque_limit_cw" | "torque_limit_ccw" | "temperature_limit_upper" | "temperature_limit_lower" | "voltage_limit_upper" | "voltage_limit_lower" | "origin" | "servo_id" | "node_id" | "model_number" | "product_number" | "firmware_version" | "hardware_version" | "production_year" | "production_month" | "production_day" | "production_hour" | "production_minute";
         /**
          * ParameterMessage
          * @description A reading changed.
@@ -5505,15 +5805,9 @@ export interface components {
             /** @description Unique ID of the servo, 32 hex digits. */
             uid: string;
         };
-        /**
-         * Parameters
-         * @description Every row this model and firmware has.
-         */
+        /** Parameters */
         Parameters: {
-            /** @description Readings by key. */
-            parameters: {
-                [key: string]: components["schemas"]["Reading"];
-            };
+            parameters: components["schemas"]["ReadingByKey"];
             /** @description Revision of the values, for If-Match. */
             revision: string;
         };
@@ -5534,182 +5828,7 @@ export interface components {
              * @default false
              */
             save: boolean;
-            /** @description Values by key, in the units of the parameter manual. */
-            values: {
-                /**
-                 * Angle boost
-                 * @description Motor output added on top while an angle is held. More makes the horn follow small errors against friction, and hunt sooner; less is calmer. Raise it in small steps when small moves stick. Unit: %. Register 0x2F, section 4.24. Since firmware 1.200.
-                 */
-                angle_boost?: number;
-                /**
-                 * Angle D gain
-                 * @description How early the servo brakes before the target. Higher brakes sooner; lower overshoots and swings back. Raise it when steps overshoot. Register 0x2D, section 4.22.
-                 */
-                angle_d_gain?: number;
-                /**
-                 * Angle dead band
-                 * @description Angle error the servo leaves alone. Wider stops hunting from backlash; narrower answers small commands. A few tenths of a degree do for most uses; more than 5° is rarely meant. Unit: °. Register 0x2E, section 4.23.
-                 */
-                angle_dead_band?: number;
-                /**
-                 * Angle limit CCW
-                 * @description Furthest counter-clockwise an angle command can go; a command beyond stops here. It is never above 0°, so 0° is always inside. With torque off nothing pulls the horn back inside. Unit: °. Register 0x39, section 4.31.
-                 */
-                angle_limit_ccw?: number;
-                /**
-                 * Angle limit CW
-                 * @description Furthest clockwise an angle command can go; a command beyond stops here. It is never below 0°, so 0° is always inside. Widen it before commanding turns. Unit: °. Register 0x38, section 4.31.
-                 */
-                angle_limit_cw?: number;
-                /**
-                 * Angle P gain
-                 * @description How hard the servo answers an angle error. Higher holds stiffer and hunts sooner; lower is softer and calmer. Raise it until the horn starts to tremble under its real load, then go back a little. Register 0x2C, section 4.21.
-                 */
-                angle_p_gain?: number;
-                /**
-                 * Extended angle
-                 * @description On counts whole turns while a speed or torque command runs; off wraps the angle at ±180°. With it on, a command of 0° after ten turns turns back ten times. Register 0x24, section 4.17.
-                 */
-                extended_angle?: boolean;
-                /**
-                 * Node ID
-                 * @description Number of the servo on the bus. 0 asks for a free one at each start; any other is fixed and must be used by no other node. 126 and 127 are for tools. Register 0x46, section 4.38.
-                 */
-                node_id?: number;
-                /**
-                 * Origin
-                 * @description Moves 0° away from the notch of the horn. Soft start goes to the new 0°. Look at the angle limits after a change: whether they move with it is not known. Unit: °. Register 0x44, section 4.36.
-                 */
-                origin?: number;
-                /**
-                 * Motor current limit
-                 * @description Most current the motor may draw. Lower spares the supply and its voltage dips less; higher gives more peak torque. Lower it when the supply sags. It acts whether 0x25 is on or off. Unit: A. Register 0x2A, section 4.20. Since firmware 1.100.
-                 */
-                overcurrent_limit?: number;
-                /**
-                 * PWM mode
-                 * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
-                 * @enum {string}
-                 */
-                pwm_mode?: "angle" | "speed";
-                /**
-                 * Neutral pulse
-                 * @description Pulse width that means 0. Wider pulses turn clockwise, narrower ones counter-clockwise. Match it to the centre of the transmitter. Unit: µs. Register 0x34, section 4.29. Since firmware 1.100. Only in models with PWM input.
-                 */
-                pwm_neutral?: number;
-                /**
-                 * Output at full pulse
-                 * @description Angle or speed that a pulse at the end of its range asks for. Larger moves more for the same stick and is less fine. Enter it again after changing the PWM mode: its unit changes with it. Unit: °, or rpm by `pwm_mode`. Register 0x36, section 4.30. Since firmware 1.100. Only in models with PWM input.
-                 */
-                pwm_output_range?: number;
-                /**
-                 * Pulse range
-                 * @description How far the pulse may go from neutral to each side. Wider needs more stick for the same move; pulses at or past its ends raise a notification. Unit: µs. Register 0x35, section 4.29. Since firmware 1.100. Only in models with PWM input.
-                 */
-                pwm_range?: number;
-                /**
-                 * Reverse
-                 * @description Swaps the direction of commands and of readings: clockwise becomes −. Turn torque off before changing it and look at the limits afterwards. Register 0x23, section 4.16.
-                 */
-                reverse?: boolean;
-                /**
-                 * Servo ID
-                 * @description Number that commands for several servos go by; give each servo its own. 0, the default, cannot be commanded that way. Register 0x45, section 4.37.
-                 */
-                servo_id?: number;
-                /**
-                 * Smoothing
-                 * @description On rounds off jumps in the command; off follows every step at once and can look jerky. Leave it on for control by hand, and note it with each step test: with it on the test measures the smoothing. Register 0x22, section 4.15.
-                 */
-                smoothing?: boolean;
-                /**
-                 * Soft start
-                 * @description On: after a start the horn goes to 0° at no more than 30 rpm and 30 % torque. Off: it takes hold where it is, at once and with full torque. Leave it on where a hard jerk could do harm; turn it off where 0° is a bad place to go. Register 0x21, section 4.14.
-                 */
-                soft_start?: boolean;
-                /**
-                 * Speed dead band
-                 * @description Speed error the speed loop leaves alone. Wider is calmer near standstill; narrower answers smaller errors. The document gives no unit. Register 0x32, section 4.27.
-                 */
-                speed_dead_band?: number;
-                /**
-                 * Speed I gain
-                 * @description How fast the speed loop adds output while a speed error lasts. Higher removes the error sooner and can swing; lower leaves it longer. Register 0x31, section 4.26.
-                 */
-                speed_i_gain?: number;
-                /**
-                 * Speed I limit
-                 * @description Most output the I part of the speed loop may add. Higher overcomes more load and takes longer to unwind; lower stops it from winding up. Register 0x33, section 4.28.
-                 */
-                speed_i_limit?: number;
-                /**
-                 * Speed limit CCW
-                 * @description Fastest the horn turns counter-clockwise under an angle or speed command, as a negative speed. Nearer to 0 is gentler on the load, and nearer than −10 rpm it is not usable. Unit: rpm. Register 0x3B, section 4.32.
-                 */
-                speed_limit_ccw?: number;
-                /**
-                 * Speed limit CW
-                 * @description Fastest the horn turns clockwise under an angle or speed command. Lower is gentler on the load, and below 10 rpm it is not usable; higher leaves the speed to the supply and the load. Unit: rpm. Register 0x3A, section 4.32.
-                 */
-                speed_limit_cw?: number;
-                /**
-                 * Speed P gain
-                 * @description How hard the speed loop answers a speed error. Higher follows more closely and can vibrate; lower gives way under load. Register 0x30, section 4.25.
-                 */
-                speed_p_gain?: number;
-                /**
-                 * Speed and torque control
-                 * @description On: angle, speed and torque loops run one inside the other, and speed and torque can be commanded and limited. Off: the angle loop drives the motor directly, which moves more smoothly but knows no speed or torque. Register 0x25, section 4.18. Since firmware 1.100.
-                 */
-                speed_torque_control?: boolean;
-                /**
-                 * Temperature limit, lower
-                 * @description Below it the output goes off until the board is warmer. Higher protects a cold mechanism and may refuse to start in the cold. The reading is ±5 °C. Unit: °C. Register 0x3F, section 4.34.
-                 */
-                temperature_limit_lower?: number;
-                /**
-                 * Temperature limit, upper
-                 * @description Above it the output goes off until the board is cooler. Lower protects sooner and may drop the load sooner. The reading is ±5 °C. Unit: °C. Register 0x3E, section 4.34.
-                 */
-                temperature_limit_upper?: number;
-                /**
-                 * Time-out action
-                 * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
-                 * @enum {string}
-                 */
-                timeout_action?: "hold" | "off" | "brake";
-                /**
-                 * Time-out time
-                 * @description How long the servo waits for a command (0x00 to 0x02 or 0x20) before the time-out action. Shorter lets go sooner when the link fails; send commands at least three times within it. On models with PWM input the pulse takes over after it. Unit: ms. Register 0x27, section 4.19.
-                 */
-                timeout_time?: number;
-                /**
-                 * Torque limit CCW
-                 * @description About the most torque the servo uses counter-clockwise, as a negative percentage, under every kind of command. Nearer to 0 protects more and holds less. Unit: %. Register 0x3D, section 4.33.
-                 */
-                torque_limit_ccw?: number;
-                /**
-                 * Torque limit CW
-                 * @description About the most torque the servo uses clockwise, under every kind of command. Lower protects what the horn can run into; too low, and it no longer holds its load. Unit: %. Register 0x3C, section 4.33.
-                 */
-                torque_limit_cw?: number;
-                /**
-                 * Torque
-                 * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
-                 * @enum {string}
-                 */
-                torque_mode?: "on" | "off" | "brake";
-                /**
-                 * Voltage limit, lower
-                 * @description Below it the output goes off until the supply is higher. Higher spares a battery and lets go earlier when the supply dips; keep room for the reading, which is ±0.5 V. Unit: V. Register 0x41, section 4.35.
-                 */
-                voltage_limit_lower?: number;
-                /**
-                 * Voltage limit, upper
-                 * @description Above it the output goes off until the supply is lower. Keep it well above the supply: the reading is ±0.5 V, and braking loads push the supply up. Unit: V. Register 0x40, section 4.35.
-                 */
-                voltage_limit_upper?: number;
-            };
+            values: components["schemas"]["InputByKey"];
         };
         /**
          * ParametersPatched
@@ -5733,7 +5852,7 @@ export interface components {
             /** @description Rows that ROM is known to hold differently, and requested rows. */
             rom_changes?: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: string[];
+            rom_unknown?: components["schemas"]["ParameterKey"][];
         };
         /** @description Values in the text, by name with unit, unless unknown. Empty for texts without values. */
         Params: {
@@ -5920,12 +6039,51 @@ export interface components {
                 [key: string]: boolean | number | string;
             } | null;
         };
-        /** PwmModeReading */
-        PwmModeReading: components["schemas"]["Reading"] & {
-            configured: ("angle" | "speed") | (number | null);
-            default: ("angle" | "speed") | (number | null);
-            rom: ("angle" | "speed") | (number | null);
-            value: ("angle" | "speed") | (number | null);
+        /** @enum {string} */
+        PwmModeChoice: "angle" | "speed";
+        /**
+         * PwmModeReading
+         * @description One parameter as last read from RAM, with its ROM value and this model's limits.
+         *
+         *     Not validated, because sockets send many.
+         */
+        PwmModeReading: {
+            /** @description Register address. */
+            address: number;
+            /** @description Time since it was read, s. Null if never read. */
+            age_s: number | null;
+            /** @description Time of the read, seconds since 1970 UTC. Null if never read. */
+            at: number | null;
+            /** @description Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written as configuration, otherwise `rom`. */
+            configured: components["schemas"]["PwmModeChoice"] | (number | null);
+            /** @description Default of this model. Null if none or unknown. */
+            default: components["schemas"]["PwmModeChoice"] | (number | null);
+            /** @description `configured` differs from the default. Null if either is unknown or there is none. */
+            differs_from_default?: boolean | null;
+            /** @description false: the row has no effect now. Null if unknown. */
+            in_effect: boolean | null;
+            /** @description Parameter key. */
+            key: components["schemas"]["ParameterKey"];
+            /** @description Maximum of this model. Null if none or unknown. */
+            maximum: number | null;
+            /** @description Minimum of this model. Null if none or unknown. */
+            minimum: number | null;
+            /** @description Integer on the wire. Null if never read. */
+            raw: number | null;
+            /** @description Value known to be in ROM. Null if unknown. */
+            rom: components["schemas"]["PwmModeChoice"] | (number | null);
+            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            stale: boolean;
+            /** @description Unit of the value. Empty if none. */
+            unit: string;
+            /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
+            unsaved?: boolean | null;
+            /** @description Engineering value or choice key. Null for the dummy value and if never read. */
+            value: components["schemas"]["PwmModeChoice"] | (number | null);
+            /** @description `why_not` by code. Null while it has an effect. */
+            why: components["schemas"]["Why"] | null;
+            /** @description Reason why it has no effect now. Null if it has. */
+            why_not: string | null;
         };
         /** PwmModeValue */
         PwmModeValue: {
@@ -5937,9 +6095,8 @@ export interface components {
             /**
              * PWM mode
              * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
-             * @enum {string}
              */
-            value: "angle" | "speed";
+            value: components["schemas"]["PwmModeChoice"];
         };
         /** PwmNeutralValue */
         PwmNeutralValue: {
@@ -6037,6 +6194,64 @@ export interface components {
             why: components["schemas"]["Why"] | null;
             /** @description Reason why it has no effect now. Null if it has. */
             why_not: string | null;
+        };
+        /** ReadingByKey */
+        ReadingByKey: {
+            angle_boost?: components["schemas"]["NumberReading"];
+            angle_d_gain?: components["schemas"]["IntegerReading"];
+            angle_dead_band?: components["schemas"]["NumberReading"];
+            angle_limit_ccw?: components["schemas"]["NumberReading"];
+            angle_limit_cw?: components["schemas"]["NumberReading"];
+            angle_p_gain?: components["schemas"]["IntegerReading"];
+            command_angle?: components["schemas"]["NumberReading"];
+            command_speed?: components["schemas"]["IntegerReading"];
+            command_torque?: components["schemas"]["IntegerReading"];
+            current_angle?: components["schemas"]["NumberReading"];
+            current_speed?: components["schemas"]["IntegerReading"];
+            current_temperature?: components["schemas"]["IntegerReading"];
+            current_torque?: components["schemas"]["IntegerReading"];
+            current_voltage?: components["schemas"]["NumberReading"];
+            extended_angle?: components["schemas"]["SwitchReading"];
+            fault_failure?: components["schemas"]["IntegerReading"];
+            fault_notification?: components["schemas"]["IntegerReading"];
+            fault_overview?: components["schemas"]["IntegerReading"];
+            fault_warning?: components["schemas"]["IntegerReading"];
+            firmware_version?: components["schemas"]["IntegerReading"];
+            hardware_version?: components["schemas"]["IntegerReading"];
+            model_number?: components["schemas"]["IntegerReading"];
+            node_id?: components["schemas"]["IntegerReading"];
+            origin?: components["schemas"]["NumberReading"];
+            overcurrent_limit?: components["schemas"]["NumberReading"];
+            product_number?: components["schemas"]["IntegerReading"];
+            production_day?: components["schemas"]["IntegerReading"];
+            production_hour?: components["schemas"]["IntegerReading"];
+            production_minute?: components["schemas"]["IntegerReading"];
+            production_month?: components["schemas"]["IntegerReading"];
+            production_year?: components["schemas"]["IntegerReading"];
+            pwm_mode?: components["schemas"]["PwmModeReading"];
+            pwm_neutral?: components["schemas"]["IntegerReading"];
+            pwm_output_range?: components["schemas"]["NumberReading"];
+            pwm_range?: components["schemas"]["IntegerReading"];
+            reverse?: components["schemas"]["SwitchReading"];
+            servo_id?: components["schemas"]["IntegerReading"];
+            smoothing?: components["schemas"]["SwitchReading"];
+            soft_start?: components["schemas"]["SwitchReading"];
+            speed_dead_band?: components["schemas"]["IntegerReading"];
+            speed_i_gain?: components["schemas"]["IntegerReading"];
+            speed_i_limit?: components["schemas"]["IntegerReading"];
+            speed_limit_ccw?: components["schemas"]["IntegerReading"];
+            speed_limit_cw?: components["schemas"]["IntegerReading"];
+            speed_p_gain?: components["schemas"]["IntegerReading"];
+            speed_torque_control?: components["schemas"]["SwitchReading"];
+            temperature_limit_lower?: components["schemas"]["IntegerReading"];
+            temperature_limit_upper?: components["schemas"]["IntegerReading"];
+            timeout_action?: components["schemas"]["TimeoutActionReading"];
+            timeout_time?: components["schemas"]["IntegerReading"];
+            torque_limit_ccw?: components["schemas"]["IntegerReading"];
+            torque_limit_cw?: components["schemas"]["IntegerReading"];
+            torque_mode?: components["schemas"]["TorqueModeReading"];
+            voltage_limit_lower?: components["schemas"]["NumberReading"];
+            voltage_limit_upper?: components["schemas"]["NumberReading"];
         };
         /** @enum {string} */
         ReasonCode: "by_hand" | "saving" | "factory_reset" | "drift_undone" | "change" | "commissioning" | "matrix" | "profile" | "restore";
@@ -6186,7 +6401,7 @@ export interface components {
             /** @description Rows that ROM is known to hold differently, and requested rows. */
             rom_changes?: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: string[];
+            rom_unknown?: components["schemas"]["ParameterKey"][];
         };
         /** ReverseValue */
         ReverseValue: {
@@ -6213,7 +6428,7 @@ export interface components {
             /** @description Value known to be in ROM. Null if unknown. */
             before: boolean | number | string | null;
             /** @description Parameter key. */
-            key: string;
+            key: components["schemas"]["ParameterKey"];
         };
         /**
          * RowRange
@@ -6284,7 +6499,7 @@ export interface components {
             /** @description Rows that ROM is known to hold differently, and requested rows. */
             rom_changes?: components["schemas"]["RomChange"][];
             /** @description Keys of rows that are saved unchanged and whose ROM value is unknown. */
-            rom_unknown?: string[];
+            rom_unknown?: components["schemas"]["ParameterKey"][];
         };
         /**
          * SchemaDocument
@@ -7101,12 +7316,49 @@ export interface components {
              */
             uids: string[] | null;
         };
-        /** SwitchReading */
-        SwitchReading: components["schemas"]["Reading"] & {
+        /**
+         * SwitchReading
+         * @description One parameter as last read from RAM, with its ROM value and this model's limits.
+         *
+         *     Not validated, because sockets send many.
+         */
+        SwitchReading: {
+            /** @description Register address. */
+            address: number;
+            /** @description Time since it was read, s. Null if never read. */
+            age_s: number | null;
+            /** @description Time of the read, seconds since 1970 UTC. Null if never read. */
+            at: number | null;
+            /** @description Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written as configuration, otherwise `rom`. */
             configured: boolean | number | null;
+            /** @description Default of this model. Null if none or unknown. */
             default: boolean | number | null;
+            /** @description `configured` differs from the default. Null if either is unknown or there is none. */
+            differs_from_default?: boolean | null;
+            /** @description false: the row has no effect now. Null if unknown. */
+            in_effect: boolean | null;
+            /** @description Parameter key. */
+            key: components["schemas"]["ParameterKey"];
+            /** @description Maximum of this model. Null if none or unknown. */
+            maximum: number | null;
+            /** @description Minimum of this model. Null if none or unknown. */
+            minimum: number | null;
+            /** @description Integer on the wire. Null if never read. */
+            raw: number | null;
+            /** @description Value known to be in ROM. Null if unknown. */
             rom: boolean | number | null;
+            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            stale: boolean;
+            /** @description Unit of the value. Empty if none. */
+            unit: string;
+            /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
+            unsaved?: boolean | null;
+            /** @description Engineering value or choice key. Null for the dummy value and if never read. */
             value: boolean | number | null;
+            /** @description `why_not` by code. Null while it has an effect. */
+            why: components["schemas"]["Why"] | null;
+            /** @description Reason why it has no effect now. Null if it has. */
+            why_not: string | null;
         };
         /**
          * TakeOver
@@ -7162,9 +7414,7 @@ export interface components {
             /** @description Share of the bus available to polling, 0 to 1. */
             budget: number;
             /** @description Channels by parameter key. */
-            channels: {
-                [key: string]: components["schemas"]["TelemetryChannel"];
-            };
+            channels: components["schemas"]["TelemetryChannelByKey"];
             /** @description Subscriptions and their granted rates. */
             wishes: components["schemas"]["TelemetryGrant"][];
         };
@@ -7183,6 +7433,63 @@ export interface components {
             marks: components["schemas"]["TelemetryMark"][];
             /** @description Samples per second over the last 5 s, including broadcasts. */
             measured_hz: number;
+        };
+        TelemetryChannelByKey: {
+            angle_boost?: components["schemas"]["TelemetryChannel"];
+            angle_d_gain?: components["schemas"]["TelemetryChannel"];
+            angle_dead_band?: components["schemas"]["TelemetryChannel"];
+            angle_limit_ccw?: components["schemas"]["TelemetryChannel"];
+            angle_limit_cw?: components["schemas"]["TelemetryChannel"];
+            angle_p_gain?: components["schemas"]["TelemetryChannel"];
+            command_angle?: components["schemas"]["TelemetryChannel"];
+            command_speed?: components["schemas"]["TelemetryChannel"];
+            command_torque?: components["schemas"]["TelemetryChannel"];
+            current_angle?: components["schemas"]["TelemetryChannel"];
+            current_speed?: components["schemas"]["TelemetryChannel"];
+            current_temperature?: components["schemas"]["TelemetryChannel"];
+            current_torque?: components["schemas"]["TelemetryChannel"];
+            current_voltage?: components["schemas"]["TelemetryChannel"];
+            extended_angle?: components["schemas"]["TelemetryChannel"];
+            fault_failure?: components["schemas"]["TelemetryChannel"];
+            fault_notification?: components["schemas"]["TelemetryChannel"];
+            fault_overview?: components["schemas"]["TelemetryChannel"];
+            fault_warning?: components["schemas"]["TelemetryChannel"];
+            firmware_version?: components["schemas"]["TelemetryChannel"];
+            hardware_version?: components["schemas"]["TelemetryChannel"];
+            model_number?: components["schemas"]["TelemetryChannel"];
+            node_id?: components["schemas"]["TelemetryChannel"];
+            origin?: components["schemas"]["TelemetryChannel"];
+            overcurrent_limit?: components["schemas"]["TelemetryChannel"];
+            product_number?: components["schemas"]["TelemetryChannel"];
+            production_day?: components["schemas"]["TelemetryChannel"];
+            production_hour?: components["schemas"]["TelemetryChannel"];
+            production_minute?: components["schemas"]["TelemetryChannel"];
+            production_month?: components["schemas"]["TelemetryChannel"];
+            production_year?: components["schemas"]["TelemetryChannel"];
+            pwm_mode?: components["schemas"]["TelemetryChannel"];
+            pwm_neutral?: components["schemas"]["TelemetryChannel"];
+            pwm_output_range?: components["schemas"]["TelemetryChannel"];
+            pwm_range?: components["schemas"]["TelemetryChannel"];
+            reverse?: components["schemas"]["TelemetryChannel"];
+            servo_id?: components["schemas"]["TelemetryChannel"];
+            smoothing?: components["schemas"]["TelemetryChannel"];
+            soft_start?: components["schemas"]["TelemetryChannel"];
+            speed_dead_band?: components["schemas"]["TelemetryChannel"];
+            speed_i_gain?: components["schemas"]["TelemetryChannel"];
+            speed_i_limit?: components["schemas"]["TelemetryChannel"];
+            speed_limit_ccw?: components["schemas"]["TelemetryChannel"];
+            speed_limit_cw?: components["schemas"]["TelemetryChannel"];
+            speed_p_gain?: components["schemas"]["TelemetryChannel"];
+            speed_torque_control?: components["schemas"]["TelemetryChannel"];
+            temperature_limit_lower?: components["schemas"]["TelemetryChannel"];
+            temperature_limit_upper?: components["schemas"]["TelemetryChannel"];
+            timeout_action?: components["schemas"]["TelemetryChannel"];
+            timeout_time?: components["schemas"]["TelemetryChannel"];
+            torque_limit_ccw?: components["schemas"]["TelemetryChannel"];
+            torque_limit_cw?: components["schemas"]["TelemetryChannel"];
+            torque_mode?: components["schemas"]["TelemetryChannel"];
+            voltage_limit_lower?: components["schemas"]["TelemetryChannel"];
+            voltage_limit_upper?: components["schemas"]["TelemetryChannel"];
         };
         /**
          * TelemetryGrant
@@ -7229,9 +7536,7 @@ export interface components {
          */
         TelemetryMessage: {
             /** @description Samples by parameter key. */
-            channels: {
-                [key: string]: components["schemas"]["Column"];
-            };
+            channels: components["schemas"]["ColumnByKey"];
             /**
              * @description Samples lost because the client was too slow.
              * @default 0
@@ -7253,7 +7558,7 @@ export interface components {
          */
         TelemetryWish: {
             /** @description Keys of readable parameters. */
-            channels: string[];
+            channels: components["schemas"]["ParameterKey"][];
             /**
              * @description Owner of the subscription. Each owner has one per servo.
              * @default rest
@@ -7300,12 +7605,51 @@ export interface components {
             /** @description Ticket that opens one socket, once. */
             ticket: string;
         };
-        /** TimeoutActionReading */
-        TimeoutActionReading: components["schemas"]["Reading"] & {
-            configured: ("hold" | "off" | "brake") | (number | null);
-            default: ("hold" | "off" | "brake") | (number | null);
-            rom: ("hold" | "off" | "brake") | (number | null);
-            value: ("hold" | "off" | "brake") | (number | null);
+        /** @enum {string} */
+        TimeoutActionChoice: "hold" | "off" | "brake";
+        /**
+         * TimeoutActionReading
+         * @description One parameter as last read from RAM, with its ROM value and this model's limits.
+         *
+         *     Not validated, because sockets send many.
+         */
+        TimeoutActionReading: {
+            /** @description Register address. */
+            address: number;
+            /** @description Time since it was read, s. Null if never read. */
+            age_s: number | null;
+            /** @description Time of the read, seconds since 1970 UTC. Null if never read. */
+            at: number | null;
+            /** @description Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written as configuration, otherwise `rom`. */
+            configured: components["schemas"]["TimeoutActionChoice"] | (number | null);
+            /** @description Default of this model. Null if none or unknown. */
+            default: components["schemas"]["TimeoutActionChoice"] | (number | null);
+            /** @description `configured` differs from the default. Null if either is unknown or there is none. */
+            differs_from_default?: boolean | null;
+            /** @description false: the row has no effect now. Null if unknown. */
+            in_effect: boolean | null;
+            /** @description Parameter key. */
+            key: components["schemas"]["ParameterKey"];
+            /** @description Maximum of this model. Null if none or unknown. */
+            maximum: number | null;
+            /** @description Minimum of this model. Null if none or unknown. */
+            minimum: number | null;
+            /** @description Integer on the wire. Null if never read. */
+            raw: number | null;
+            /** @description Value known to be in ROM. Null if unknown. */
+            rom: components["schemas"]["TimeoutActionChoice"] | (number | null);
+            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            stale: boolean;
+            /** @description Unit of the value. Empty if none. */
+            unit: string;
+            /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
+            unsaved?: boolean | null;
+            /** @description Engineering value or choice key. Null for the dummy value and if never read. */
+            value: components["schemas"]["TimeoutActionChoice"] | (number | null);
+            /** @description `why_not` by code. Null while it has an effect. */
+            why: components["schemas"]["Why"] | null;
+            /** @description Reason why it has no effect now. Null if it has. */
+            why_not: string | null;
         };
         /** TimeoutActionValue */
         TimeoutActionValue: {
@@ -7317,9 +7661,8 @@ export interface components {
             /**
              * Time-out action
              * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
-             * @enum {string}
              */
-            value: "hold" | "off" | "brake";
+            value: components["schemas"]["TimeoutActionChoice"];
         };
         /** TimeoutTimeValue */
         TimeoutTimeValue: {
@@ -7413,12 +7756,51 @@ export interface components {
              */
             mode: "on" | "off" | "brake";
         };
-        /** TorqueModeReading */
-        TorqueModeReading: components["schemas"]["Reading"] & {
-            configured: ("on" | "off" | "brake") | (number | null);
-            default: ("on" | "off" | "brake") | (number | null);
-            rom: ("on" | "off" | "brake") | (number | null);
-            value: ("on" | "off" | "brake") | (number | null);
+        /** @enum {string} */
+        TorqueModeChoice: "on" | "off" | "brake";
+        /**
+         * TorqueModeReading
+         * @description One parameter as last read from RAM, with its ROM value and this model's limits.
+         *
+         *     Not validated, because sockets send many.
+         */
+        TorqueModeReading: {
+            /** @description Register address. */
+            address: number;
+            /** @description Time since it was read, s. Null if never read. */
+            age_s: number | null;
+            /** @description Time of the read, seconds since 1970 UTC. Null if never read. */
+            at: number | null;
+            /** @description Value that a save writes: `value`, or for torque_mode, whose RAM value is session state, the value written as configuration, otherwise `rom`. */
+            configured: components["schemas"]["TorqueModeChoice"] | (number | null);
+            /** @description Default of this model. Null if none or unknown. */
+            default: components["schemas"]["TorqueModeChoice"] | (number | null);
+            /** @description `configured` differs from the default. Null if either is unknown or there is none. */
+            differs_from_default?: boolean | null;
+            /** @description false: the row has no effect now. Null if unknown. */
+            in_effect: boolean | null;
+            /** @description Parameter key. */
+            key: components["schemas"]["ParameterKey"];
+            /** @description Maximum of this model. Null if none or unknown. */
+            maximum: number | null;
+            /** @description Minimum of this model. Null if none or unknown. */
+            minimum: number | null;
+            /** @description Integer on the wire. Null if never read. */
+            raw: number | null;
+            /** @description Value known to be in ROM. Null if unknown. */
+            rom: components["schemas"]["TorqueModeChoice"] | (number | null);
+            /** @description Too old, or the servo is offline: the servo may hold another value. */
+            stale: boolean;
+            /** @description Unit of the value. Empty if none. */
+            unit: string;
+            /** @description `configured` differs from ROM. Null if either is unknown or ROM lacks the row. */
+            unsaved?: boolean | null;
+            /** @description Engineering value or choice key. Null for the dummy value and if never read. */
+            value: components["schemas"]["TorqueModeChoice"] | (number | null);
+            /** @description `why_not` by code. Null while it has an effect. */
+            why: components["schemas"]["Why"] | null;
+            /** @description Reason why it has no effect now. Null if it has. */
+            why_not: string | null;
         };
         /** TorqueModeValue */
         TorqueModeValue: {
@@ -7430,9 +7812,8 @@ export interface components {
             /**
              * Torque
              * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
-             * @enum {string}
              */
-            value: "on" | "off" | "brake";
+            value: components["schemas"]["TorqueModeChoice"];
         };
         /** @enum {string} */
         TransferKind: "message" | "request" | "response";
@@ -7552,6 +7933,96 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
+        /** @description `bus_disconnected` */
+        bus_disconnected: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `forbidden_parameter` */
+        forbidden_parameter: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `invalid_value` */
+        invalid_value: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `lease_required` */
+        lease_required: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `no_answer` */
+        no_answer: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `not_in_this_model` */
+        not_in_this_model: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `refused_by_servo` */
+        refused_by_servo: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `stopped` */
+        stopped: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `store_failed` */
+        store_failed: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description `unknown_servo` */
+        unknown_servo: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
     };
     parameters: {
         /**
@@ -7574,7 +8045,7 @@ export interface components {
         /** @description ID of the job. */
         job_id: string;
         /** @description Parameter key. */
-        key: "command_angle" | "command_speed" | "command_torque" | "current_angle" | "current_speed" | "current_torque" | "current_temperature" | "current_voltage" | "fault_overview" | "fault_notification" | "fault_warning" | "fault_failure" | "torque_mode" | "soft_start" | "smoothing" | "reverse" | "extended_angle" | "speed_torque_control" | "timeout_action" | "timeout_time" | "overcurrent_limit" | "angle_p_gain" | "angle_d_gain" | "angle_dead_band" | "angle_boost" | "speed_p_gain" | "speed_i_gain" | "speed_dead_band" | "speed_i_limit" | "pwm_neutral" | "pwm_range" | "pwm_output_range" | "pwm_mode" | "angle_limit_cw" | "angle_limit_ccw" | "speed_limit_cw" | "speed_limit_ccw" | "torque_limit_cw" | "torque_limit_ccw" | "temperature_limit_upper" | "temperature_limit_lower" | "voltage_limit_upper" | "voltage_limit_lower" | "origin" | "servo_id" | "node_id" | "model_number" | "product_number" | "firmware_version" | "hardware_version" | "production_year" | "production_month" | "production_day" | "production_hour" | "production_minute";
+        key: components["schemas"]["ParameterKey"];
         /** @description Nickname. */
         label: string | null;
         /** @description ID of the lease. */
@@ -7727,8 +8198,7 @@ export interface operations {
             404: components["responses"]["Problem"];
             /** @description `busy` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -7763,8 +8233,7 @@ export interface operations {
                     "application/json": components["schemas"]["AuditRow"][];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -7797,8 +8266,7 @@ export interface operations {
                     "text/csv": unknown;
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -7845,8 +8313,7 @@ export interface operations {
                     "application/json": components["schemas"]["Bus"];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             /** @description `bus_open_failed` */
             502: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -7919,8 +8386,7 @@ export interface operations {
                     "application/json": components["schemas"]["AllocatorState"];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -7945,8 +8411,7 @@ export interface operations {
                     "application/json": components["schemas"]["Finding"][];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8073,8 +8538,7 @@ export interface operations {
             };
             /** @description `unknown_log` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8101,8 +8565,7 @@ export interface operations {
             404: components["responses"]["Problem"];
             /** @description `busy` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             /** @description `log_failed` */
             500: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -8138,24 +8601,18 @@ export interface operations {
                     "application/json": components["schemas"]["BurstSent"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8207,14 +8664,11 @@ export interface operations {
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8266,10 +8720,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_snapshot`, `unknown_profile` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8299,8 +8751,7 @@ export interface operations {
                     "text/event-stream": string;
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8325,8 +8776,7 @@ export interface operations {
                     "application/json": components["schemas"]["FaultsRead"];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8376,8 +8826,7 @@ export interface operations {
                     "application/json": components["schemas"]["KnownServo"][];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8406,8 +8855,7 @@ export interface operations {
                     "text/csv": unknown;
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8432,10 +8880,8 @@ export interface operations {
                     "application/json": components["schemas"]["KnownServo"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8464,12 +8910,10 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `busy` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8501,10 +8945,8 @@ export interface operations {
                     "application/json": components["schemas"]["KnownServo"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8533,8 +8975,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"][];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8561,8 +9002,7 @@ export interface operations {
             };
             /** @description `unknown_job` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8589,8 +9029,7 @@ export interface operations {
             };
             /** @description `unknown_job` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8623,8 +9062,7 @@ export interface operations {
             };
             /** @description `unknown_job` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8675,12 +9113,10 @@ export interface operations {
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8802,8 +9238,7 @@ export interface operations {
             };
             /** @description `unknown_lease` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8830,8 +9265,7 @@ export interface operations {
             };
             /** @description `unknown_lease` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8868,8 +9302,7 @@ export interface operations {
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -8898,8 +9331,7 @@ export interface operations {
             };
             /** @description `unknown_lease` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8926,8 +9358,7 @@ export interface operations {
             };
             /** @description `unknown_lease` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -8979,10 +9410,8 @@ export interface operations {
             };
             /** @description `unknown_parameter` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            503: components["responses"]["bus_disconnected"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9013,10 +9442,8 @@ export interface operations {
             };
             /** @description `lease_held` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
+            503: components["responses"]["bus_disconnected"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9064,8 +9491,7 @@ export interface operations {
             };
             /** @description `unknown_profile` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9106,20 +9532,16 @@ export interface operations {
                     "application/json": components["schemas"]["Profile"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_parameter`, `unknown_servo`, `unknown_snapshot` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `read_only`, `busy` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            500: components["responses"]["store_failed"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9147,8 +9569,7 @@ export interface operations {
             };
             /** @description `unknown_profile` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9205,8 +9626,7 @@ export interface operations {
             422: components["responses"]["Problem"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9237,8 +9657,7 @@ export interface operations {
             };
             /** @description `unknown_profile` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9283,8 +9702,7 @@ export interface operations {
                     "application/json": components["schemas"]["Imported"];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9402,8 +9820,7 @@ export interface operations {
             };
             /** @description `unknown_bundle` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9460,8 +9877,7 @@ export interface operations {
             };
             /** @description `unknown_bundle` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             /** @description `log_failed` */
             500: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -9490,8 +9906,7 @@ export interface operations {
             };
             /** @description `unknown_bundle` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             /** @description `log_failed` */
             500: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -9520,8 +9935,7 @@ export interface operations {
                     "application/json": components["schemas"]["StepRun"][];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9548,8 +9962,7 @@ export interface operations {
             };
             /** @description `unknown_run` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9576,8 +9989,7 @@ export interface operations {
             };
             /** @description `unknown_run` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9602,8 +10014,7 @@ export interface operations {
             };
             /** @description `unknown_run` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9630,8 +10041,7 @@ export interface operations {
             };
             /** @description `unknown_run` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9683,8 +10093,7 @@ export interface operations {
                     "application/json": components["schemas"]["Servo"][];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9709,10 +10118,8 @@ export interface operations {
                     "application/json": components["schemas"]["Servo"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9744,10 +10151,8 @@ export interface operations {
                     "application/json": components["schemas"]["Servo"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9777,18 +10182,13 @@ export interface operations {
                     "application/json": components["schemas"]["Caution"][];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
             /** @description `invalid_value`, `out_of_range` */
             422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9825,24 +10225,18 @@ export interface operations {
                     "application/json": components["schemas"]["Commanded"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9881,8 +10275,7 @@ export interface operations {
                     "application/json": components["schemas"]["Restored"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter`, `unknown_snapshot`, `unknown_profile` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
@@ -9891,18 +10284,14 @@ export interface operations {
             412: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9927,10 +10316,8 @@ export interface operations {
                     "application/json": components["schemas"]["Drift"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9956,12 +10343,10 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `busy`, `lease_held` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -9998,8 +10383,7 @@ export interface operations {
                     "application/json": components["schemas"]["ParametersPatched"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
@@ -10008,18 +10392,14 @@ export interface operations {
             412: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10047,16 +10427,11 @@ export interface operations {
                     "application/json": components["schemas"]["ResetPreview"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10105,20 +10480,16 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `not_in_this_model`, `busy`, `lease_held` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10143,10 +10514,8 @@ export interface operations {
                     "application/json": components["schemas"]["Fault"][];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10182,8 +10551,7 @@ export interface operations {
                     "application/json": components["schemas"]["Fault"][];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
             /** @description `store_failed`, `interrupted` */
@@ -10275,22 +10643,17 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `not_in_this_model`, `busy`, `configuration_lost`, `lease_held` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10316,12 +10679,10 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `lease_held` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10349,18 +10710,12 @@ export interface operations {
                     "application/json": components["schemas"]["Parameters"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10394,8 +10749,7 @@ export interface operations {
                     "application/json": components["schemas"]["ParametersPatched"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
@@ -10404,18 +10758,13 @@ export interface operations {
             412: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10440,18 +10789,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10483,26 +10826,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10527,18 +10864,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10570,26 +10901,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10614,18 +10939,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10657,26 +10976,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10701,18 +11014,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10744,26 +11051,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10788,18 +11089,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10831,26 +11126,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10875,18 +11164,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10918,26 +11201,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -10962,18 +11239,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11005,26 +11276,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11049,18 +11314,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11092,26 +11351,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11136,18 +11389,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11179,26 +11426,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11223,18 +11464,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11259,18 +11494,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11295,18 +11524,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11331,18 +11554,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11367,18 +11584,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11403,18 +11614,12 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11446,26 +11651,20 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11490,18 +11689,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11526,18 +11719,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11562,18 +11749,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11598,18 +11779,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11634,18 +11809,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11670,18 +11839,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11706,18 +11869,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11742,18 +11899,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11785,26 +11936,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11829,18 +11974,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11872,26 +12011,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11916,18 +12049,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -11959,26 +12086,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12003,18 +12124,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12039,18 +12154,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12075,18 +12184,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12111,18 +12214,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12147,18 +12244,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12183,18 +12274,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12219,18 +12304,12 @@ export interface operations {
                     "application/json": components["schemas"]["PwmModeReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12262,26 +12341,20 @@ export interface operations {
                     "application/json": components["schemas"]["PwmModeReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12306,18 +12379,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12349,26 +12416,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12393,18 +12454,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12436,26 +12491,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12480,18 +12529,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12523,26 +12566,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12567,18 +12604,12 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12610,26 +12641,20 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12654,18 +12679,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12697,26 +12716,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12741,18 +12754,12 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12784,26 +12791,20 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12828,18 +12829,12 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12871,26 +12866,20 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12915,18 +12904,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -12958,26 +12941,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13002,18 +12979,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13045,26 +13016,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13089,18 +13054,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13132,26 +13091,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13176,18 +13129,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13219,26 +13166,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13263,18 +13204,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13306,26 +13241,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13350,18 +13279,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13393,26 +13316,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13437,18 +13354,12 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13480,26 +13391,20 @@ export interface operations {
                     "application/json": components["schemas"]["SwitchReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13524,18 +13429,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13567,26 +13466,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13611,18 +13504,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13654,26 +13541,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13698,18 +13579,12 @@ export interface operations {
                     "application/json": components["schemas"]["TimeoutActionReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13741,26 +13616,20 @@ export interface operations {
                     "application/json": components["schemas"]["TimeoutActionReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13785,18 +13654,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13828,26 +13691,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13872,18 +13729,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13915,26 +13766,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -13959,18 +13804,12 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14002,26 +13841,20 @@ export interface operations {
                     "application/json": components["schemas"]["IntegerReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14046,18 +13879,12 @@ export interface operations {
                     "application/json": components["schemas"]["TorqueModeReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14089,26 +13916,20 @@ export interface operations {
                     "application/json": components["schemas"]["TorqueModeReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14133,18 +13954,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14176,26 +13991,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14220,18 +14029,12 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14263,26 +14066,20 @@ export interface operations {
                     "application/json": components["schemas"]["NumberReading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14309,20 +14106,14 @@ export interface operations {
                     "application/json": components["schemas"]["Reading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14356,26 +14147,20 @@ export interface operations {
                     "application/json": components["schemas"]["Reading"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost`, `mode_off`, `torque_off` */
             409: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `store_failed` */
-            500: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            500: components["responses"]["store_failed"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14400,10 +14185,8 @@ export interface operations {
                     "application/json": components["schemas"]["PositionUnitState"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14435,12 +14218,10 @@ export interface operations {
                     "application/json": components["schemas"]["PositionUnitState"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `busy`, `lease_held` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14489,20 +14270,16 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `busy`, `lease_held` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14532,14 +14309,10 @@ export interface operations {
                     "application/json": components["schemas"]["Forecast"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14588,20 +14361,16 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `busy`, `lease_held`, `needs_confirmation`, `configuration_lost`, `bus_read_only`, `not_in_this_model`, `conflict` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14626,10 +14395,8 @@ export interface operations {
                     "application/json": components["schemas"]["Snapshot"][];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14666,20 +14433,16 @@ export interface operations {
                     "application/json": components["schemas"]["Snapshot"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `busy`, `not_in_this_model` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14708,8 +14471,7 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_snapshot` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14739,8 +14501,7 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_snapshot` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14781,8 +14542,7 @@ export interface operations {
                     "application/json": components["schemas"]["Restored"];
                 };
             };
-            /** @description `forbidden_parameter` */
-            403: components["responses"]["Problem"];
+            403: components["responses"]["forbidden_parameter"];
             /** @description `unknown_servo`, `unknown_parameter`, `unknown_snapshot`, `unknown_profile` */
             404: components["responses"]["Problem"];
             /** @description `not_in_this_model`, `busy`, `torque_on`, `lease_held`, `read_only`, `conflict`, `needs_confirmation`, `configuration_lost` */
@@ -14791,18 +14551,14 @@ export interface operations {
             412: components["responses"]["Problem"];
             /** @description `out_of_range`, `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `store_failed`, `interrupted` */
             500: components["responses"]["Problem"];
             /** @description `refused_by_servo`, `not_as_wanted` */
             502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14851,22 +14607,17 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14891,10 +14642,8 @@ export interface operations {
                     "application/json": components["schemas"]["Telemetry"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14925,10 +14674,8 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
-            /** @description `not_in_this_model` */
-            409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            409: components["responses"]["not_in_this_model"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14960,8 +14707,7 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -14993,8 +14739,7 @@ export interface operations {
             };
             /** @description `unknown_servo`, `unknown_parameter` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             /** @description `not_available` */
             501: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -15033,24 +14778,18 @@ export interface operations {
                     "application/json": components["schemas"]["Reading"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15099,8 +14838,7 @@ export interface operations {
             };
             /** @description `unauthorized` */
             401: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             /** @description `too_many_attempts` */
             429: components["responses"]["Problem"];
             default: components["responses"]["CommonProblem"];
@@ -15208,8 +14946,7 @@ export interface operations {
             };
             /** @description `no_simulator`, `unknown_servo` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15234,8 +14971,7 @@ export interface operations {
             };
             /** @description `no_simulator`, `unknown_servo` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15268,8 +15004,7 @@ export interface operations {
             404: components["responses"]["Problem"];
             /** @description `busy` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15319,8 +15054,7 @@ export interface operations {
                     "application/json": components["schemas"]["Stop"];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["StopProblem"];
         };
     };
@@ -15345,8 +15079,7 @@ export interface operations {
                     "application/json": components["schemas"]["Stop"];
                 };
             };
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15394,18 +15127,15 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `busy`, `lease_held`, `needs_confirmation` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
+            503: components["responses"]["bus_disconnected"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15460,24 +15190,18 @@ export interface operations {
                     "application/json": components["schemas"]["Stream"];
                 };
             };
-            /** @description `unknown_servo` */
-            404: components["responses"]["Problem"];
+            404: components["responses"]["unknown_servo"];
             /** @description `mode_off`, `torque_off`, `not_in_this_model`, `busy`, `lease_held`, `configuration_lost`, `needs_confirmation`, `conflict`, `position_unit_unconfirmed`, `bus_budget` */
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range`, `idempotency_key_reused` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
             /** @description `interrupted`, `store_failed` */
             500: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15504,8 +15228,7 @@ export interface operations {
             };
             /** @description `unknown_stream` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15543,16 +15266,11 @@ export interface operations {
             409: components["responses"]["Problem"];
             /** @description `invalid_value`, `out_of_range` */
             422: components["responses"]["Problem"];
-            /** @description `stopped` */
-            423: components["responses"]["Problem"];
-            /** @description `lease_required` */
-            428: components["responses"]["Problem"];
-            /** @description `refused_by_servo` */
-            502: components["responses"]["Problem"];
-            /** @description `bus_disconnected` */
-            503: components["responses"]["Problem"];
-            /** @description `no_answer` */
-            504: components["responses"]["Problem"];
+            423: components["responses"]["stopped"];
+            428: components["responses"]["lease_required"];
+            502: components["responses"]["refused_by_servo"];
+            503: components["responses"]["bus_disconnected"];
+            504: components["responses"]["no_answer"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15579,8 +15297,7 @@ export interface operations {
             };
             /** @description `unknown_stream` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15650,8 +15367,7 @@ export interface operations {
             };
             /** @description `conflict` */
             409: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };
@@ -15676,8 +15392,7 @@ export interface operations {
             };
             /** @description `unknown_token` */
             404: components["responses"]["Problem"];
-            /** @description `invalid_value` */
-            422: components["responses"]["Problem"];
+            422: components["responses"]["invalid_value"];
             default: components["responses"]["CommonProblem"];
         };
     };

@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from typing_extensions import TypeAliasType
 
 from hornbill.domain.bus import Bus, DecodedTransfer, RawFrame, TransferKind
+from hornbill.domain.by_key import ByKey
 from hornbill.domain.event import EventCode
 from hornbill.domain.fields import MotionConfirms, Param, Params, Short, UidText, Utc
 from hornbill.domain.job import Job
@@ -161,12 +162,15 @@ class Column(Message):
     v: list[float | None] = Field(description="Values. Null is a gap.")
 
 
+ColumnByKey = TypeAliasType("ColumnByKey", Annotated[dict[str, Column], ByKey()])
+
+
 class TelemetryMessage(ServerMessageBase):
     """New samples of one servo."""
 
     type: Literal["telemetry"]
     uid: UidText
-    channels: dict[str, Column] = Field(description="Samples by parameter key.")
+    channels: ColumnByKey = Field(description="Samples by parameter key.")
     dropped: int = Field(default=0, description="Samples lost because the client was too slow.")
 
 

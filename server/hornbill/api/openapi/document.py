@@ -13,6 +13,7 @@ from hornbill.api.openapi import examples, sharing
 from hornbill.api.problems import RESPONSES
 from hornbill.api.routes.configuration import rows
 from hornbill.api.security.access import COOKIE
+from hornbill.domain.by_key import documented
 from hornbill.schema.catalog import Catalog
 
 _REF = "#/components/schemas/{model}"
@@ -32,27 +33,31 @@ def _with_rows(routes: Sequence[BaseRoute], catalog: Catalog) -> list[BaseRoute]
 def document(app: FastAPI, catalog: Catalog) -> dict[str, Any]:
     """The document, made once and kept on the application."""
     if app.openapi_schema is None:
-        made = get_openapi(
-            title=app.title,
-            version=app.version,
-            summary=app.summary,
-            routes=_with_rows(app.routes, catalog),
-            servers=app.servers or None,
-        )
-        schemas: dict[str, Any] = made["components"]["schemas"]
-        schemas |= rows.readings(catalog)
-        unions: tuple[tuple[str, Any, Literal["validation", "serialization"]], ...] = (
-            ("ClientMessage", messages.ClientMessage, "validation"),
-            ("ServerMessage", messages.ServerMessage, "serialization"),
-            ("DroppedMessage", Annotated[messages.DroppedMessage, "of the event stream"], "serialization"),
-        )
-        for name, union, mode in unions:
-            shape = TypeAdapter[Any](union).json_schema(ref_template=_REF, mode=mode)
-            for part, definition in shape.pop("$defs", {}).items():
-                schemas.setdefault(part, definition)
-            schemas[name] = shape
-        made["components"] |= {"securitySchemes": _SCHEMES, "responses": RESPONSES}
-        examples.show(made)
-        sharing.share(made)
-        app.openapi_schema = made
+        with documented(catalog.readable):
+            app.openapi_schema = _made(app, catalog)
     return app.openapi_schema
+
+
+def _made(app: FastAPI, catalog: Catalog) -> dict[str, Any]:
+    made = get_openapi(
+        title=app.title,
+        version=app.version,
+        summary=app.summary,
+        routes=_with_rows(app.routes, catalog),
+        servers=app.servers or None,
+    )
+    schemas: dict[str, Any] = made["components"]["schemas"]
+    unions: tuple[tuple[str, Any, Literal["validation", "serialization"]], ...] = (
+        ("ClientMessage", messages.ClientMessage, "validation"),
+        ("ServerMessage", messages.ServerMessage, "serialization"),
+        ("DroppedMessage", Annotated[messages.DroppedMessage, "of the event stream"], "serialization"),
+    )
+    for name, union, mode in unions:
+        shape = TypeAdapter[Any](union).json_schema(ref_template=_REF, mode=mode)
+        for part, definition in shape.pop("$defs", {}).items():
+            schemas.setdefault(part, definition)
+        schemas[name] = shape
+    made["components"] |= {"securitySchemes": _SCHEMES, "responses": RESPONSES}
+    examples.show(made)
+    sharing.share(made)
+    return made

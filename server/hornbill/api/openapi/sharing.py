@@ -2,9 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 import orjson
+
+_PROBLEM: Final = "#/components/responses/Problem"
+"""The response whose description an operation gives."""
 
 
 def share(made: dict[str, Any]) -> None:
@@ -12,7 +15,9 @@ def share(made: dict[str, Any]) -> None:
     components: dict[str, Any] = made["components"]
     components["parameters"] = _share_parameters(made["paths"])
     for operation in _operations(made["paths"]):
-        operation["responses"]["default"].pop("description")  # FastAPI's word would hide that of the component
+        for response in operation["responses"].values():
+            if response.get("$ref", _PROBLEM) != _PROBLEM:
+                response.pop("description")  # FastAPI's word would hide that of the component
     for schema in components["schemas"].values():
         _drop_titles(schema)
 

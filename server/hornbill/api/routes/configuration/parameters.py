@@ -1,10 +1,10 @@
 """Parameter routes: the GET and the PUT of any row, the whole set, and PATCH."""
 
 from collections.abc import Collection
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import Depends, Path, Query
-from pydantic import Field, WithJsonSchema, create_model
+from pydantic import Field, create_model
 
 from hornbill.api.dependencies import IfMatch, LeaseHeader, TheHost, TheServo
 from hornbill.api.problems import problem
@@ -12,6 +12,7 @@ from hornbill.api.routes.configuration import rows
 from hornbill.api.routes.configuration.rows import COMMAND_PROBLEMS, READ_PROBLEMS, WRITE_PROBLEMS, RowValue
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.by_key import ParameterKey
 from hornbill.domain.change import Change, ChangeOutcome, SavePreview
 from hornbill.domain.fields import Confirmed, DryRun, Model, SaveAfter
 from hornbill.domain.problem import Problem
@@ -64,26 +65,16 @@ def routes(catalog: Catalog) -> Routes:
     """Every parameter route: one GET and one PUT serve all rows; `rows` has what the document says of each."""
     made = Routes("parameters")
     _whole_set(made, catalog)
-    _any_row(made, catalog)
+    _any_row(made)
     return made
 
 
 def _whole_set(made: Routes, catalog: Catalog) -> None:
-    values_schema: rows.JsonSchema = {
-        "type": "object",
-        "description": "Values by key, in the units of the parameter manual.",
-        "minProperties": 1,
-        "additionalProperties": False,
-        "properties": {
-            row.key: rows.value_schema(catalog, row)
-            for row in catalog.readable.values()
-            if row.writable and row.group != "command"
-        },
-    }
-    values_type = Annotated[dict[str, Any], WithJsonSchema(values_schema)]
+    readings_type, values_type = rows.reading_set(catalog), rows.input_set(catalog)
+    whole_set = create_model("Parameters", __base__=Parameters, parameters=(readings_type, ...))
     body_type = create_model("ParametersPatch", __base__=ParametersPatch, values=(values_type, ...))
 
-    @made.get("/servos/{uid}/parameters", Role.VIEW, *READ_PROBLEMS, "invalid_value")
+    @made.get("/servos/{uid}/parameters", Role.VIEW, *READ_PROBLEMS, "invalid_value", response_model=whole_set)
     async def list_parameters(
         host: TheHost,
         servo: TheServo,
@@ -125,12 +116,11 @@ def patched(servo: Servo, outcome: Outcome) -> ParametersPatched:
     )
 
 
-def _any_row(made: Routes, catalog: Catalog) -> None:
+def _any_row(made: Routes) -> None:
     """What every row answers. Keys that are no row, rows that cannot be written: problems, not a bare 404 or 405."""
-    keys = {"enum": list(catalog.readable)}
 
     async def the_row(
-        host: TheHost, servo: TheServo, key: Annotated[str, Path(description="Parameter key.", json_schema_extra=keys)]
+        host: TheHost, servo: TheServo, key: Annotated[ParameterKey, Path(description="Parameter key.")]
     ) -> Parameter:
         return host.changes.row(servo, key)
 

@@ -1,13 +1,19 @@
 """GET and PUT of each row as the document has them, made from the tables."""
 
-from typing import Annotated, Any, Final, TypeAlias
+import dataclasses
+from dataclasses import MISSING
+from functools import cache
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import Field, WithJsonSchema, create_model
+from typing_extensions import TypeAliasType, TypedDict
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, TheServo
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.by_key import ParameterKey
 from hornbill.domain.fields import Confirmed, Model
+from hornbill.domain.servo import Reading
 from hornbill.schema.catalog import Catalog
 from hornbill.schema.effect import no_effect, told
 from hornbill.schema.parameter import Parameter
@@ -31,8 +37,13 @@ WRITE_PROBLEMS = (
     "conflict", "needs_confirmation", "configuration_lost", "not_as_wanted", "store_failed",
 )  # fmt: skip
 COMMAND_PROBLEMS = ("lease_required", "stopped", "mode_off", "torque_off")
-_TYPED: Final = ("value", "rom", "configured", "default")
-"""Fields of a reading that hold values of the row."""
+_TypedDict: Any = TypedDict
+_Alias: Any = TypeAliasType
+_Literal: Any = Literal
+"""Without their rule that names and members are written out: here they come from the tables."""
+
+_TYPED: Final = ("key", "value", "rom", "configured", "default")
+"""Fields of a reading that depend on the row."""
 
 
 def declared(catalog: Catalog) -> Routes:
@@ -45,11 +56,10 @@ def declared(catalog: Catalog) -> Routes:
 
 def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
     path, name = f"/servos/{{uid}}/parameters/{row.key}", _name(row)
-    answer: JsonSchema = {"schema": {"$ref": f"#/components/schemas/{_reading(row)}"}}
     effect = effects(catalog, row)
     both: dict[str, Any] = {
         "description": " ".join((_description(row), f"Range: {_range(catalog, row)}.", *effect)),
-        "responses": {200: {"content": {"application/json": answer}}},
+        "response_model": reading_types(catalog)[row.key],
     }
     extra: dict[str, Any] = {"x-unit": row.unit, "x-effect": effect}
     summary = {"operation_id": f"get_{row.key}", "summary": row.label}
@@ -59,7 +69,9 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
     made.get(path, Role.VIEW, *READ_PROBLEMS, **both, **summary, openapi_extra=extra)(get)
     if not row.writable:
         return
-    value_type = Annotated[Any, WithJsonSchema(value_schema(catalog, row))]
+    value_type: Any = Annotated[Any, WithJsonSchema(value_schema(catalog, row))]
+    if row.kind == "choice":
+        value_type = Annotated[choice_type(row), Field(title=row.label, description=_description(row))]
     body_type = create_model(f"{name}Value", __base__=RowValue, value=(value_type, ...))
     body_type.__doc__ = None
 
@@ -77,18 +89,72 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
     make(put)  # pyright: ignore[reportUnknownArgumentType]
 
 
-def readings(catalog: Catalog) -> dict[str, JsonSchema]:
-    """The readings of rows as components of the document: what all have in common, with the type of the values."""
-    made: dict[str, JsonSchema] = {}
-    for row in catalog.readable.values():
-        own: JsonSchema = {"type": "object", "properties": dict.fromkeys(_TYPED, _read(row)), "required": list(_TYPED)}
-        name = _reading(row)
-        made[name] = {"title": name, "allOf": [{"$ref": "#/components/schemas/Reading"}, own]}
-    return made
+@cache
+def reading_types(catalog: Catalog) -> dict[str, type[Model]]:
+    """The type of each row's reading, by key: one for all rows of a kind, one for each list of choices."""
+    made: dict[str, type[Model]] = {}
+    return {row.key: made.setdefault(_reading(row), _reading_type(row)) for row in catalog.readable.values()}
+
+
+@cache
+def reading_set(catalog: Catalog) -> Any:
+    """Readings by key, each of its row's type; rows that a servo lacks are absent."""
+    return _TypedDict("ReadingByKey", reading_types(catalog), total=False)
+
+
+@cache
+def input_set(catalog: Catalog) -> Any:
+    """Values to write by key."""
+    rows = [row for row in catalog.readable.values() if row.writable and row.group != "command"]
+    schema: JsonSchema = {
+        "type": "object",
+        "description": "Values by key, in the units of the parameter manual.",
+        "minProperties": 1,
+        "additionalProperties": False,
+        "properties": {row.key: value_schema(catalog, row) for row in rows},
+    }
+    return _Alias("InputByKey", Annotated[dict[str, Any], WithJsonSchema(schema)])
+
+
+def _reading_type(row: Parameter) -> type[Model]:
+    fields = {
+        one.name: (_typed(row, one) if one.name in _TYPED else one.type, ... if one.default is MISSING else one.default)
+        for one in dataclasses.fields(Reading)
+    }
+    return create_model(_reading(row), __base__=Model, __doc__=Reading.__doc__, **fields)  # pyright: ignore[reportCallIssue, reportArgumentType, reportUnknownVariableType]
+
+
+def _typed(row: Parameter, one: dataclasses.Field[Any]) -> Any:
+    """The type of the key, or of a field that holds a value of the row, described as in Reading."""
+    kind: Any = ParameterKey if one.name == "key" else _held(row)
+    return Annotated[kind, *one.type.__metadata__]  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _held(row: Parameter) -> Any:
+    """What a reading holds: raw values that no table names come as they are; null: void or not known."""
+    match row.kind:
+        case "switch":
+            return Annotated[bool | int | None, WithJsonSchema({"type": ["boolean", "integer", "null"]})]
+        case "choice":
+            return choice_type(row) | Annotated[int | None, WithJsonSchema({"type": ["integer", "null"]})]
+        case _ if row.per_unit == 1:
+            return Annotated[int | None, WithJsonSchema({"type": ["integer", "null"]})]
+        case _:
+            return Annotated[int | float | None, WithJsonSchema({"type": ["number", "null"]})]
+
+
+def choice_type(row: Parameter) -> Any:
+    """The keys of a row's choices, one component of the document."""
+    return _choice_alias(f"{_name(row)}Choice", tuple(choice.key for choice in row.choices))
+
+
+@cache
+def _choice_alias(name: str, keys: tuple[str, ...]) -> Any:
+    return _Alias(name, _Literal[keys])
 
 
 def _reading(row: Parameter) -> str:
-    """The component that describes a reading of the row: one for all rows of a type, one for each list of choices."""
+    """The component that describes a reading of the row."""
     if row.kind == "choice":
         return f"{_name(row)}Reading"
     if row.kind == "switch":
@@ -116,16 +182,6 @@ def effects(catalog: Catalog, row: Parameter) -> list[str]:
     said += ["It acts after it is saved and the servo has restarted."] if row.after_restart else []
     said += [told(catalog, rule) for rule in rules]
     return said + [no_effect(one.why, f"§ {one.section}") for one in CIRCUMSTANCES if one.rows(row)]
-
-
-def _read(row: Parameter) -> JsonSchema:
-    """What a reading holds: what no table names comes as it is; null: void or not known."""
-    kinds = ["integer" if row.per_unit == 1 else "number", "null"]
-    if row.kind == "switch":
-        return {"type": ["boolean", *kinds]}
-    if row.kind == "choice":
-        return {"anyOf": [{"enum": [choice.key for choice in row.choices]}, {"type": kinds}]}
-    return {"type": kinds}
 
 
 def _range(catalog: Catalog, row: Parameter) -> str:

@@ -6,12 +6,14 @@ from typing import Annotated, Final, Literal
 from fastapi import Query
 from pydantic import Field
 from starlette.responses import StreamingResponse
+from typing_extensions import TypeAliasType
 
 from hornbill.api import telemetry_files
 from hornbill.api.dependencies import TheHost, TheServo
 from hornbill.api.downloads import CSV, attachment
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
+from hornbill.domain.by_key import ByKey, ParameterKey
 from hornbill.domain.fields import Model
 from hornbill.domain.servo import TelemetryGrant
 from hornbill.errors import InvalidValue
@@ -25,7 +27,7 @@ routes = Routes("telemetry")
 class TelemetryWish(Model):
     """Rows to poll, and how often."""
 
-    channels: list[str] = Field(description="Keys of readable parameters.")
+    channels: list[ParameterKey] = Field(description="Keys of readable parameters.")
     rate_hz: float = Field(gt=0, le=200, description="Samples per second.")
     ttl_s: float | None = Field(
         default=None, gt=0, le=86_400, description="Time until the subscription expires, s. Null: until replaced."
@@ -55,11 +57,14 @@ class TelemetryChannel(Model):
     marks: list[TelemetryMark] = Field(description="Newest 1000 marks.")
 
 
+TelemetryChannelByKey = TypeAliasType("TelemetryChannelByKey", Annotated[dict[str, TelemetryChannel], ByKey()])
+
+
 class Telemetry(Model):
     """What is polled of a servo, and for whom."""
 
     wishes: list[TelemetryGrant] = Field(description="Subscriptions and their granted rates.")
-    channels: dict[str, TelemetryChannel] = Field(description="Channels by parameter key.")
+    channels: TelemetryChannelByKey = Field(description="Channels by parameter key.")
     budget: float = Field(description="Share of the bus available to polling, 0 to 1.")
 
 
