@@ -35,7 +35,7 @@ export const proved: true[] = [
 """
 
 PYTHON = """
-from rig.models import IntegerReading, ParameterKey, Parameters, SwitchReading, TorqueModeChoice, TorqueModeReading
+from rig.models import ParameterKey, Parameters, SwitchReading, TorqueModeChoice, TorqueModeReading
 from rig.types import Unset
 
 

@@ -71,7 +71,11 @@ def routes(catalog: Catalog) -> Routes:
 
 def _whole_set(made: Routes, catalog: Catalog) -> None:
     readings_type, values_type = rows.reading_set(catalog), rows.input_set(catalog)
-    whole_set = create_model("Parameters", __base__=Parameters, parameters=(readings_type, ...))
+    whole_set = create_model(
+        "Parameters",
+        __base__=Parameters,
+        parameters=(Annotated[readings_type, Field(description="Readings by key.")], ...),
+    )
     body_type = create_model("ParametersPatch", __base__=ParametersPatch, values=(values_type, ...))
 
     @made.get("/servos/{uid}/parameters", Role.VIEW, *READ_PROBLEMS, "invalid_value", response_model=whole_set)

@@ -70,8 +70,6 @@ def _declare(made: Routes, catalog: Catalog, row: Parameter) -> None:
     if not row.writable:
         return
     value_type: Any = Annotated[Any, WithJsonSchema(value_schema(catalog, row))]
-    if row.kind == "choice":
-        value_type = Annotated[choice_type(row), Field(title=row.label, description=_description(row))]
     body_type = create_model(f"{name}Value", __base__=RowValue, value=(value_type, ...))
     body_type.__doc__ = None
 
