@@ -1309,6 +1309,7 @@ class Parameters(TypedDict):
     """Parameters"""
 
     parameters: ReadingByKey
+    """Readings by key."""
     revision: str
     """Revision of the values, for If-Match."""
 

@@ -5807,6 +5807,7 @@ export interface components {
         };
         /** Parameters */
         Parameters: {
+            /** @description Readings by key. */
             parameters: components["schemas"]["ReadingByKey"];
             /** @description Revision of the values, for If-Match. */
             revision: string;
@@ -6095,8 +6096,9 @@ export interface components {
             /**
              * PWM mode
              * @description Whether a pulse asks for an angle or for a speed. A speed needs speed and torque control (0x25) on, and the angle limits do not stop it. Register 0x37, section 4.30. Since firmware 1.100. Only in models with PWM input.
+             * @enum {string}
              */
-            value: components["schemas"]["PwmModeChoice"];
+            value: "angle" | "speed";
         };
         /** PwmNeutralValue */
         PwmNeutralValue: {
@@ -7661,8 +7663,9 @@ export interface components {
             /**
              * Time-out action
              * @description What happens when no command arrives for the time-out time. Hold keeps the last command for ever, so a speed keeps turning; off and brake let go until the next command. Register 0x26, section 4.19.
+             * @enum {string}
              */
-            value: components["schemas"]["TimeoutActionChoice"];
+            value: "hold" | "off" | "brake";
         };
         /** TimeoutTimeValue */
         TimeoutTimeValue: {
@@ -7812,8 +7815,9 @@ export interface components {
             /**
              * Torque
              * @description Whether the motor drives, is free, or brakes weakly. Turning torque on drops the previous command: the horn holds where it is, and speed and torque become 0. Saved as off, the servo starts without torque. Register 0x20, section 4.13.
+             * @enum {string}
              */
-            value: components["schemas"]["TorqueModeChoice"];
+            value: "on" | "off" | "brake";
         };
         /** @enum {string} */
         TransferKind: "message" | "request" | "response";
