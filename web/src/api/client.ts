@@ -21,7 +21,7 @@ export class Problem extends Error {
   }
 }
 
-export interface Options {
+export interface AskOptions {
   body?: unknown;
   /** A file as the body, instead of JSON. */
   file?: { text: string | Blob; type: string };
@@ -34,7 +34,7 @@ export interface Options {
 type Verb = "GET" | "PUT" | "POST" | "PATCH" | "DELETE";
 
 /** Asks the server; resolves to its JSON (undefined for an empty answer), rejects with a Problem. */
-export async function ask<Answer>(verb: Verb, path: string, options: Options = {}): Promise<Answer> {
+export async function ask<Answer>(verb: Verb, path: string, options: AskOptions = {}): Promise<Answer> {
   const init: RequestInit = {
     method: verb,
     headers: { Accept: "application/json", ...options.headers },
@@ -72,7 +72,7 @@ export function whenUnauthorized(act: () => void): void {
 }
 
 /** Keeps the request for the API page, as it can be sent from elsewhere. */
-function noted(verb: Verb, path: string, options: Options): Answered {
+function noted(verb: Verb, path: string, options: AskOptions): Answered {
   const { body, file, headers } = options;
   return note({ verb, path: API + path, body, file: file?.type, headers });
 }

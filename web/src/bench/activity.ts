@@ -44,7 +44,7 @@ export function activityLine({ activity, output }: Pick<Servo, "activity" | "out
   }
 }
 
-export type Commanded =
+export type CommandShown =
   | { kind: "angle"; figure: Figure }
   | { kind: "speed" | "torque"; figure: Figure }
   /** No command of any kind is in force; `stale` while that was not read, or is old. */
@@ -56,7 +56,7 @@ const OTHERS = [
 ] as const;
 
 /** The command in force: what this page runs, or else what the servo holds in 0x00 to 0x02. */
-export function commandNow(uid: string): Commanded {
+export function commandNow(uid: string): CommandShown {
   const going = held.value;
   const present = motion.value;
   if (going !== null && present.phase === "on" && present.uid === uid) {

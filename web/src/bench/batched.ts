@@ -4,7 +4,7 @@
 export const PAUSE_MS = 500;
 
 /** Collects servos and hands all of them to `act`; those wanted meanwhile wait for its answer and the pause. */
-export function together(act: (uids: readonly string[]) => Promise<void>): (uid: string) => void {
+export function batched(act: (uids: readonly string[]) => Promise<void>): (uid: string) => void {
   const waiting = new Set<string>();
   let busy = false;
   const turn = async () => {

@@ -1,7 +1,7 @@
 /** What is said of a servo's health, and what outranks what. */
 import { describe, expect, test } from "vitest";
 import type { Servo, Stop } from "../api/types";
-import { conditionOf, type Facts, needsAttention } from "./condition";
+import { type ConditionFacts, conditionOf, needsAttention } from "./condition";
 import type { KnownServo } from "./fleet";
 
 const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
@@ -41,7 +41,7 @@ const servo = (more: Partial<KnownServo> = {}): KnownServo => ({
   ...more,
 });
 
-const faults: Facts["faults"] = [
+const faults: ConditionFacts["faults"] = [
   {
     level: "failure",
     bit: 1,
@@ -54,7 +54,7 @@ const faults: Facts["faults"] = [
   { level: "notification", bit: 8, key: "angle_limit_cw", label: "At CW angle limit", advice: "" },
 ];
 
-const facts = (more: Partial<Facts> = {}): Facts => ({
+const facts = (more: Partial<ConditionFacts> = {}): ConditionFacts => ({
   faults,
   temperature: null,
   now: 114,
@@ -196,7 +196,7 @@ describe("conditionOf", () => {
     const told = (word: number, failure = 0) =>
       conditionOf(
         servo({ faults: { notification: 0, warning: word, failure } }),
-        facts({ faults: table as Facts["faults"] }),
+        facts({ faults: table as ConditionFacts["faults"] }),
       );
     expect(told(1 << 15).romLost).toBe(true);
     expect(told(1 << 15, 1 << 1)).toMatchObject({ kind: "failure", romLost: true });

@@ -6,10 +6,18 @@ import type { KnownServo } from "./fleet";
 import { age, clock, number, withUnit } from "./format";
 import { readOnly } from "./model";
 
-export type Kind = "ok" | "notice" | "warning" | "protected" | "failure" | "busy" | "identifying" | "offline";
+export type ConditionKind =
+  | "ok"
+  | "notice"
+  | "warning"
+  | "protected"
+  | "failure"
+  | "busy"
+  | "identifying"
+  | "offline";
 
 export interface Condition {
-  kind: Kind;
+  kind: ConditionKind;
   headline: string;
   line: string;
   /** Set when `line` itself is bad news. */
@@ -20,7 +28,7 @@ export interface Condition {
   romLost?: boolean;
 }
 
-export interface Facts {
+export interface ConditionFacts {
   faults: readonly FaultRow[];
   temperature: number | null;
   /** Our monotonic clock. */
@@ -39,7 +47,7 @@ const LEVELS = [
   ["notification", "notice"],
 ] as const;
 
-export function conditionOf(servo: KnownServo, facts: Facts): Condition {
+export function conditionOf(servo: KnownServo, facts: ConditionFacts): Condition {
   const found = judge(servo, facts);
   const doing = unsaid(servo, found);
   if (doing !== null) found.doing = doing;
@@ -64,7 +72,7 @@ function unsaid(servo: KnownServo, found: Condition): string | null {
   return found.line === line || found.headline.endsWith(lower(line)) ? null : line;
 }
 
-function judge(servo: KnownServo, facts: Facts): Condition {
+function judge(servo: KnownServo, facts: ConditionFacts): Condition {
   const said = text.state;
   // Silent while it saves or restarts is as it should be: its job says so, and ends it.
   if (!servo.online && servo.state !== "saving" && servo.state !== "restarting") return offline(servo, facts);
@@ -109,7 +117,7 @@ function restless(servo: KnownServo): Condition {
   return { kind: "warning", headline: text.state.warning(lower(activityLine(servo))), line };
 }
 
-function offline(servo: KnownServo, facts: Facts): Condition {
+function offline(servo: KnownServo, facts: ConditionFacts): Condition {
   const silent = servo.angleAt === null ? null : Math.max(0, facts.now - servo.angleAt);
   const remedy = facts.connected ? text.state.checkSupply : text.state.connectBus;
   const seen =
@@ -121,7 +129,7 @@ function offline(servo: KnownServo, facts: Facts): Condition {
   };
 }
 
-function guarded(servo: KnownServo, facts: Facts): Condition {
+function guarded(servo: KnownServo, facts: ConditionFacts): Condition {
   const found = bits(servo, "warning", facts.faults);
   const hot = found.some(bit => bit.key.includes("temperature")) && facts.temperature !== null;
   const what = hot
@@ -158,8 +166,8 @@ function lower(label: string): string {
   return /^[A-Z][a-z]/.test(label) ? label.charAt(0).toLowerCase() + label.slice(1) : label;
 }
 
-const NEEDS_A_LOOK = new Set<Kind>(["notice", "warning", "protected", "failure", "offline"]);
+const NEEDS_A_LOOK = new Set<ConditionKind>(["notice", "warning", "protected", "failure", "offline"]);
 
-export function needsAttention(kind: Kind): boolean {
+export function needsAttention(kind: ConditionKind): boolean {
   return NEEDS_A_LOOK.has(kind);
 }

@@ -1,7 +1,7 @@
 /** The doctor's findings: the worst first, counted for the rail, and old ones kept when a look fails. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Finding, FindingCode } from "../api/bus-types";
-import { complaints, doctorProblem, findings, inOrder, lookedAt, watchDoctor } from "./doctor";
+import { complaints, doctorProblem, findings, findingsInOrder, lookedAt, watchDoctor } from "./doctor";
 import { link } from "./link";
 import type { Poll } from "./poll";
 
@@ -25,7 +25,7 @@ describe("inOrder", () => {
       finding("e", "warning"),
       finding("f", "failure"),
     ];
-    expect(inOrder(list).map(one => one.code)).toEqual(["c", "f", "b", "e", "d", "a"]);
+    expect(findingsInOrder(list).map(one => one.code)).toEqual(["c", "f", "b", "e", "d", "a"]);
     expect(list[0]?.code).toBe("a");
   });
 });

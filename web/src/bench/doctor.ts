@@ -17,7 +17,7 @@ export const doctorProblem = signal<string | null>(null);
 const PLACE: Record<Finding["severity"], number> = { failure: 0, warning: 1, notice: 2, ok: 3 };
 
 /** The worst first; among equals as the doctor told them. */
-export function inOrder(list: readonly Finding[]): Finding[] {
+export function findingsInOrder(list: readonly Finding[]): Finding[] {
   return [...list].sort((one, other) => PLACE[one.severity] - PLACE[other.severity]);
 }
 
@@ -29,7 +29,7 @@ export const complaints = computed(() => ({
 
 async function look(): Promise<void> {
   try {
-    findings.value = inOrder(await ask<Finding[]>("GET", `/bus/doctor?all=${watching > 0}`));
+    findings.value = findingsInOrder(await ask<Finding[]>("GET", `/bus/doctor?all=${watching > 0}`));
     lookedAt.value = monotonic();
     doctorProblem.value = null;
   } catch (error) {

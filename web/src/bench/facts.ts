@@ -3,7 +3,7 @@ import { Problem } from "../api/client";
 import type { Job, Params } from "../api/types";
 import { text } from "../text";
 import { angle, MINUS, withUnit } from "./format";
-import { labelOf } from "./row-text";
+import { rowLabelOf } from "./row-text";
 
 /** By name. What the server left out, because it is unknown or does not apply, is undefined; false is, too. */
 export type Facts = Readonly<Record<string, string | undefined>>;
@@ -61,7 +61,7 @@ function said(name: string, value: Params[string] | null | object): string | und
   if (Array.isArray(value))
     return value.length > 0 ? value.map(each => said(name, each)).join(text.comma) : undefined;
   if (typeof value === "object") return undefined;
-  if (typeof value === "string") return KEYS.has(name) ? labelOf(value) : value;
+  if (typeof value === "string") return KEYS.has(name) ? rowLabelOf(value) : value;
   const unit = name.slice(name.lastIndexOf("_") + 1);
   if (unit === "deg" && name !== unit) return angle(value);
   const digits = String(Math.round(value * 100) / 100).replace("-", MINUS);

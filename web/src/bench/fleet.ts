@@ -53,7 +53,7 @@ export function replaceAll(list: Servo[]): void {
 }
 
 /** Changed servos, whole. */
-export function change(list: Servo[]): void {
+export function changeServos(list: Servo[]): void {
   for (const one of list) waiting.set(one.uid, stamp(one));
   timer ??= setTimeout(flush, FLUSH_MS);
 }

@@ -1,7 +1,7 @@
 /** Hold to run: it begins with a press, says so again while it lasts, and whatever ends the press brakes. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { ClientMessage } from "../api/types";
-import { held, letGo, press, pressByKey } from "./hold-to-run";
+import { brake, held, press, pressByKey } from "./hold-to-run";
 import { link, live, type onRefusal } from "./link";
 import { endMotion, motion, question } from "./motion";
 
@@ -36,7 +36,7 @@ beforeEach(() => {
 });
 
 afterEach(() => {
-  letGo();
+  brake();
   motion.value = { phase: "off", why: null };
   vi.useRealTimers();
   vi.restoreAllMocks();
@@ -59,8 +59,8 @@ describe("a held button", () => {
       [20, true],
       [20, true],
     ]);
-    letGo();
-    letGo();
+    brake();
+    brake();
     vi.advanceTimersByTime(2000);
     expect(commands().slice(5)).toEqual([[0, false]]);
     expect(held.value).toBeNull();
@@ -140,7 +140,7 @@ describe("a held button", () => {
     });
     press("speed", 20, () => still);
     sends = false;
-    letGo();
+    brake();
     expect(motion.value.phase).toBe("off");
     expect(asked).toContain(`POST /api/v1/servos/${UID}/torque {"mode":"off"}`);
   });

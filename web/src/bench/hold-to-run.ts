@@ -2,18 +2,18 @@
 import { effect, signal } from "@preact/signals";
 import { text } from "../text";
 import { link, live, onRefusal } from "./link";
-import { endMotion, motion, question, refusal, setpoint, warnings } from "./motion";
+import { endMotion, motion, motionRefusal, question, setpoint, warnings } from "./motion";
 
-export type Kind = "speed" | "torque";
+export type RunKind = "speed" | "torque";
 
-export interface Held {
-  kind: Kind;
+export interface RunHeld {
+  kind: RunKind;
   /** rpm or %, + clockwise. */
   value: number;
 }
 
 /** What runs now, because something is held; null otherwise. */
-export const held = signal<Held | null>(null);
+export const held = signal<RunHeld | null>(null);
 
 /** The server brakes by itself when it hears nothing for so long. */
 export const FOR_S = 0.5;
@@ -23,11 +23,11 @@ let timer: ReturnType<typeof setInterval> | undefined;
 let unlisten: (() => void) | null = null;
 
 /** Begins to run. `still` says whether the button is held as far as can be seen; asked eight times a second. */
-export function press(kind: Kind, value: number, still: () => boolean): void {
+export function press(kind: RunKind, value: number, still: () => boolean): void {
   const present = motion.peek();
   if (present.phase !== "on" || present.torque !== "on" || question.peek() !== null || value === 0) return;
-  if (held.peek() !== null) letGo();
-  refusal.value = null;
+  if (held.peek() !== null) brake();
+  motionRefusal.value = null;
   warnings.value = [];
   setpoint.value = null;
   if (!say(present.lease, kind, value, false)) {
@@ -38,13 +38,13 @@ export function press(kind: Kind, value: number, still: () => boolean): void {
   unlisten = listen();
   timer = setInterval(() => {
     const now = motion.peek();
-    if (now.phase !== "on" || !still() || !document.hasFocus() || document.hidden) letGo();
-    else if (!say(now.lease, kind, value, true)) letGo();
+    if (now.phase !== "on" || !still() || !document.hasFocus() || document.hidden) brake();
+    else if (!say(now.lease, kind, value, true)) brake();
   }, RENEW_MS);
 }
 
 /** Brakes, whatever was the reason. A release that cannot be said ends motion, which takes torque by another way. */
-export function letGo(): void {
+export function brake(): void {
   const last = held.peek();
   if (last === null) return;
   clearInterval(timer);
@@ -56,7 +56,7 @@ export function letGo(): void {
   if (!say(present.lease, last.kind, 0, false)) endMotion(text.motion.endedByLink);
 }
 
-function say(lease: string, kind: Kind, value: number, renew: boolean): boolean {
+function say(lease: string, kind: RunKind, value: number, renew: boolean): boolean {
   const present = motion.peek();
   if (present.phase !== "on") return false;
   const hold = { for_s: FOR_S, renew };
@@ -73,17 +73,17 @@ function listen(): () => void {
       ends.push(() => target.removeEventListener(name, act, true));
     }
   };
-  on(window, "blur pagehide pointerup pointercancel mouseup touchend touchcancel dragstart", letGo);
-  on(document, "visibilitychange freeze", letGo);
+  on(window, "blur pagehide pointerup pointercancel mouseup touchend touchcancel dragstart", brake);
+  on(document, "visibilitychange freeze", brake);
   // A mouse that moves with no button pressed was released where nobody told us.
   on(window, "pointermove", event => {
     const pointer = event as PointerEvent;
-    if (pointer.pointerType === "mouse" && pointer.buttons === 0 && heldByPointer) letGo();
+    if (pointer.pointerType === "mouse" && pointer.buttons === 0 && heldByPointer) brake();
   });
   on(window, "keydown", event => {
-    if (!(event as KeyboardEvent).repeat) letGo();
+    if (!(event as KeyboardEvent).repeat) brake();
   });
-  on(window, "keyup", letGo);
+  on(window, "keyup", brake);
   // Motion that ends, a question, a lost link or a refusal: nobody's finger counts any more.
   let first = true;
   ends.push(
@@ -91,12 +91,12 @@ function listen(): () => void {
       const present = motion.value;
       const ended = present.phase !== "on" || present.torque !== "on";
       const over = ended || question.value !== null || link.value.state !== "up";
-      if (!first && over) letGo();
+      if (!first && over) brake();
       first = false;
     }),
     onRefusal(error => {
       const present = motion.peek();
-      if (present.phase === "on" && (error.uid === present.uid || error.uid === null)) letGo();
+      if (present.phase === "on" && (error.uid === present.uid || error.uid === null)) brake();
     }),
   );
   return () => {
@@ -107,7 +107,7 @@ function listen(): () => void {
 let heldByPointer = false;
 
 /** Begins to run for as long as a pointer is down on `button`; the pointer is its own until then. */
-export function pressByPointer(event: PointerEvent, kind: Kind, value: number): void {
+export function pressByPointer(event: PointerEvent, kind: RunKind, value: number): void {
   const button = event.currentTarget as HTMLElement;
   if (event.button !== 0 || !event.isPrimary) return;
   event.preventDefault();
@@ -119,7 +119,7 @@ export function pressByPointer(event: PointerEvent, kind: Kind, value: number): 
 }
 
 /** Begins to run for as long as a key is down. What repeats is the same press. */
-export function pressByKey(event: KeyboardEvent, kind: Kind, value: number): void {
+export function pressByKey(event: KeyboardEvent, kind: RunKind, value: number): void {
   event.preventDefault();
   if (event.repeat || held.peek() !== null) return;
   const where = event.currentTarget as HTMLElement;

@@ -2,8 +2,8 @@
 import { signal } from "@preact/signals";
 import type { LeaseView } from "../api/types";
 import { text } from "../text";
-import { readable } from "../text/language";
-import { signed } from "./session";
+import { readable } from "../text/holder-name";
+import { signedBy } from "./session";
 import { readTab, writeTab } from "./tab-store";
 
 const NAME = "hornbill.tab";
@@ -28,7 +28,7 @@ function numberOf(kept: unknown): number {
 
 /** A name for this tab by which others can tell who moves what: stored by the server, so in no language but its own. */
 export function holder(): string {
-  return signed(`Page ${number}`);
+  return signedBy(`Page ${number}`);
 }
 
 /** A stored name as people read it here. */

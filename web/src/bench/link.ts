@@ -94,7 +94,7 @@ function receive(message: ServerMessage): void {
       void loadCatalog(message.schema_revision).catch(() => undefined);
       break;
     case "servos":
-      fleet.change(message.servos);
+      fleet.changeServos(message.servos);
       break;
     case "telemetry": {
       const arrived = monotonic();

@@ -11,12 +11,12 @@ import {
   endMotion,
   isOfOther,
   keepMotion,
+  type MotionQuestion,
   motion,
+  motionRefusal,
   moveTo,
   pace,
-  type Question,
   question,
-  refusal,
   setpoint,
   setTorque,
   startMotion,
@@ -98,7 +98,7 @@ describe("motion", () => {
     await enableMotion(UID);
     expect(sent).toEqual([]);
     expect(motion.value.phase).toBe("off");
-    expect(refusal.value).toBe(
+    expect(motionRefusal.value).toBe(
       "Stop is not fully visible in this window. Enlarge the window or zoom out, then enable motion.",
     );
   });
@@ -139,7 +139,7 @@ describe("motion", () => {
     };
     fail = { path: /POST \/leases/, status: 409, body };
     await enableMotion(UID);
-    expect(refusal.value).toBe("Rig 3 has motion control for 18\u202fs more. Ask for it, or wait.");
+    expect(motionRefusal.value).toBe("Rig 3 has motion control for 18\u202fs more. Ask for it, or wait.");
     expect(motion.value.phase).toBe("off");
     expect(sent).toHaveLength(1);
   });
@@ -156,7 +156,7 @@ describe("motion", () => {
     fail = { path: /torque/, status: 504, body };
     await enableMotion(UID);
     expect(motion.value.phase).toBe("off");
-    expect(refusal.value).toBe("It did not answer.");
+    expect(motionRefusal.value).toBe("It did not answer.");
     expect(sent).toContain("DELETE /leases/L");
     await settle();
     expect(those("silent"), "it may have heard all the same").toEqual([UID]);
@@ -203,7 +203,7 @@ describe("motion", () => {
     fail = { path: new RegExp(`${other}/torque`), status: 504, body };
     await setTorque("off");
     expect(motion.value).toMatchObject({ phase: "on", torque: "off" });
-    expect(refusal.value).toBe("C did not answer.");
+    expect(motionRefusal.value).toBe("C did not answer.");
     expect([those("off"), those("silent")]).toEqual([[UID], [other]]);
     forget(other);
   });
@@ -250,10 +250,10 @@ describe("motion", () => {
     await moveTo(720);
     expect(sent.at(-1)).toBe(`GET /servos/${UID}/cautions?type=angle&value=720`);
     expect(question.value).toEqual({ angle: 720, words: ["turns"], said: ["It would turn twice."] });
-    expect(refusal.value).toBeNull();
+    expect(motionRefusal.value).toBeNull();
     expect(setpoint.value, "the ghost stands where the last command was").not.toBe(720);
     fail = null;
-    const asked = question.value as Question;
+    const asked = question.value as MotionQuestion;
     await moveTo(asked.angle, asked.words);
     expect(sent.at(-1)).toMatch(/"value":720,.*"confirm":\["turns"\]} leased$/);
     expect(question.value).toBeNull();
@@ -285,7 +285,7 @@ describe("motion", () => {
     heard.refuse({ ...error, uid: UID });
     await settle();
     expect(question.value).toMatchObject({ angle: 40, words: ["turns"] });
-    expect(refusal.value).toBeNull();
+    expect(motionRefusal.value).toBeNull();
     sent = [];
     said.mockClear();
     dragTo(50);

@@ -13,7 +13,7 @@ import { angleOf, peekServo } from "./fleet";
 import { startBeat, stopBeat } from "./heartbeat";
 import { haveLease, holder, isOurs, who } from "./holder";
 import { live, onRefusal, up } from "./link";
-import { follow, forget } from "./release";
+import { followRelease, forget } from "./release";
 import { onLeave } from "./route";
 import { stopInSight, stopSeen } from "./stop-sight";
 import { Newest } from "./throttle";
@@ -33,12 +33,12 @@ export const motion = signal<Motion>({ phase: "off", why: null });
 export const setpoint = signal<number | null>(null);
 
 /** Why the last command or request was refused, in words. */
-export const refusal = signal<string | null>(null);
+export const motionRefusal = signal<string | null>(null);
 
 /** What the server said beside the last command. */
 export const warnings = signal<readonly string[]>([]);
 
-export interface Question {
+export interface MotionQuestion {
   angle: number;
   /** The words that say "do it". */
   words: readonly string[];
@@ -46,9 +46,9 @@ export interface Question {
 }
 
 /** A move that is not made before somebody has agreed to what will happen. */
-export const question = signal<Question | null>(null);
+export const question = signal<MotionQuestion | null>(null);
 
-export interface Profile {
+export interface MotionProfile {
   speed_deg_s: number;
   accel_deg_s2: number;
 }
@@ -57,11 +57,11 @@ export interface Profile {
 export interface Together {
   /** Holds all where they are, under the lease; torque is on. */
   begin: (lease: string) => Promise<void>;
-  move: (angle: number, lease: string, profile: Profile | null) => Promise<Commanded>;
-  drag: (angle: number, lease: string, profile: Profile | null) => void;
+  move: (angle: number, lease: string, profile: MotionProfile | null) => Promise<Commanded>;
+  drag: (angle: number, lease: string, profile: MotionProfile | null) => void;
 }
 
-export const together = signal<Together | null>(null);
+export const movingTogether = signal<Together | null>(null);
 
 /** How a jog goes: at a limited speed in degrees a second, or (null) as fast as the servo can. */
 export const pace = signal<number | null>(60);
@@ -93,7 +93,7 @@ export async function enableMotion(
   group: Together | null = null,
 ): Promise<void> {
   if (!stopSeen()) {
-    refusal.value = text.motion.stopHidden;
+    motionRefusal.value = text.motion.stopHidden;
     return;
   }
   const members = [uid, ...others];
@@ -103,7 +103,7 @@ export async function enableMotion(
       return members;
     });
   } catch (error) {
-    refusal.value = problemText(problemOf(error));
+    motionRefusal.value = problemText(problemOf(error));
   }
 }
 
@@ -124,7 +124,7 @@ export async function takeControl(
   // Given up, and perhaps asked for anew since: then this is not ours to go on with.
   const still = () => motion.peek() === asking;
   motion.value = asking;
-  refusal.value = null;
+  motionRefusal.value = null;
   const end = () => {
     if (!still()) return;
     stopBeat();
@@ -156,7 +156,7 @@ export async function takeControl(
       return;
     }
     setpoint.value = presentAngle(first);
-    together.value = group;
+    movingTogether.value = group;
     motion.value = { phase: "on", uid: first, lease, torque: "on", others };
   } catch (error) {
     if (!still()) return;
@@ -172,7 +172,7 @@ function keep(lease: string): void {
 
 /** Keeps a lease that somebody else gave or lost; torque stays off until it is turned on. */
 export function hold(uid: string, lease: string): void {
-  refusal.value = null;
+  motionRefusal.value = null;
   keep(lease);
   motion.value = { phase: "held", uid, lease };
 }
@@ -184,7 +184,7 @@ export async function keepMotion(request: string): Promise<void> {
   try {
     await ask<void>("POST", `/leases/requests/${request}/refuse`, { headers: { Lease: present.lease } });
   } catch (error) {
-    refusal.value = problemText(problemOf(error));
+    motionRefusal.value = problemText(problemOf(error));
   }
 }
 
@@ -218,7 +218,7 @@ export function forgetMotion(why: string | null, gone = false): void {
   setpoint.value = null;
   question.value = null;
   warnings.value = [];
-  together.value = null;
+  movingTogether.value = null;
   motion.value = { phase: "off", why };
   if (!gone && (present.phase === "on" || present.phase === "held")) void giveBack(present.lease);
   if (present.phase === "waiting") void withdraw(present.request);
@@ -244,7 +244,7 @@ async function release(members: readonly string[], lease: string): Promise<void>
 /** Not waited for by whoever leaves: what became of it is followed. The lease tells who it was; none is needed. */
 function torqueOff(uid: string, lease: string): Promise<void> {
   const options = { body: { mode: "off" }, headers: { Lease: lease }, keepalive: true };
-  return follow(uid, ask<Reading>("POST", `/servos/${uid}/torque`, options));
+  return followRelease(uid, ask<Reading>("POST", `/servos/${uid}/torque`, options));
 }
 
 function torque(uid: string, mode: TorqueMode, lease: string): Promise<Reading> {
@@ -256,11 +256,11 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on") return;
   drags.cancel();
-  refusal.value = null;
+  motionRefusal.value = null;
   warnings.value = [];
   try {
     const members = membersOf(present);
-    if (mode === "on") await energise(members, together.peek(), present.lease);
+    if (mode === "on") await energise(members, movingTogether.peek(), present.lease);
     else await allOff(members, present.lease);
     const now = motion.peek();
     if (now.phase !== "on" || now.lease !== present.lease) return;
@@ -269,7 +269,7 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
   } catch (error) {
     // Half a group that pulls is worse than none.
     if (mode === "on") for (const uid of membersOf(present)) void torqueOff(uid, present.lease);
-    refusal.value = problemText(problemOf(error));
+    motionRefusal.value = problemText(problemOf(error));
   }
 }
 
@@ -277,16 +277,16 @@ export async function setTorque(mode: "on" | "off"): Promise<void> {
 async function allOff(members: readonly string[], lease: string): Promise<void> {
   const asked = members.map(uid => {
     const told = torque(uid, "off", lease);
-    if (members.length > 1) void follow(uid, told);
+    if (members.length > 1) void followRelease(uid, told);
     return told;
   });
   const failed = (await Promise.allSettled(asked)).filter(one => one.status === "rejected");
   const first = failed[0];
   if (first !== undefined && failed.length === members.length) throw first.reason;
-  refusal.value = first === undefined ? null : problemText(problemOf(first.reason));
+  motionRefusal.value = first === undefined ? null : problemText(problemOf(first.reason));
 }
 
-export function profileOf(speed: number | null): Profile | null {
+export function profileOf(speed: number | null): MotionProfile | null {
   return speed === null ? null : { speed_deg_s: speed, accel_deg_s2: speed / SPEED_UP_S };
 }
 
@@ -295,13 +295,13 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
   const present = motion.peek();
   if (present.phase !== "on") return;
   drags.cancel();
-  refusal.value = null;
+  motionRefusal.value = null;
   question.value = null;
   const before = setpoint.peek();
   setpoint.value = angle;
   const limited = profileOf(pace.peek());
   try {
-    const group = together.peek();
+    const group = movingTogether.peek();
     if (group) {
       warnings.value = (await group.move(angle, present.lease, limited)).warnings ?? [];
       return;
@@ -320,7 +320,7 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
   } catch (error) {
     const problem = problemOf(error);
     if (problem.code !== "needs_confirmation") {
-      refusal.value = problemText(problem);
+      motionRefusal.value = problemText(problem);
       return;
     }
     if (setpoint.peek() === angle) setpoint.value = before;
@@ -344,7 +344,7 @@ const drags = new Newest<number>(DRAG_PERIOD_MS, angle => {
   const present = motion.peek();
   if (present.phase !== "on") return;
   const limited = profileOf(pace.peek());
-  const group = together.peek();
+  const group = movingTogether.peek();
   if (group) group.drag(angle, present.lease, limited);
   else
     live.send({
@@ -357,7 +357,7 @@ const drags = new Newest<number>(DRAG_PERIOD_MS, angle => {
 /** An angle command of a drag, over the socket: the newest wins, at most thirty a second. */
 export function dragTo(angle: number): void {
   if (motion.peek().phase !== "on" || question.peek() !== null) return;
-  refusal.value = null;
+  motionRefusal.value = null;
   warnings.value = [];
   setpoint.value = angle;
   drags.put(angle);
@@ -371,7 +371,7 @@ export function presentAngle(uid: string): number | null {
 
 /** The lease has ended or is somebody else's, so the server takes torque. Who has it is told a moment later. */
 function lost(): void {
-  for (const uid of membersOf(motion.peek())) void follow(uid);
+  for (const uid of membersOf(motion.peek())) void followRelease(uid);
   forgetMotion(takenBy() ?? text.motion.endedLease, true);
   const said = motion.peek();
   const end = heldLease.subscribe(() => {
@@ -401,7 +401,7 @@ export function startMotion(): void {
     // The answer to a drag names no words to agree to: the same command over REST does.
     else if (error.code === "needs_confirmation" && wanted !== null && error.uid === present.uid) {
       if (question.peek() === null) void moveTo(wanted);
-    } else refusal.value = failureText(error);
+    } else motionRefusal.value = failureText(error);
   });
   effect(() => {
     if (!up.value) endMotion(text.motion.endedByLink);

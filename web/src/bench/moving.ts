@@ -7,7 +7,7 @@ import { all, type KnownServo } from "./fleet";
 import { ended, jobs } from "./jobs";
 import { up } from "./link";
 import { motion } from "./motion";
-import { letGo } from "./release";
+import { released } from "./release";
 
 /** A horn that turned more than this within the window moves; less is noise, or a horn that hunts in its place. */
 const MOVED_DEG = 3;
@@ -28,7 +28,7 @@ export function moving(at: number = monotonic()): boolean {
     motionOn() ||
     !up.value ||
     (lease.value !== null && lease.value.endsAt > at) ||
-    [...letGo.value.values()].some(state => state !== "off") ||
+    [...released.value.values()].some(state => state !== "off") ||
     (stop.value?.latched === true && stop.value.servos.some(one => !one.confirmed)) ||
     [...jobs.value.values()].some(job => !ended(job)) ||
     all.value.some(one => RESTARTS.has(one.state) || turns(one.uid, at))

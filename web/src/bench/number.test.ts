@@ -1,10 +1,10 @@
 /** What people type as numbers, and what a row answers. */
 import { describe, expect, test } from "vitest";
 import { angle, decimalsOf, MINUS, NARROW, number, signed, unbroken, withUnit } from "./format";
-import { check, checkValue, nearest, parseNumber, type Span, unfinished } from "./number";
+import { type AllowedSpan, check, checkValue, nearestAllowed, parseNumber, unfinishedNumber } from "./number";
 
-const percent: Span = { unit: "%", perUnit: 1, minimum: 0, maximum: 100 };
-const degrees: Span = { unit: "°", perUnit: 10, minimum: -180, maximum: 0 };
+const percent: AllowedSpan = { unit: "%", perUnit: 1, minimum: 0, maximum: 100 };
+const degrees: AllowedSpan = { unit: "°", perUnit: 10, minimum: -180, maximum: 0 };
 
 describe("parseNumber", () => {
   test.each([
@@ -148,9 +148,9 @@ describe("whatever is typed", () => {
 
 describe("unfinished", () => {
   test.each(["", "-", "−", "+", ".", "-.", "－", "ー", "　"])("%j may become a number", typed =>
-    expect(unfinished(typed)).toBe(true),
+    expect(unfinishedNumber(typed)).toBe(true),
   );
-  test.each(["1", "a", "-1"])("%j is finished", typed => expect(unfinished(typed)).toBe(false));
+  test.each(["1", "a", "-1"])("%j is finished", typed => expect(unfinishedNumber(typed)).toBe(false));
 });
 
 describe("check", () => {
@@ -178,7 +178,7 @@ describe("check", () => {
   });
 
   test("a servo's own angle limits are not called its model's", () => {
-    const own: Span = { ...degrees, maximum: 179.9, limits: "angle" };
+    const own: AllowedSpan = { ...degrees, maximum: 179.9, limits: "angle" };
     expect(checkValue(400, own)).toMatchObject({
       code: "above",
       what: "400.0° is past the CW angle limit of 179.9° (0x38).",
@@ -225,16 +225,16 @@ describe("check", () => {
   });
 
   test("the ends of the range are inside it, in spite of binary fractions", () => {
-    const span: Span = { unit: "V", perUnit: 10, minimum: 4.1, maximum: 8.7 };
+    const span: AllowedSpan = { unit: "V", perUnit: 10, minimum: 4.1, maximum: 8.7 };
     expect(checkValue(4.1, span)).toEqual({ ok: true, value: 4.1 });
     expect(checkValue(8.7, span)).toEqual({ ok: true, value: 8.7 });
     expect(checkValue(8.70001, span)).toMatchObject({ ok: false, code: "above" });
   });
 
   test("nearest is legal", () => {
-    expect(nearest(12.34, degrees)).toBe(0);
-    expect(nearest(-12.34, degrees)).toBe(-12.3);
-    expect(nearest(-999, degrees)).toBe(-180);
+    expect(nearestAllowed(12.34, degrees)).toBe(0);
+    expect(nearestAllowed(-12.34, degrees)).toBe(-12.3);
+    expect(nearestAllowed(-999, degrees)).toBe(-180);
   });
 });
 

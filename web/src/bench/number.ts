@@ -2,7 +2,7 @@
 import { text } from "../text";
 import { decimalsOf, number, withUnit } from "./format";
 
-export interface Span {
+export interface AllowedSpan {
   unit: string;
   perUnit: number;
   minimum: number | null;
@@ -12,7 +12,7 @@ export interface Span {
 }
 
 /** The sentence that says why a value may not be sent, and what may be entered instead. */
-export interface Refused {
+export interface NotAllowed {
   ok: false;
   code: "empty" | "not_a_number" | "ambiguous" | "unit" | "between" | "above" | "below";
   what: string;
@@ -23,7 +23,7 @@ export interface Refused {
   readings?: readonly number[];
 }
 
-export type Checked = { ok: true; value: number } | Refused;
+export type Checked = { ok: true; value: number } | NotAllowed;
 
 /**
  * What a text says as a number. The rules:
@@ -114,13 +114,13 @@ export function wholeNumber(typed: string): number | null {
 }
 
 /** Whether typed text may still become a number: nothing yet, or a sign alone. */
-export function unfinished(typed: string): boolean {
+export function unfinishedNumber(typed: string): boolean {
   return /^[+-]? ?[.,]?$/.test(plain(typed));
 }
 
 /** Checks typed text against a row. */
-export function check(typed: string, span: Span): Checked {
-  const refused = (code: Refused["code"], what: string, remedy = enter(span)): Refused => ({
+export function check(typed: string, span: AllowedSpan): Checked {
+  const refused = (code: NotAllowed["code"], what: string, remedy = enter(span)): NotAllowed => ({
     ok: false,
     code,
     what,
@@ -146,7 +146,7 @@ export function check(typed: string, span: Span): Checked {
 }
 
 /** Checks a number against a row: range first, then the register's step. */
-export function checkValue(value: number, span: Span): Checked {
+export function checkValue(value: number, span: AllowedSpan): Checked {
   const { minimum, maximum, perUnit } = span;
   const raw = value * perUnit;
   if (maximum !== null && raw > maximum * perUnit + 1e-6) {
@@ -180,20 +180,20 @@ export function checkValue(value: number, span: Span): Checked {
 }
 
 /** The nearest value a row can hold. */
-export function nearest(value: number, span: Span): number {
+export function nearestAllowed(value: number, span: AllowedSpan): number {
   const low = span.minimum ?? Number.NEGATIVE_INFINITY;
   const high = span.maximum ?? Number.POSITIVE_INFINITY;
   return Math.min(high, Math.max(low, Math.round(value * span.perUnit) / span.perUnit));
 }
 
 /** How far a press of an arrow key, or a notch of the wheel, goes: a unit; ten with Shift, a tenth with Alt. */
-export function stepOf(span: Span, held: { shiftKey: boolean; altKey: boolean }): number {
+export function stepOf(span: AllowedSpan, held: { shiftKey: boolean; altKey: boolean }): number {
   if (held.shiftKey) return 10;
   return held.altKey ? Math.max(0.1, 1 / span.perUnit) : 1;
 }
 
 // A typed value is shown as typed, even between two steps; a limit with the register's decimals.
-function show(value: number, span: Span, extra = 0): string {
+function show(value: number, span: AllowedSpan, extra = 0): string {
   const least = decimalsOf(span.perUnit);
   const digits = Math.min(least + extra, Math.max(least, extra ? written(value) : 0));
   return withUnit(number(value, digits), span.unit);
@@ -204,7 +204,7 @@ function written(value: number): number {
   return (String(Math.abs(value)).split(".")[1] ?? "").length;
 }
 
-function enter(span: Span): string {
+function enter(span: AllowedSpan): string {
   if (span.minimum === null || span.maximum === null) return text.check.enterNumber;
   const decimals = decimalsOf(span.perUnit);
   return text.check.enter(

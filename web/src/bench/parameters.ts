@@ -3,7 +3,7 @@ import { batch, effect, type Signal, signal } from "@preact/signals";
 import { ask, Problem, problemOf } from "../api/client";
 import type { BatchRead } from "../api/config-types";
 import type { Parameters, ProblemBody, Reading, Value } from "../api/types";
-import { together } from "./batched";
+import { batched } from "./batched";
 import { catalog } from "./catalog";
 import { monotonic } from "./clock";
 import { Drafts } from "./draft";
@@ -138,7 +138,7 @@ export function asProblem(body: ProblemBody): Problem {
 const readAs = new Map<string, string>();
 
 /** Reads the rows of a servo, in one request with all that are wanted. */
-export const readSheet = together(async uids => {
+export const readSheet = batched(async uids => {
   try {
     await loadSheets(uids);
   } catch (error) {

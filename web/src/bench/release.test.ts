@@ -2,7 +2,7 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { Problem } from "../api/client";
 import type { Reading } from "../api/types";
-import { follow, forget, forgetAnswered, letGo, those } from "./release";
+import { followRelease, forget, forgetAnswered, released, those } from "./release";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
@@ -29,8 +29,8 @@ afterEach(() => {
 });
 
 test("who answers is off, who does not is asked until it answers, and nothing is claimed of it before", async () => {
-  void follow(A, holds("off"));
-  void follow(B, silence());
+  void followRelease(A, holds("off"));
+  void followRelease(B, silence());
   expect(those("asking")).toEqual([A, B]);
   await vi.advanceTimersByTimeAsync(10);
   expect([those("off"), those("silent")]).toEqual([[A], [B]]);
@@ -45,21 +45,21 @@ test("who answers is off, who does not is asked until it answers, and nothing is
 
 test("one that is moved by somebody else by then is none of this page's", async () => {
   answers = Array(6).fill(() => new Response('{"key":"torque_mode","value":"on"}'));
-  void follow(A);
+  void followRelease(A);
   await vi.advanceTimersByTimeAsync(10);
   expect(those("asking")).toEqual([A]);
   await vi.advanceTimersByTimeAsync(4000);
-  expect(letGo.value.size).toBe(0);
+  expect(released.value.size).toBe(0);
 });
 
 test("a new visit forgets who answered, and turning torque on forgets that one alone", async () => {
-  void follow(A, holds("off"));
-  void follow(B, silence());
+  void followRelease(A, holds("off"));
+  void followRelease(B, silence());
   await vi.advanceTimersByTimeAsync(10);
   forgetAnswered();
-  expect([...letGo.value]).toEqual([[B, "silent"]]);
+  expect([...released.value]).toEqual([[B, "silent"]]);
   forget(B);
   await vi.advanceTimersByTimeAsync(5000);
-  expect(letGo.value.size).toBe(0);
+  expect(released.value.size).toBe(0);
   expect(asked).toEqual([]);
 });

@@ -4,9 +4,9 @@ import { ask, problemOf } from "../api/client";
 import type { Reading } from "../api/types";
 
 /** "asking": no answer yet. "off": it answered so. "silent": it was asked and did not answer. */
-export type LetGo = "asking" | "off" | "silent";
+export type ReleaseState = "asking" | "off" | "silent";
 
-export const letGo = signal<ReadonlyMap<string, LetGo>>(new Map());
+export const released = signal<ReadonlyMap<string, ReleaseState>>(new Map());
 
 const AGAIN_MS = 1000;
 /** One whose torque is on for so long after our motion ended is moved by somebody else. */
@@ -15,13 +15,13 @@ const OTHERS_MS = 3000;
 const rounds = new Map<string, symbol>();
 
 /** Those whose state is this one. */
-export function those(state: LetGo): string[] {
-  return [...letGo.value].flatMap(([uid, one]) => (one === state ? [uid] : []));
+export function those(state: ReleaseState): string[] {
+  return [...released.value].flatMap(([uid, one]) => (one === state ? [uid] : []));
 }
 
 /** What was read of them is of no interest any more; who has not answered is asked on. */
 export function forgetAnswered(): void {
-  letGo.value = new Map([...letGo.peek()].filter(([, one]) => one !== "off"));
+  released.value = new Map([...released.peek()].filter(([, one]) => one !== "off"));
 }
 
 /** Torque is turned on, so off is not waited for. */
@@ -31,7 +31,7 @@ export function forget(uid: string): void {
 }
 
 /** Waits for its answer to a torque off that was sent, `told`; without one asks what it holds until it answers. */
-export async function follow(uid: string, told: Promise<Reading> = read(uid)): Promise<void> {
+export async function followRelease(uid: string, told: Promise<Reading> = read(uid)): Promise<void> {
   const round = Symbol(uid);
   rounds.set(uid, round);
   put(uid, "asking");
@@ -52,9 +52,9 @@ function read(uid: string): Promise<Reading> {
   return ask<Reading>("GET", `/servos/${uid}/parameters/torque_mode?fresh=true`);
 }
 
-function put(uid: string, state: LetGo | null): void {
-  const next = new Map(letGo.peek());
+function put(uid: string, state: ReleaseState | null): void {
+  const next = new Map(released.peek());
   if (state === null) next.delete(uid);
   else next.set(uid, state);
-  letGo.value = next;
+  released.value = next;
 }

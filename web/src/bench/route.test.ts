@@ -97,7 +97,7 @@ describe("choices of a page", () => {
     const before = history.length;
     for (const typed of ["n", "no", "nod"]) search.value = typed;
     expect([location.search, location.hash, history.length]).toEqual(["?q=nod", "#monitor", before]);
-    here.change({ q: "" }, "nodes");
+    here.changeChoices({ q: "" }, "nodes");
     expect([location.search, location.hash]).toEqual(["", "#nodes"]);
     expect(here.route.value.hash).toBe("nodes");
   });

@@ -113,7 +113,7 @@ let refused: ReturnType<typeof setTimeout> | undefined;
 const AGAIN_MS = 1000;
 
 /** Changes choices of this page in its address, and no step of the history; `hash` stays unless it is given. */
-export function change(choices: Query, hash?: string): void {
+export function changeChoices(choices: Query, hash?: string): void {
   query.value = withQuery(query.peek(), choices);
   if (hash !== undefined && hash !== route.peek().hash) route.value = { ...route.peek(), hash };
   write(hash === undefined ? location.hash : hash && `#${hash}`);
@@ -136,7 +136,7 @@ export function sameFor(uid: string): string {
 }
 
 /** A choice of a page that its address keeps, so that Back and a reload bring it again. */
-export interface Choice<T> {
+export interface AddressChoice<T> {
   value: T;
   peek: () => T;
 }
@@ -146,7 +146,7 @@ export function inAddress<T>(
   name: string,
   read: (text: string) => T,
   write: (value: T) => string,
-): Choice<T> {
+): AddressChoice<T> {
   const text = computed(() => new URLSearchParams(query.value).get(name) ?? "");
   return {
     get value() {
@@ -154,14 +154,14 @@ export function inAddress<T>(
     },
     set value(next: T) {
       const word = write(next);
-      if (word !== text.peek()) change({ [name]: word });
+      if (word !== text.peek()) changeChoices({ [name]: word });
     },
     peek: () => read(text.peek()),
   };
 }
 
 /** What was typed, for instance into a search box. */
-export function wordInAddress(name: string): Choice<string> {
+export function wordInAddress(name: string): AddressChoice<string> {
   return inAddress(
     name,
     text => text,
@@ -170,7 +170,7 @@ export function wordInAddress(name: string): Choice<string> {
 }
 
 /** One of these; the first is the usual one, and stands for anything else. */
-export function oneInAddress<T extends string>(name: string, all: readonly [T, ...T[]]): Choice<T> {
+export function oneInAddress<T extends string>(name: string, all: readonly [T, ...T[]]): AddressChoice<T> {
   return inAddress(
     name,
     text => all.find(one => one === text) ?? all[0],

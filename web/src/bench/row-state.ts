@@ -3,7 +3,7 @@ import type { Row } from "../api/types";
 import { text } from "../text";
 import type { Draft } from "./draft";
 import { age, full, minute } from "./format";
-import type { Span } from "./number";
+import type { AllowedSpan } from "./number";
 import type { KnownReading, Outcome } from "./parameters";
 
 export type RowState =
@@ -44,7 +44,7 @@ export interface RowView {
 export function spanOf(
   row: Row,
   reading: KnownReading | undefined,
-): Span & { kind: Row["kind"]; choices: Row["choices"] } {
+): AllowedSpan & { kind: Row["kind"]; choices: Row["choices"] } {
   const unit = reading?.unit ?? row.unit;
   const other = row.unit_when && row.unit_when.unit === unit && unit !== row.unit ? row.unit_when : null;
   return {

@@ -5,7 +5,7 @@ import { catalog } from "./catalog";
 import { full, NONE, withUnit } from "./format";
 
 /** What a row is called; its key while the catalogue is not there, or does not know it. */
-export function labelOf(key: string): string {
+export function rowLabelOf(key: string): string {
   const { rows, faults } = catalog.value ?? {};
   return rows?.get(key)?.label ?? faults?.find(one => one.key === key)?.label ?? key;
 }
@@ -40,5 +40,5 @@ function several(value: object): string {
   const entries = Object.entries(value).filter(([, one]) => one !== null && one !== "");
   if (entries.length > SAID) return text.values(entries.length);
   if (Array.isArray(value)) return entries.map(([, one]) => valueText("", one)).join(", ");
-  return entries.map(([key, one]) => `${labelOf(key)} ${valueText(key, one)}`).join(", ") || NONE;
+  return entries.map(([key, one]) => `${rowLabelOf(key)} ${valueText(key, one)}`).join(", ") || NONE;
 }

@@ -1,5 +1,4 @@
 /** The condition of a servo as the page knows it now: servo, parameters, catalogue and stop together. */
-import type { Limits } from "../kit/dial";
 import { connected, stop } from "./bench";
 import { catalog } from "./catalog";
 import { now } from "./clock";
@@ -17,6 +16,11 @@ export function conditionHere(servo: KnownServo): Condition {
     connected: connected.value,
     stop: stop.value,
   });
+}
+
+export interface Limits {
+  ccw: number;
+  cw: number;
 }
 
 /** The angle limits of a servo, null until read. */

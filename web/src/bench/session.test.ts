@@ -1,6 +1,6 @@
 /** Who is signed in: what the server says, the token of a link, and the name we go by. */
 import { beforeEach, describe, expect, test, vi } from "vitest";
-import { look, onSignIn, refused, session, signed, signedOut, signIn } from "./session";
+import { look, onSignIn, session, signedBy, signedOut, signIn, tokenRefused } from "./session";
 
 const open = { required: false, name: null, role: "admin", expires_in_s: null };
 const anna = { required: true, name: "anna", role: "operate", expires_in_s: 60 };
@@ -14,7 +14,7 @@ beforeEach(() => {
   sent.length = 0;
   session.value = null;
   signedOut.value = false;
-  refused.value = null;
+  tokenRefused.value = null;
   vi.stubGlobal("fetch", (path: string, init: RequestInit) => {
     sent.push([`${init.method} ${path}`, init.body]);
     const [status, body] = answers.shift() ?? [500, {}];
@@ -27,7 +27,7 @@ describe("who we are", () => {
     answers = [[200, open]];
     await look();
     expect(signedOut.value).toBe(false);
-    expect(signed("Page 1")).toBe("Page 1");
+    expect(signedBy("Page 1")).toBe("Page 1");
   });
 
   test("without a token where one is needed, the login is shown", async () => {
@@ -47,7 +47,7 @@ describe("who we are", () => {
     expect(await signIn("hb_x")).toBe(true);
     expect(sent.at(-1)).toEqual(["POST /api/v1/session", '{"token":"hb_x"}']);
     expect(signedOut.value).toBe(false);
-    expect(signed("Page 1")).toBe("anna · Page 1");
+    expect(signedBy("Page 1")).toBe("anna · Page 1");
     expect(told).toHaveBeenCalledOnce();
   });
 
@@ -58,7 +58,7 @@ describe("who we are", () => {
     ];
     await look();
     expect(await signIn("wrong")).toBe(false);
-    expect(refused.value?.code).toBe("unauthorized");
+    expect(tokenRefused.value?.code).toBe("unauthorized");
     expect(signedOut.value).toBe(true);
   });
 

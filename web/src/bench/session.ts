@@ -17,7 +17,7 @@ export const session = signal<Session | null>(null);
 export const signedOut = signal(false);
 
 /** Why the last attempt to sign in failed. */
-export const refused = signal<Problem | null>(null);
+export const tokenRefused = signal<Problem | null>(null);
 
 const entered = new Set<() => void>();
 
@@ -27,7 +27,7 @@ export function onSignIn(act: () => void): void {
 }
 
 /** What we call ourselves, as the server will have it: after the name it knows us by. */
-export function signed(said: string): string {
+export function signedBy(said: string): string {
   const name = session.value?.name;
   return name ? `${name} · ${said}` : said;
 }
@@ -45,14 +45,14 @@ export function look(): Promise<void> {
 }
 
 export async function signIn(token: string): Promise<boolean> {
-  refused.value = null;
+  tokenRefused.value = null;
   try {
     const found = await ask<Session>("POST", "/session", { body: { token } });
     signedOut.value = true;
     take(found);
     return true;
   } catch (error) {
-    refused.value = problemOf(error);
+    tokenRefused.value = problemOf(error);
     return false;
   }
 }

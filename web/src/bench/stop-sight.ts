@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 
 /** A box as DOMRect gives it. */
-export interface Box {
+export interface Edges {
   left: number;
   top: number;
   right: number;
@@ -12,7 +12,7 @@ export interface Box {
 /** Half a pixel is rounding. */
 const SLACK_PX = 0.5;
 
-export function within(inner: Box, outer: Box): boolean {
+export function within(inner: Edges, outer: Edges): boolean {
   return (
     inner.left >= outer.left - SLACK_PX &&
     inner.top >= outer.top - SLACK_PX &&
@@ -22,7 +22,7 @@ export function within(inner: Box, outer: Box): boolean {
 }
 
 /** What of the page is on the screen: less than the window where it is pinched larger or a keyboard covers it. */
-function seen(): Box {
+function seen(): Edges {
   const view = window.visualViewport;
   if (!view) return { left: 0, top: 0, right: innerWidth, bottom: innerHeight };
   const { offsetLeft: left, offsetTop: top } = view;

@@ -14,12 +14,12 @@ export const CHANNELS = [
 ];
 export const RATE_HZ = 20;
 
-export interface Watched extends TelemetryGrant {
+export interface Subscription extends TelemetryGrant {
   uid: string;
 }
 
 /** What was granted for the servo looked at; null until answered. */
-export const watched = signal<Watched | null>(null);
+export const watched = signal<Subscription | null>(null);
 
 /** Whose wish it is: every page load has its own, so that closing one leaves those of others alone. */
 const OWNER = `page-${Math.random().toString(36).slice(2, 12)}`;
@@ -33,7 +33,7 @@ let wishes = 0;
  * Has channels of a servo polled while the tab is looked at, said anew after each connection. `take` is told what is
  * granted. The answer ends it, and what it took of the bus is free again.
  */
-export function wish(
+export function subscribeTelemetry(
   uid: string,
   channels: readonly string[],
   rateHz: number,
@@ -76,7 +76,7 @@ export function wish(
 
 /** Polls what is shown of a servo that is looked at; the answer ends it. */
 export function watch(uid: string): () => void {
-  const end = wish(uid, CHANNELS, RATE_HZ, grant => {
+  const end = subscribeTelemetry(uid, CHANNELS, RATE_HZ, grant => {
     watched.value = { uid, ...grant };
   });
   return () => {

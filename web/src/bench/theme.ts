@@ -1,13 +1,13 @@
 /** Light, dark or auto: the wish, where it is kept, and what is shown. */
 import { computed, effect, signal } from "@preact/signals";
 
-export type Wish = "light" | "dark" | "auto";
+export type ThemeWish = "light" | "dark" | "auto";
 
 const KEY = "hornbill.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
 const systemDark = signal(system.matches);
 
-function kept(): Wish {
+function kept(): ThemeWish {
   try {
     const value = localStorage.getItem(KEY);
     return value === "light" || value === "dark" ? value : "auto";
@@ -16,15 +16,15 @@ function kept(): Wish {
   }
 }
 
-export const wish = signal<Wish>(kept());
+export const themeWish = signal<ThemeWish>(kept());
 
 export const theme = computed<"light" | "dark">(() => {
-  if (wish.value !== "auto") return wish.value;
+  if (themeWish.value !== "auto") return themeWish.value;
   return systemDark.value ? "dark" : "light";
 });
 
-export function choose(next: Wish): void {
-  wish.value = next;
+export function chooseTheme(next: ThemeWish): void {
+  themeWish.value = next;
   try {
     localStorage.setItem(KEY, next);
   } catch {

@@ -8,7 +8,7 @@ import { monotonic, now } from "../bench/clock";
 import { grouped, minute, NONE, number } from "../bench/format";
 import { up } from "../bench/link";
 import { LoadPlot } from "../plots/load";
-import type { Watched } from "../telemetry/bus-history";
+import type { BusCounter } from "../telemetry/bus-history";
 import { bus as words } from "../text/topics";
 
 const said = words.counters;
@@ -53,7 +53,7 @@ function Counters({ state }: { state: Bus }) {
   const pinned = allocations.value?.filter(one => one.pinned).length ?? 0;
   // The clock ends a rise that nothing else would.
   const at = Math.max(now.value, monotonic());
-  const since = (key: Watched) => {
+  const since = (key: BusCounter) => {
     const utc = history.risingSince(key, at);
     return utc === null ? null : said.rising(minute(utc));
   };

@@ -7,7 +7,7 @@ import { doctorProblem, findings, lookedAt } from "../bench/doctor";
 import { nameOf, servo } from "../bench/fleet";
 import { age, grouped } from "../bench/format";
 import { up } from "../bench/link";
-import { change, go, pathOf } from "../bench/route";
+import { changeChoices, go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Scroll } from "../kit/scroll";
@@ -107,7 +107,7 @@ function Ways({ one }: { one: Finding }) {
   if (servos.length + nodes.length === 0 && !ids && !connect) return null;
   const look = (id: number) => {
     box.value = withWord(box.peek(), "node", id);
-    change({}, "monitor");
+    changeChoices({}, "monitor");
   };
   return (
     <p class="ways small">
@@ -117,7 +117,7 @@ function Ways({ one }: { one: Finding }) {
         </button>
       )}
       {ids && (
-        <button type="button" class="link" onClick={() => change({}, "ids")}>
+        <button type="button" class="link" onClick={() => changeChoices({}, "ids")}>
           {said.ids}
         </button>
       )}

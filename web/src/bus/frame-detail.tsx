@@ -3,17 +3,17 @@ import { number } from "../bench/format";
 import { Button } from "../kit/button";
 import { bus as words } from "../text/topics";
 import { withWord } from "./frame-filter";
-import { endsOf, leaves, lineOf, shortType, spaced } from "./frame-text";
-import { box, chosen, feed } from "./monitor-state";
+import { endsOf, frameLineOf, leaves, shortType, spaced } from "./frame-text";
+import { box, chosenFrame, feed } from "./monitor-state";
 
 const said = words.monitor.detail;
 const MOST_FIELDS = 80;
 
 export function FrameDetail() {
-  const at = chosen.value;
+  const at = chosenFrame.value;
   const row = at === null ? undefined : feed.at(at);
   if (!row || row.kind === "gap") return null;
-  const line = lineOf(row, false);
+  const line = frameLineOf(row, false);
   const id = row.kind === "transfer" ? row.transfer.can_id : row.frame.can_id;
   const { source, destination } = endsOf(id);
   const type = row.kind === "transfer" && row.transfer.type !== null ? shortType(row.transfer.type) : null;
@@ -40,7 +40,7 @@ export function FrameDetail() {
         <Button
           testid="detail-close"
           onClick={() => {
-            chosen.value = null;
+            chosenFrame.value = null;
           }}
         >
           {said.close}

@@ -2,11 +2,17 @@
 import type { FrameFilter } from "../api/bus-types";
 import { bus as words } from "../text/topics";
 
-export type Wanted = Omit<FrameFilter, "view">;
+export type FramesWanted = Omit<FrameFilter, "view">;
 
-export const EVERYTHING: Wanted = { node_id: null, type: null, kind: null, text: null, problems_only: false };
+export const EVERYTHING: FramesWanted = {
+  node_id: null,
+  type: null,
+  kind: null,
+  text: null,
+  problems_only: false,
+};
 
-export type Parsed = { filter: Wanted; problem: null } | { filter: null; problem: string };
+export type Parsed = { filter: FramesWanted; problem: null } | { filter: null; problem: string };
 
 const KINDS: Record<string, NonNullable<FrameFilter["kind"]>> = {
   message: "message",
@@ -28,7 +34,7 @@ const KEYED = /^([a-z_]+):(.*)$/i;
  * thing wrong is said; what is only begun (`node:`) is no mistake and filters nothing yet.
  */
 export function parseFilter(box: string): Parsed {
-  const filter: Wanted = { ...EVERYTHING };
+  const filter: FramesWanted = { ...EVERYTHING };
   const free: string[] = [];
   for (const found of box.matchAll(WORD)) {
     const word = found[0];
@@ -49,7 +55,7 @@ export function parseFilter(box: string): Parsed {
   return { filter, problem: null };
 }
 
-function take(filter: Wanted, key: string, value: string): string | null {
+function take(filter: FramesWanted, key: string, value: string): string | null {
   switch (key) {
     case "node": {
       if (value === "") return null;

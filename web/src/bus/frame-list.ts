@@ -1,10 +1,10 @@
 /** The elements of the monitor's list: only the rows in sight exist, and they are written without Preact. */
 import { everyFrame } from "../plots/frames";
 import type { FeedRow, FrameFeed } from "../telemetry/frame-feed";
-import type { Line } from "./frame-text";
+import type { FrameLine } from "./frame-text";
 
 interface Options {
-  lineOf: (row: FeedRow) => Line;
+  lineOf: (row: FeedRow) => FrameLine;
   /** Somebody scrolled back or chose a row: the list shall stay as it is. */
   onHold: () => void;
   /** Somebody scrolled to the end again. */

@@ -3,7 +3,7 @@ import { describe, expect, test } from "vitest";
 import type { Adapter, Allocation, DecodedTransfer, RawFrame } from "../api/bus-types";
 import { channelOf } from "../bench/bus-now";
 import { grouped, size } from "../bench/format";
-import { endsOf, leaves, lineOf, spaced, stamp } from "./frame-text";
+import { endsOf, frameLineOf, leaves, spaced, stamp } from "./frame-text";
 import { wrongId } from "./id-dialogs";
 import { bitrateOf, chosenOf, gapOf } from "./picker";
 import { pieces } from "./remedy";
@@ -26,7 +26,7 @@ const transfer = (part: Partial<DecodedTransfer>): DecodedTransfer => ({
   ...part,
 });
 const line = (part: Partial<DecodedTransfer>) =>
-  lineOf({ kind: "transfer", at: 1.000_25, transfer: transfer(part) }, false);
+  frameLineOf({ kind: "transfer", at: 1.000_25, transfer: transfer(part) }, false);
 
 describe("a line of the monitor", () => {
   test("says who, to whom, what, and how large", () => {
@@ -73,25 +73,25 @@ describe("a line of the monitor", () => {
       problem: "toggle bit wrong",
     };
     const row = { kind: "frame", at: 1, frame } as const;
-    expect(lineOf(row, false)).toMatchObject({
+    expect(frameLineOf(row, false)).toMatchObject({
       head: "Not decoded",
       text: "toggle bit wrong",
       kind: "problem",
     });
-    expect(lineOf(row, true)).toMatchObject({
+    expect(frameLineOf(row, true)).toMatchObject({
       text: "0a 3f 00   toggle bit wrong",
       mono: true,
       kind: "problem",
     });
-    expect(lineOf({ ...row, frame: { ...frame, problem: null } }, true)).toMatchObject({
+    expect(frameLineOf({ ...row, frame: { ...frame, problem: null } }, true)).toMatchObject({
       text: "0a 3f 00",
       kind: "plain",
     });
   });
 
   test("a gap says how much is missing", () => {
-    expect(lineOf({ kind: "gap", at: 1, lost: 1200, held: 0 }, false).text).toContain("1\u202f200 lost");
-    expect(lineOf({ kind: "gap", at: 1, lost: 0, held: 3 }, false).text).toContain("3 not kept");
+    expect(frameLineOf({ kind: "gap", at: 1, lost: 1200, held: 0 }, false).text).toContain("1\u202f200 lost");
+    expect(frameLineOf({ kind: "gap", at: 1, lost: 0, held: 3 }, false).text).toContain("3 not kept");
   });
 
   test.each([

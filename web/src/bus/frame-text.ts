@@ -4,7 +4,7 @@ import { grouped } from "../bench/format";
 import type { FeedRow } from "../telemetry/frame-feed";
 import { bus as words } from "../text/topics";
 
-export interface Line {
+export interface FrameLine {
   time: string;
   way: string;
   route: string;
@@ -62,7 +62,7 @@ export function spaced(hex: string): string {
   return hex.replace(/..(?=.)/g, "$& ");
 }
 
-export function lineOf(row: FeedRow, raw: boolean): Line {
+export function frameLineOf(row: FeedRow, raw: boolean): FrameLine {
   if (row.kind === "gap") {
     const parts = [
       row.lost > 0 ? said.lost(grouped(row.lost)) : "",
@@ -75,7 +75,7 @@ export function lineOf(row: FeedRow, raw: boolean): Line {
   return { time, ...(row.kind === "transfer" ? ofTransfer(row.transfer) : ofFrame(row.frame, raw)) };
 }
 
-function ofTransfer(one: DecodedTransfer): Omit<Line, "time"> {
+function ofTransfer(one: DecodedTransfer): Omit<FrameLine, "time"> {
   return {
     way: one.sent ? said.sent : said.got,
     route: route(one.source, one.destination),
@@ -87,7 +87,7 @@ function ofTransfer(one: DecodedTransfer): Omit<Line, "time"> {
   };
 }
 
-function ofFrame(one: RawFrame, raw: boolean): Omit<Line, "time"> {
+function ofFrame(one: RawFrame, raw: boolean): Omit<FrameLine, "time"> {
   const { source, destination } = endsOf(one.can_id);
   const problem = one.problem !== null;
   return {

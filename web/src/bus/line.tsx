@@ -9,7 +9,7 @@ const said = words.line;
 type Note = Bus["notes"][number];
 
 /** A note in the page's language, by its code; the server's sentence where the page has none. */
-export function noteText(note: Note): string {
+export function lineNote(note: Note): string {
   const known = said.notes[note.code];
   return known === undefined ? note.text : known(note.params);
 }
@@ -73,7 +73,7 @@ export function LineFacts({ state }: { state: Bus }) {
           {state.notes.map(note => (
             <li key={note.code}>
               <Glyph kind="notice" size={14} />
-              <span>{noteText(note)}</span>
+              <span>{lineNote(note)}</span>
             </li>
           ))}
         </ul>

@@ -24,7 +24,7 @@ const parsed = computed(() => parseFilter(box.value));
 export const filterProblem = computed(() => parsed.value.problem);
 
 /** What the server said of our subscription, if it refused it. */
-export const refusal = signal<string | null>(null);
+export const monitorRefusal = signal<string | null>(null);
 
 export const counts = signal<Counts>(feed.counts);
 
@@ -34,14 +34,14 @@ export const askedAt = signal(0);
 /** Each of these alone keeps the list as it is: the button, somebody scrolled back, a row whose details are shown. */
 export const paused = signal(false);
 export const scrolled = signal(false);
-export const chosen = signal<number | null>(null);
+export const chosenFrame = signal<number | null>(null);
 
 /** Our monotonic time since when the list is held; null while it follows. */
 export const heldSince = signal<number | null>(null);
 export const missed = signal(0);
 
 effect(() => {
-  if (paused.value || scrolled.value || chosen.value !== null) {
+  if (paused.value || scrolled.value || chosenFrame.value !== null) {
     feed.hold();
     heldSince.value = heldSince.peek() ?? monotonic();
   } else {
@@ -56,7 +56,7 @@ export function goOn(): void {
   batch(() => {
     paused.value = false;
     scrolled.value = false;
-    chosen.value = null;
+    chosenFrame.value = null;
   });
 }
 
@@ -89,7 +89,7 @@ export function watchFrames(): () => void {
     const filter: FrameFilter = { ...JSON.parse(settled.value), view: view.value };
     feed.clear();
     goOn();
-    refusal.value = null;
+    monitorRefusal.value = null;
     askedAt.value = monotonic();
     asked = live.send({ type: "subscribe", topics: ["frames"], uids: null, frames: filter });
     return () => {
@@ -101,7 +101,7 @@ export function watchFrames(): () => void {
     feed.take(message);
   });
   const endRefusals = onRefusal(error => {
-    if (asked && error.uid === null) refusal.value = failureText(error);
+    if (asked && error.uid === null) monitorRefusal.value = failureText(error);
   });
   const told = setInterval(() => {
     counts.value = feed.counts;

@@ -14,7 +14,7 @@ import { bus as words } from "../text/topics";
 import { FrameDetail } from "./frame-detail";
 import { withProblems } from "./frame-filter";
 import { FrameList } from "./frame-list";
-import { lineOf } from "./frame-text";
+import { frameLineOf } from "./frame-text";
 import * as monitor from "./monitor-state";
 
 const said = words.monitor;
@@ -101,7 +101,7 @@ function Tools() {
 
 /** One line under the tools: what is wrong with the filter, or how much was received and shown. */
 function Said() {
-  const problem = monitor.filterProblem.value ?? monitor.refusal.value;
+  const problem = monitor.filterProblem.value ?? monitor.monitorRefusal.value;
   const counts = monitor.counts.value;
   const since = monitor.heldSince.value;
   return (
@@ -143,7 +143,7 @@ function List() {
   useEffect(() => {
     if (!scroller.current) return undefined;
     const made = new FrameList(scroller.current, monitor.feed, {
-      lineOf: row => lineOf(row, monitor.view.peek() === "raw"),
+      lineOf: row => frameLineOf(row, monitor.view.peek() === "raw"),
       onHold: () => {
         monitor.scrolled.value = true;
       },
@@ -151,13 +151,13 @@ function List() {
         monitor.scrolled.value = false;
       },
       onChoose: number => {
-        monitor.chosen.value = number;
+        monitor.chosenFrame.value = number;
       },
     });
     list.current = made;
     return () => made.destroy();
   }, []);
-  const chosen = monitor.chosen.value;
+  const chosen = monitor.chosenFrame.value;
   useEffect(() => list.current?.choose(chosen), [chosen]);
   return (
     <div

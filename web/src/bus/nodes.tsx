@@ -5,7 +5,7 @@ import { useEffect } from "preact/hooks";
 import type { BusNode } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
 import { monotonic, now } from "../bench/clock";
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 import { problemText } from "../bench/facts";
 import { nameOf, servo } from "../bench/fleet";
 import { age, grouped, NONE } from "../bench/format";
@@ -13,7 +13,7 @@ import { up } from "../bench/link";
 import { noteText } from "../bench/note-text";
 import { poll } from "../bench/poll";
 import { pathOf } from "../bench/route";
-import { follow } from "../frame/rail";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Scroll } from "../kit/scroll";
 import { bus as words } from "../text/topics";
@@ -21,7 +21,7 @@ import { bus as words } from "../text/topics";
 const said = words.nodes;
 const ASK_MS = 2000;
 
-const GLYPH: Record<BusNode["health"], Kind> = {
+const GLYPH: Record<BusNode["health"], ConditionKind> = {
   ok: "ok",
   warning: "warning",
   error: "failure",

@@ -4,7 +4,7 @@ import { watchAllocations } from "../bench/allocations";
 import { bus } from "../bench/bench";
 import { complaints, watchDoctor } from "../bench/doctor";
 import type { Poll } from "../bench/poll";
-import { change } from "../bench/route";
+import { changeChoices } from "../bench/route";
 import { narrow } from "../bench/screen";
 import { Glyph } from "../kit/glyph";
 import { Panel } from "../kit/panel";
@@ -114,7 +114,7 @@ function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undef
     open(next);
     list.current?.querySelector<HTMLElement>(`[data-testid=part-${next}]`)?.focus();
   };
-  const open = (part: Part) => change({}, part);
+  const open = (part: Part) => changeChoices({}, part);
   const { failure, warning } = complaints.value;
   return (
     <div class="tabs">

@@ -8,7 +8,7 @@ import type { Bus } from "../api/types";
 import { bus } from "../bench/bench";
 import { channelOf } from "../bench/bus-now";
 import { monotonic, now } from "../bench/clock";
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 import { factsOf, problemText } from "../bench/facts";
 import { age, grouped, number } from "../bench/format";
 import { parseNumber } from "../bench/number";
@@ -62,7 +62,7 @@ export function usePicker(): Picker {
   useEffect(() => {
     const look = async () => {
       try {
-        picker.adapters.value = inOrder(await ask<Adapter[]>("GET", "/bus/adapters"));
+        picker.adapters.value = adaptersInOrder(await ask<Adapter[]>("GET", "/bus/adapters"));
         picker.listProblem.value = null;
         picker.chosen.value = chosenOf(picker.adapters.value, picker.chosen.peek());
       } catch (error) {
@@ -81,7 +81,7 @@ export function isDemo(one: Adapter): boolean {
 }
 
 /** What is plugged in first, the demo last. */
-export function inOrder(list: readonly Adapter[]): Adapter[] {
+export function adaptersInOrder(list: readonly Adapter[]): Adapter[] {
   return [...list.filter(one => !isDemo(one)), ...list.filter(isDemo)];
 }
 
@@ -218,7 +218,7 @@ function SwitchesOff({ picker }: { picker: Picker }) {
   );
 }
 
-const GLYPH: Record<Adapter["state"], Kind> = {
+const GLYPH: Record<Adapter["state"], ConditionKind> = {
   ready: "ok",
   connected: "ok",
   down: "warning",

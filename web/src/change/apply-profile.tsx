@@ -19,6 +19,7 @@ import { whyRefused } from "./consequences";
 import { AfterSave, useFreeAfterSave } from "./horn-free";
 import { JobSteps } from "./job-steps";
 import { wordsOf } from "./safety-words";
+import "./change.css";
 
 const said = words.profiles;
 

@@ -67,7 +67,7 @@ export async function apply(sheet: Sheet, options: ApplyOptions = {}): Promise<b
 /** Writes these values to RAM, all or nothing, staged or not. */
 export async function write(
   sheet: Sheet,
-  values: ReadonlyMap<string, Wanted>,
+  values: ReadonlyMap<string, WantedValue>,
   options: ApplyOptions = {},
 ): Promise<boolean> {
   sheetProblem.value = null;
@@ -81,7 +81,7 @@ export async function write(
       const bootAt = peekServo(sheet.uid)?.bootAt ?? null;
       lastWritten.value = { uid: sheet.uid, written: { at: Date.now() / 1000, bootAt, changes } };
     }
-    return take(sheet, answer);
+    return takeOutcomes(sheet, answer);
   } catch (error) {
     refuse(sheet, [...values.keys()], problemOf(error), options.askBack !== undefined);
     return false;
@@ -91,12 +91,12 @@ export async function write(
   }
 }
 
-export type Wanted = boolean | number | string;
+export type WantedValue = boolean | number | string;
 
 /** Sends it; and again, with one more word, each time somebody agrees to what the server asks back. */
 async function patch(
   sheet: Sheet,
-  values: ReadonlyMap<string, Wanted>,
+  values: ReadonlyMap<string, WantedValue>,
   options: ApplyOptions,
   confirm: readonly SafetyWord[],
 ): Promise<ParametersPatched> {
@@ -118,7 +118,7 @@ async function patch(
 /** While somebody thinks about it nothing is being written, and no row says so. */
 async function askSomebody(
   sheet: Sheet,
-  values: ReadonlyMap<string, Wanted>,
+  values: ReadonlyMap<string, WantedValue>,
   options: ApplyOptions,
   problem: Problem,
 ): Promise<SafetyWord | null> {
@@ -133,7 +133,7 @@ async function askSomebody(
 }
 
 /** Takes the answer of a write of some rows: drafts that are done go, each row is told. Answers whether all is well. */
-export function take(
+export function takeOutcomes(
   sheet: Sheet,
   answer: Pick<ParametersPatched, "outcome" | "changes" | "failure">,
 ): boolean {
@@ -243,7 +243,7 @@ const stagedIn = (sheet: Sheet) => staged(sheet.drafts.map.peek(), key => sheet.
 
 function patchAndSave(
   sheet: Sheet,
-  values: ReadonlyMap<string, Wanted>,
+  values: ReadonlyMap<string, WantedValue>,
   confirm: readonly SafetyWord[],
   dryRun: boolean,
 ): Promise<ParametersPatched> {
@@ -257,13 +257,13 @@ function patchAndSave(
 /** The job that saves; null when the values were not written, which the rows say. */
 async function writeAndSave(
   sheet: Sheet,
-  values: ReadonlyMap<string, Wanted>,
+  values: ReadonlyMap<string, WantedValue>,
   confirm: readonly SafetyWord[],
 ): Promise<string | null> {
   sheet.setOutcomes([...values.keys()].map(key => [key, { kind: "pending" }]));
   const answer = await patchAndSave(sheet, values, confirm, false);
   sheet.revision = answer.revision;
-  take(sheet, answer);
+  takeOutcomes(sheet, answer);
   if (answer.outcome === "applied" && answer.job) return answer.job;
   await sheet.load();
   if (answer.outcome === "applied") {

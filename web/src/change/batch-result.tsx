@@ -2,12 +2,12 @@
 import type { BatchOutcome } from "../api/config-types";
 import { nameOf, servo } from "../bench/fleet";
 import { asProblem, sheetOf } from "../bench/parameters";
-import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
-import { changed } from "../matrix/state";
 import { text } from "../text";
 import { matrix } from "../text/topics";
+import { changed } from "./batch";
 import { whyRefused } from "./consequences";
 
 const said = matrix.plan;
@@ -47,7 +47,7 @@ export function PlannedServo({ one, save }: { one: BatchOutcome; save: boolean }
             {changes.map(change => (
               <tr key={change.key}>
                 <td>
-                  {labelOf(change.key)} <small class="second">{addressOf(change.key)}</small>
+                  {rowLabelOf(change.key)} <small class="second">{addressOf(change.key)}</small>
                 </td>
                 <td class="right second">{valueText(change.key, change.before, unit(change.key))} →</td>
                 <td class="right strong k-intent">

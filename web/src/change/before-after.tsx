@@ -1,5 +1,5 @@
 /** The table of what a write changes: a row's name, what is held now, and what it is to become. */
-import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 
 interface Change {
   key: string;
@@ -25,7 +25,7 @@ export function BeforeAfter(props: {
         {props.changes.map(one => (
           <tr key={one.key} data-testid={`${props.testid}-${one.key}`}>
             <td>
-              {labelOf(one.key)} <small class="second">{addressOf(one.key)}</small>
+              {rowLabelOf(one.key)} <small class="second">{addressOf(one.key)}</small>
             </td>
             <td class="right second">{valueText(one.key, one.now)} →</td>
             <td class="right strong k-intent">{valueText(one.key, one.next)}</td>

@@ -10,7 +10,7 @@ import { Dialog } from "../kit/dialog";
 import { text } from "../text";
 import { records, matrix as words } from "../text/topics";
 import { ApplyDialog } from "./apply-profile";
-import "../records/records.css";
+import "./change.css";
 
 const said = words.profile;
 

@@ -16,13 +16,13 @@ import { wordsOf } from "./safety-words";
 const said = editing.confirm;
 
 /** A question that waits for its answer. */
-export interface Question {
+export interface WriteQuestion {
   problem: Problem;
   answer: (word: SafetyWord | null) => void;
 }
 
 /** Puts a question where `AskBack` looks for it, and waits. */
-export function asking(open: Signal<Question | null>): AskBack {
+export function askingIn(open: Signal<WriteQuestion | null>): AskBack {
   return problem =>
     new Promise(resolve => {
       open.value = {
@@ -38,7 +38,7 @@ export function asking(open: Signal<Question | null>): AskBack {
 interface Props {
   name: string;
   count: number;
-  question: Question;
+  question: WriteQuestion;
 }
 
 export function AskBackDialog({ name, count, question }: Props) {

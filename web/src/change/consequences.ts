@@ -3,7 +3,7 @@
 import type { Problem } from "../api/client";
 import { problemText } from "../bench/facts";
 import { withUnit } from "../bench/format";
-import { labelOf, valueText } from "../bench/row-text";
+import { rowLabelOf, valueText } from "../bench/row-text";
 import { editing } from "../text/topics";
 import { wordsOf } from "./safety-words";
 
@@ -15,7 +15,7 @@ export function dangerOf(problem: Problem): string {
   if (confirm === "torque_off_in_rom")
     return Array.isArray(choices) && choices.length > 1 ? said.torqueUnknown : said.torqueOff;
   if (typeof key !== "string" || typeof requested !== "number") return problemText(problem);
-  const row = labelOf(key);
+  const row = rowLabelOf(key);
   const wanted = valueText(key, requested);
   if (confirm === "multi_turn") return said.turns(row, wanted, String(turns));
   if (typeof reading !== "number") return said.unknown(row, wanted);

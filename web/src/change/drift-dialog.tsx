@@ -7,7 +7,7 @@ import type { ParametersPatched } from "../api/types";
 import { Asked, saved } from "../bench/asked";
 import { openDrift } from "../bench/drift-open";
 import { nameOf, servo } from "../bench/fleet";
-import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
@@ -18,7 +18,7 @@ import { ConfirmTicks } from "./confirm-ticks";
 import { whyRefused } from "./consequences";
 import { AfterSave, useFreeAfterSave } from "./horn-free";
 import { isOpen, wordsOf } from "./safety-words";
-import "../records/records.css";
+import "./change.css";
 
 const said = words.drift;
 const write = words.write;
@@ -174,7 +174,7 @@ function Shown({ uid }: { uid: string }) {
             {rows.map(row => (
               <tr key={row.key} data-testid={`drift-${row.key}`}>
                 <td>
-                  {labelOf(row.key)} <small class="second">{addressOf(row.key)}</small>
+                  {rowLabelOf(row.key)} <small class="second">{addressOf(row.key)}</small>
                   {!row.proved && <small class="r-under">{said.assumed}</small>}
                 </td>
                 <td class="right">{valueText(row.key, row.was)}</td>

@@ -3,12 +3,19 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Draft } from "../bench/draft";
 import { decimalsOf, number } from "../bench/format";
-import { check, nearest, parseNumber, type Span, stepOf, unfinished } from "../bench/number";
+import {
+  type AllowedSpan,
+  check,
+  nearestAllowed,
+  parseNumber,
+  stepOf,
+  unfinishedNumber,
+} from "../bench/number";
 
 interface Props {
   id: string;
   row: string;
-  span: Span;
+  span: AllowedSpan;
   held: number | null;
   draft: Draft | undefined;
   locked: boolean;
@@ -58,7 +65,7 @@ export function NumberBox({
   };
   const move = (way: number, event: { shiftKey: boolean; altKey: boolean }) => {
     const from = (draft ? parseNumber(draft.text, span.unit) : held) ?? held ?? 0;
-    put(number(nearest(from + way * stepOf(span, event), span), decimalsOf(span.perUnit)));
+    put(number(nearestAllowed(from + way * stepOf(span, event), span), decimalsOf(span.perUnit)));
   };
   const onKey = (event: KeyboardEvent) => {
     if (event.key === "Enter") commit();
@@ -110,7 +117,7 @@ export function NumberBox({
         onInput={event => {
           const typed = event.currentTarget.value;
           reverted.current = false;
-          onBeginning(unfinished(typed));
+          onBeginning(unfinishedNumber(typed));
           put(typed);
         }}
         onBlur={() => {

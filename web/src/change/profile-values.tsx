@@ -1,6 +1,6 @@
 /** The table of what a profile sets. */
 import type { Profile } from "../api/config-types";
-import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 
 interface Props {
   one: Profile;
@@ -21,7 +21,7 @@ export function ProfileValues({ one, label, head }: Props) {
         {Object.entries(one.values).map(([key, value]) => (
           <tr key={key}>
             <td>
-              {labelOf(key)} <small class="second">{addressOf(key)}</small>
+              {rowLabelOf(key)} <small class="second">{addressOf(key)}</small>
             </td>
             <td class="right">{valueText(key, value, one.units[key] ?? "")}</td>
           </tr>

@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { RestartPreview } from "../api/config-types";
 import { nameOf, servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
-import { labelOf } from "../bench/row-text";
+import { rowLabelOf } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
@@ -128,7 +128,7 @@ function Table({ plans }: { plans: readonly Planned[] }) {
             <td class="strong">{nameOf(servo(uid))}</td>
             <td class={plan.restart.moves ? "" : "second"}>{hornLine(plan.restart)}</td>
             <td class={plan.lost.length > 0 ? "strong" : "second"}>
-              {plan.lost.map(one => labelOf(one.key)).join(", ") || said.none}
+              {plan.lost.map(one => rowLabelOf(one.key)).join(", ") || said.none}
             </td>
           </tr>
         ))}

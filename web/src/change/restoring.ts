@@ -53,14 +53,14 @@ export function able(plan: OutputRestorePreview): readonly Prospect[] {
 }
 
 /** What the job did with one servo. */
-export interface Restored {
+export interface OutputRestored {
   uid: string;
   outcome: "not_tried" | "on" | "failed";
   angle_deg: number | null;
 }
 
-export function restoredBy(job: Job): readonly Restored[] {
-  return (job.result as { servos?: Restored[] } | null)?.servos ?? [];
+export function restoredBy(job: Job): readonly OutputRestored[] {
+  return (job.result as { servos?: OutputRestored[] } | null)?.servos ?? [];
 }
 
 /** Does what was planned and agreed to; `begun` is told the job. Takes motion control where a servo lets go by itself. */

@@ -6,7 +6,7 @@ import type { Draft } from "../bench/draft";
 import { servo } from "../bench/fleet";
 import { bare, decimalsOf, full, number } from "../bench/format";
 import { up } from "../bench/link";
-import { nearest } from "../bench/number";
+import { nearestAllowed } from "../bench/number";
 import { outputLine, switchedOff } from "../bench/output";
 import type { Sheet } from "../bench/parameters";
 import { aboutRow } from "../bench/row-help";
@@ -293,7 +293,7 @@ function Range({ row, span, draft, reading, stage, commit, toDefault, frozen }: 
   const label = text.rows.ruler(full(held, span), full(scale.low, span), full(scale.high, span));
   const beyond = code === "above" || code === "below" ? code : null;
   const drag = (value: number) => {
-    const put = nearest(value, span);
+    const put = nearestAllowed(value, span);
     stage({ text: number(put, decimalsOf(span.perUnit)), verdict: { ok: true, value: put } });
   };
   const way = frozen || held === null ? {} : { onDrag: drag, onDrop: commit, onStandard: toDefault };

@@ -3,7 +3,7 @@
  * It can be dragged with the pointer, which stages a value; the box beside it is the same by keyboard.
  */
 import { useRef } from "preact/hooks";
-import { placeOf, type Scale, valueAt } from "./scale";
+import { placeOnScale, type Scale, valueOnScale } from "./scale";
 
 interface Props {
   scale: Scale;
@@ -27,12 +27,12 @@ const PARTS = 10;
 const NEAR = 24;
 
 export function Ruler({ scale, held, standard, staged, beyond, label, onDrag, onDrop, onStandard }: Props) {
-  const x = (value: number) => placeOf(value, scale) * WIDTH;
+  const x = (value: number) => placeOnScale(value, scale) * WIDTH;
   const drawing = useRef<SVGSVGElement>(null);
   const dragging = useRef(false);
   const follow = (event: PointerEvent) => {
     const left = drawing.current?.getBoundingClientRect().left ?? 0;
-    onDrag?.(valueAt((event.clientX - left - 8) / WIDTH, scale));
+    onDrag?.(valueOnScale((event.clientX - left - 8) / WIDTH, scale));
   };
   const begin = (event: PointerEvent) => {
     const mark = staged ?? held;

@@ -1,5 +1,5 @@
 /** The ruled range of a row: from where to where, and the place of a value on it. */
-import type { Span } from "../bench/number";
+import type { AllowedSpan } from "../bench/number";
 
 /** Ranges wider than this many times what is used are drawn as far as they are used. */
 const MUCH = 50;
@@ -14,7 +14,7 @@ export interface Scale {
  * The range to draw: the model's own, unless that is so wide (angles may be millions of degrees) that every value
  * would stand at one end; then a half turn, or as far as the values go.
  */
-export function scaleOf(span: Span, values: readonly (number | null)[]): Scale | null {
+export function scaleOf(span: AllowedSpan, values: readonly (number | null)[]): Scale | null {
   if (span.minimum === null || span.maximum === null || span.maximum <= span.minimum) return null;
   const used = values.flatMap(value => (value === null ? [] : [Math.abs(value)]));
   const widest = Math.max(Math.abs(span.minimum), Math.abs(span.maximum));
@@ -24,7 +24,7 @@ export function scaleOf(span: Span, values: readonly (number | null)[]): Scale |
 }
 
 /** 0 to 1 along the scale, kept inside. */
-export function placeOf(value: number, scale: Scale): number {
+export function placeOnScale(value: number, scale: Scale): number {
   return Math.min(1, Math.max(0, (value - scale.low) / (scale.high - scale.low)));
 }
 
@@ -32,7 +32,7 @@ export function placeOf(value: number, scale: Scale): number {
 const STEPS = 100;
 
 /** The value at a place (0 to 1) of the scale, on a round step. */
-export function valueAt(place: number, scale: Scale): number {
+export function valueOnScale(place: number, scale: Scale): number {
   const span = scale.high - scale.low;
   const exact = scale.low + Math.min(1, Math.max(0, place)) * span;
   if (place <= 0 || place >= 1) return exact;

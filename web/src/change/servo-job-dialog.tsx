@@ -9,15 +9,15 @@ import { Icon, Spinner } from "../kit/icon";
 import { text } from "../text";
 import { restarting as words } from "../text/topics";
 import { JobSteps } from "./job-steps";
-import { type Turn, turns, underWay, type Verb } from "./servo-jobs";
+import { servoTurns, type Turn, turnsUnderWay, type Verb } from "./servo-jobs";
 import "../kit/table.css";
 import "./restarting.css";
 
 const said = words.run;
 
 export function ServoJobDialog({ onClose }: { onClose: () => void }) {
-  const present = turns.value;
-  const running = underWay();
+  const present = servoTurns.value;
+  const running = turnsUnderWay();
   // The button that had the focus is gone with the question.
   useEffect(() => {
     document.querySelector<HTMLElement>("[data-testid=servo-job-close]")?.focus();
@@ -53,10 +53,10 @@ export function ServoJobDialog({ onClose }: { onClose: () => void }) {
 
 function titleOf(verb: Verb, all: readonly Turn[]): string {
   const bad = all.filter(one => one.state === "failed" || one.state === "left_out").length;
-  const which = underWay() ? said.title : bad > 0 ? said.failed : said.done;
+  const which = turnsUnderWay() ? said.title : bad > 0 ? said.failed : said.done;
   const [first] = all;
   if (all.length === 1 && first) return which[verb].one(nameOf(servo(first.uid)));
-  return which[verb].all(bad > 0 && !underWay() ? bad : all.length);
+  return which[verb].all(bad > 0 && !turnsUnderWay() ? bad : all.length);
 }
 
 function Only({ turn }: { turn: Turn }) {

@@ -1,7 +1,7 @@
 /** Restarts and resets: asked about first, done once and in turn, and who is left out. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { motion } from "../bench/motion";
-import { planReset, planRestart, runInTurn, turns, underWay } from "./servo-jobs";
+import { planReset, planRestart, runInTurn, servoTurns, turnsUnderWay } from "./servo-jobs";
 
 const [A, B, C] = ["a", "b", "c"].map(one => one.repeat(32)) as [string, string, string];
 
@@ -17,7 +17,7 @@ let fate: Record<string, { status: number; code?: string; error?: string }>;
 beforeEach(() => {
   sent = [];
   fate = {};
-  turns.value = null;
+  servoTurns.value = null;
   motion.value = { phase: "off", why: null };
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const uid = /servos\/([a-c]{32})/.exec(url)?.[1] ?? "";
@@ -39,7 +39,7 @@ beforeEach(() => {
 
 afterEach(() => vi.unstubAllGlobals());
 
-const states = () => turns.value?.turns.map(one => one.state);
+const states = () => servoTurns.value?.turns.map(one => one.state);
 
 test("the plan is a dry run under the lease of this page", async () => {
   motion.value = { phase: "on", uid: A, lease: "mine", torque: "on", others: [] };
@@ -61,13 +61,13 @@ test("each is sent once, in order, with a key that keeps a repeated request from
   expect(sent.map(one => one.path)).toEqual([`${A}/restart`, `${B}/restart`]);
   expect(new Set(sent.map(one => one.headers["Idempotency-Key"])).size).toBe(2);
   expect(states()).toEqual(["done", "done"]);
-  expect(underWay()).toBe(false);
+  expect(turnsUnderWay()).toBe(false);
 });
 
 test("one that fails or is refused does not keep the others from it", async () => {
   fate = { [A]: { status: 202, error: "no_answer" }, [B]: { status: 409, code: "busy" } };
   await runInTurn("restart", [A, B, C]);
-  expect(turns.value?.turns.map(one => [one.state, one.why])).toEqual([
+  expect(servoTurns.value?.turns.map(one => [one.state, one.why])).toEqual([
     ["failed", "It is no_answer."],
     ["failed", "busy here"],
     ["done", null],
@@ -79,11 +79,11 @@ test("after a stop nobody is restarted any more, and each says why", async () =>
   await runInTurn("restart", [A, B, C]);
   expect(sent).toHaveLength(2);
   expect(states()).toEqual(["done", "left_out", "left_out"]);
-  expect(turns.value?.turns[2]?.why).toBe(turns.value?.turns[1]?.why);
+  expect(servoTurns.value?.turns[2]?.why).toBe(servoTurns.value?.turns[1]?.why);
 });
 
 test("a reset carries what it is to keep", async () => {
   await runInTurn("factory-reset", [A], { keep_identity: true });
   expect(sent[0]).toMatchObject({ path: `${A}/factory-reset`, body: { keep_identity: true } });
-  expect(turns.value?.verb).toBe("factory-reset");
+  expect(servoTurns.value?.verb).toBe("factory-reset");
 });

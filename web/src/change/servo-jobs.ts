@@ -42,10 +42,10 @@ export interface Turn {
 }
 
 /** The restarts or the reset under way, or just ended; null before the first. */
-export const turns = signal<{ verb: Verb; turns: readonly Turn[] } | null>(null);
+export const servoTurns = signal<{ verb: Verb; turns: readonly Turn[] } | null>(null);
 
-export function underWay(): boolean {
-  return turns.value?.turns.some(one => one.state === "running" || one.state === "waiting") ?? false;
+export function turnsUnderWay(): boolean {
+  return servoTurns.value?.turns.some(one => one.state === "running" || one.state === "waiting") ?? false;
 }
 
 /** Refusals before the start that every other servo would meet as well. */
@@ -53,8 +53,8 @@ const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", 
 
 /** Does it to each in this order. The others go on when one fails; none is started after a stop. */
 export async function runInTurn(verb: Verb, uids: readonly string[], body: object = {}): Promise<void> {
-  if (underWay()) return;
-  turns.value = { verb, turns: uids.map(uid => ({ uid, state: "waiting", job: null, why: null })) };
+  if (turnsUnderWay()) return;
+  servoTurns.value = { verb, turns: uids.map(uid => ({ uid, state: "waiting", job: null, why: null })) };
   let end: Problem | null = null;
   for (const uid of uids) {
     if (end !== null) change(uid, { state: "left_out", why: problemText(end) });
@@ -63,9 +63,9 @@ export async function runInTurn(verb: Verb, uids: readonly string[], body: objec
 }
 
 function change(uid: string, to: Partial<Turn>): void {
-  const present = turns.peek();
+  const present = servoTurns.peek();
   if (present)
-    turns.value = {
+    servoTurns.value = {
       ...present,
       turns: present.turns.map(one => (one.uid === uid ? { ...one, ...to } : one)),
     };

@@ -9,7 +9,7 @@ import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
 import { editing } from "../text/topics";
-import { type AskBack, lastWritten, restartedSince, undoable, type Wanted, write } from "./apply";
+import { type AskBack, lastWritten, restartedSince, undoable, type WantedValue, write } from "./apply";
 import { BeforeAfter } from "./before-after";
 
 const said = editing.undo;
@@ -78,7 +78,7 @@ interface DialogProps {
   name: string;
   changes: readonly Change[];
   onClose: () => void;
-  onGo: (values: ReadonlyMap<string, Wanted>) => void;
+  onGo: (values: ReadonlyMap<string, WantedValue>) => void;
 }
 
 function UndoDialog({ sheet, name, changes, onClose, onGo }: DialogProps) {

@@ -5,7 +5,7 @@ import { problemOf } from "../api/client";
 import type { Restored, SafetyWord } from "../api/config-types";
 import { saved } from "../bench/asked";
 import { noteText } from "../bench/note-text";
-import { labelOf } from "../bench/row-text";
+import { rowLabelOf } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
@@ -17,10 +17,11 @@ import { ConfirmTicks } from "./confirm-ticks";
 import { whyRefused } from "./consequences";
 import { AfterSave, useFreeAfterSave } from "./horn-free";
 import { isOpen, wordsOf } from "./safety-words";
+import "./change.css";
 
 const said = words.write;
 
-export interface Wish {
+export interface WriteWish {
   dry_run: boolean;
   save: boolean;
   confirm: readonly SafetyWord[];
@@ -29,7 +30,7 @@ export interface Wish {
 interface Props {
   uid: string;
   name: string;
-  write: (wish: Wish) => Promise<Restored>;
+  write: (wish: WriteWish) => Promise<Restored>;
   /** Told what was done; null when nothing was. */
   onClose: (note: string | null) => void;
   /** Told why it cannot be done: then no dialog has been open. */
@@ -171,7 +172,7 @@ export function WriteDialog({ uid, name, write, onClose, onRefused }: Props) {
           <ul class="r-left">
             {leftOut.map(one => (
               <li key={one.key}>
-                {labelOf(one.key)}:{" "}
+                {rowLabelOf(one.key)}:{" "}
                 <span class="second">{noteText(one.why, one.why_code, one.why_params)}</span>
               </li>
             ))}

@@ -5,7 +5,7 @@ import { stopped } from "../bench/bench";
 import { servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { wholeNumber } from "../bench/number";
-import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { hornLine } from "../change/horn-forecast";
 import { HornFreeTick, useHornFree } from "../change/horn-free";
 import { isOpen, withTick } from "../change/safety-words";
@@ -15,9 +15,9 @@ import { Spinner } from "../kit/icon";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
 import { commission as words } from "../text/topics";
-import { change, count, draft, wanted } from "./draft";
-import { Actions, Question, Toggle } from "./parts";
-import { asking, loadProfiles, plan, plans, profiles, refused, start } from "./state";
+import { changeDraft, count, draft, wanted } from "./draft";
+import { Actions, StepQuestion, Toggle } from "./parts";
+import { loadProfiles, plan, plans, profiles, start, starting, startRefused } from "./state";
 
 const said = words.check;
 
@@ -36,15 +36,16 @@ export function CheckStep() {
   const free = useHornFree(
     (present.save ? uids : []).map(uid => ({ uid, moves: known?.get(uid)?.restart?.moves !== false })),
   );
-  const problem = refused.value;
+  const problem = startRefused.value;
   const needed = [...new Set([...present.confirm, ...(problem?.confirm ?? [])])];
   const unmet = isOpen(problem?.confirm ?? [], present.confirm);
-  const agree = (word: SafetyWord, on: boolean) => change({ confirm: withTick(present.confirm, word, on) });
+  const agree = (word: SafetyWord, on: boolean) =>
+    changeDraft({ confirm: withTick(present.confirm, word, on) });
   return (
     <>
-      <Question title={said.title}>
+      <StepQuestion title={said.title}>
         <p>{said.lead(uids.length)}</p>
-      </Question>
+      </StepQuestion>
       <Scroll label={said.title} testid="check-step">
         {problem && (
           <div class="c-note bad" role="alert" data-testid="start-refused">
@@ -80,7 +81,12 @@ export function CheckStep() {
           {count(present).skipped > 0 && ` · ${said.leftOut(count(present).skipped)}`}
         </p>
         <div class="c-options">
-          <Toggle label={said.save} on={present.save} testid="save" onChange={save => change({ save })} />
+          <Toggle
+            label={said.save}
+            on={present.save}
+            testid="save"
+            onChange={save => changeDraft({ save })}
+          />
           <p class="second">{present.save ? said.saveLine : said.noSaveLine}</p>
           {uids.length > 1 && (
             <div class="c-option">
@@ -88,7 +94,7 @@ export function CheckStep() {
               <Segments
                 label={said.anomaly}
                 chosen={present.onAnomaly}
-                onChoose={onAnomaly => change({ onAnomaly })}
+                onChoose={onAnomaly => changeDraft({ onAnomaly })}
                 options={[
                   { key: "stop", label: said.stop },
                   { key: "continue", label: said.goOn },
@@ -109,18 +115,18 @@ export function CheckStep() {
         </div>
       </Scroll>
       <Actions>
-        <Button onClick={() => change({ step: "profile" })}>{words.back}</Button>
+        <Button onClick={() => changeDraft({ step: "profile" })}>{words.back}</Button>
         <span class="grow second">{stopped.value && words.identify.stopped}</span>
         <Button
           look="primary"
           live
           testid="start"
           disabled={
-            asking.value || known === null || unmet || stopped.value || !free.agreed || uids.length === 0
+            starting.value || known === null || unmet || stopped.value || !free.agreed || uids.length === 0
           }
           onClick={() => void start()}
         >
-          {asking.value && <Spinner />}
+          {starting.value && <Spinner />}
           {said.go(uids.length)}
         </Button>
       </Actions>
@@ -131,7 +137,7 @@ export function CheckStep() {
 function toEntry(uid: string): void {
   const entry = draft.peek().entries[uid];
   if (!entry) return;
-  change({
+  changeDraft({
     step: "identify",
     at: uid,
     entries: { ...draft.peek().entries, [uid]: { ...entry, state: "open" } },
@@ -172,7 +178,7 @@ function Row({ uid }: { uid: string }) {
       </td>
       <td>
         {planned === undefined ? (
-          asking.value && (
+          starting.value && (
             <span class="c-working dim">
               <Spinner /> {said.asking}
             </span>
@@ -201,7 +207,7 @@ function Planned({ of }: { of: CommissionPlan }) {
         <ul class="small">
           {changes.map(({ key, before, after }) => (
             <li key={key} data-key={key}>
-              {labelOf(key)} <span class="dim">{addressOf(key)}</span>: {valueText(key, before)} →{" "}
+              {rowLabelOf(key)} <span class="dim">{addressOf(key)}</span>: {valueText(key, before)} →{" "}
               <b>{valueText(key, after)}</b>
             </li>
           ))}

@@ -1,7 +1,17 @@
 /** Tests the draft of the wizard: proposals, what is wrong, what is asked for, and that any store can be read. */
 import { describe, expect, it } from "vitest";
 import type { Candidate } from "../api/config-types";
-import { choose, count, type Draft, EMPTY, nextOpen, propose, read, request, wrongIds } from "./draft";
+import {
+  chooseServos,
+  count,
+  EMPTY,
+  nextOpen,
+  propose,
+  read,
+  request,
+  type WizardDraft,
+  wrongIds,
+} from "./draft";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
@@ -9,7 +19,7 @@ const C = "c".repeat(32);
 
 const candidate = (uid: string, servo_id: number | null) => ({ servo: { uid }, servo_id }) as Candidate;
 
-function draftOf(entries: Draft["entries"], free: number[] = [7, 8, 9]): Draft {
+function draftOf(entries: WizardDraft["entries"], free: number[] = [7, 8, 9]): WizardDraft {
   return { ...EMPTY, step: "identify", chosen: Object.keys(entries), entries, free };
 }
 
@@ -23,7 +33,7 @@ const entry = (servoId: string, state: "open" | "given" | "skipped" = "open", no
 describe("choosing", () => {
   it("keeps what was typed, and points at the first that is open", () => {
     const before = draftOf({ [A]: entry("7", "given", "", "Rudder") });
-    const part = choose(
+    const part = chooseServos(
       before,
       [
         { uid: A, servoId: 0, label: "" },
@@ -37,14 +47,14 @@ describe("choosing", () => {
   });
 
   it("offers a servo that has an id its own", () => {
-    expect(choose(EMPTY, [{ uid: C, servoId: 12, label: "Winch" }], []).entries?.[C]).toEqual(
+    expect(chooseServos(EMPTY, [{ uid: C, servoId: 12, label: "Winch" }], []).entries?.[C]).toEqual(
       entry("12", "open", "", "Winch"),
     );
   });
 
   it("forgets whoever is not chosen any more", () => {
     const before = draftOf({ [A]: entry("7", "given") });
-    expect(choose(before, [], []).entries).toEqual({});
+    expect(chooseServos(before, [], []).entries).toEqual({});
   });
 });
 
@@ -90,7 +100,7 @@ describe("what is wrong with an id", () => {
 });
 
 describe("what is asked for", () => {
-  const draft: Draft = {
+  const draft: WizardDraft = {
     ...draftOf({
       [A]: entry("7", "given", "", " Rudder "),
       [B]: entry("8", "skipped"),

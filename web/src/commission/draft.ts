@@ -17,7 +17,7 @@ export interface Entry {
   state: "open" | "given" | "skipped";
 }
 
-export interface Draft {
+export interface WizardDraft {
   step: Step;
   /** Chosen servos, in the order of their serials. */
   chosen: readonly string[];
@@ -34,7 +34,7 @@ export interface Draft {
   jobs: readonly string[];
 }
 
-export const EMPTY: Draft = {
+export const EMPTY: WizardDraft = {
   step: "find",
   chosen: [],
   entries: {},
@@ -56,9 +56,9 @@ const HIGHEST_NODE = 125;
 export const LONGEST_LABEL = 64;
 
 /** What was kept, or an empty draft when it cannot be read: another version of the page may have written it. */
-export function read(kept: unknown): Draft {
+export function read(kept: unknown): WizardDraft {
   try {
-    const found = kept as Partial<Draft> | null;
+    const found = kept as Partial<WizardDraft> | null;
     if (!found || !STEPS.includes(found.step as Step) || !Array.isArray(found.chosen)) return EMPTY;
     const draft = { ...EMPTY, ...found };
     const whole = draft.chosen.every(uid => typeof draft.entries[uid]?.servoId === "string");
@@ -68,21 +68,21 @@ export function read(kept: unknown): Draft {
   }
 }
 
-export const draft = signal<Draft>(read(readTab(KEY)));
+export const draft = signal<WizardDraft>(read(readTab(KEY)));
 
-export function change(part: Partial<Draft>): void {
+export function changeDraft(part: Partial<WizardDraft>): void {
   draft.value = { ...draft.peek(), ...part };
   writeTab(KEY, draft.peek());
 }
 
 export function startAnew(): void {
-  change(EMPTY);
+  changeDraft(EMPTY);
 }
 
 export function changeEntry(uid: string, part: Partial<Entry>): void {
   const present = draft.peek();
   const entry = present.entries[uid];
-  if (entry) change({ entries: { ...present.entries, [uid]: { ...entry, ...part } }, confirm: [] });
+  if (entry) changeDraft({ entries: { ...present.entries, [uid]: { ...entry, ...part } }, confirm: [] });
 }
 
 export interface Chosen {
@@ -92,11 +92,11 @@ export interface Chosen {
 }
 
 /** The draft with these servos; what was typed for any of them before is kept. `at` is the first that is open. */
-export function choose(
-  before: Draft,
+export function chooseServos(
+  before: WizardDraft,
   servos: readonly Chosen[],
   candidates: readonly Candidate[],
-): Partial<Draft> {
+): Partial<WizardDraft> {
   const entries: Record<string, Entry> = {};
   for (const one of servos) {
     const known = one.servoId !== null && one.servoId !== 0;
@@ -113,7 +113,7 @@ export function choose(
 }
 
 /** The servo id to give next: the lowest free one that nobody of the draft was given. "" when there is none. */
-export function propose(one: Draft, uid: string, taken: ReadonlySet<number>): string {
+export function propose(one: WizardDraft, uid: string, taken: ReadonlySet<number>): string {
   const given = new Set(taken);
   for (const [other, entry] of Object.entries(one.entries)) {
     if (other !== uid && entry.state === "given") given.add(wholeNumber(entry.servoId) ?? 0);
@@ -125,7 +125,7 @@ export function propose(one: Draft, uid: string, taken: ReadonlySet<number>): st
 }
 
 /** The next open servo after `uid`, round the list; null when none is open. */
-export function nextOpen(one: Draft, uid: string | null): string | null {
+export function nextOpen(one: WizardDraft, uid: string | null): string | null {
   const from = uid === null ? -1 : one.chosen.indexOf(uid);
   for (let i = 1; i <= one.chosen.length; i++) {
     const next = one.chosen[(from + i) % one.chosen.length];
@@ -140,7 +140,7 @@ export interface Wrong {
 }
 
 /** What is wrong with the ids of an entry, in words. `owners`: ids of servos that are not in the draft. */
-export function wrongIds(one: Draft, uid: string, owners: ReadonlyMap<number, string>): Wrong {
+export function wrongIds(one: WizardDraft, uid: string, owners: ReadonlyMap<number, string>): Wrong {
   const entry = one.entries[uid];
   if (!entry) return { servoId: null, nodeId: null };
   const others = Object.entries(one.entries).filter(
@@ -169,19 +169,22 @@ export interface Count {
   open: number;
 }
 
-export function count(one: Draft): Count {
+export function count(one: WizardDraft): Count {
   const found: Count = { given: 0, skipped: 0, open: 0 };
   for (const uid of one.chosen) found[one.entries[uid]?.state ?? "open"] += 1;
   return found;
 }
 
 /** Uids of those that get something, in the order chosen. */
-export function wanted(one: Draft): string[] {
+export function wanted(one: WizardDraft): string[] {
   return one.chosen.filter(uid => one.entries[uid]?.state === "given");
 }
 
 /** What to ask the server for; `uids` narrows it to those. */
-export function request(one: Draft, uids: readonly string[] = wanted(one)): Omit<Commissioning, "dry_run"> {
+export function request(
+  one: WizardDraft,
+  uids: readonly string[] = wanted(one),
+): Omit<Commissioning, "dry_run"> {
   return {
     servos: uids.flatMap(uid => {
       const entry = one.entries[uid];

@@ -16,9 +16,9 @@ import { EmptyServos, Reconnect } from "../servo/empty";
 import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
 import { commission as words } from "../text/topics";
-import { change, draft } from "./draft";
-import { Actions, Question } from "./parts";
-import { candidates, candidatesProblem, show, take, unfinished } from "./state";
+import { changeDraft, draft } from "./draft";
+import { Actions, StepQuestion } from "./parts";
+import { candidates, candidatesProblem, show, takeServos, unfinishedJob } from "./state";
 
 const said = words.find;
 
@@ -33,24 +33,24 @@ export function FindStep() {
   useEffect(() => {
     const present = draft.peek().chosen;
     const seen = new Set(all.peek().map(one => one.uid));
-    if (!touched.peek()) take(fresh);
-    else if (present.some(uid => !seen.has(uid))) take(present.filter(uid => seen.has(uid)));
+    if (!touched.peek()) takeServos(fresh);
+    else if (present.some(uid => !seen.has(uid))) takeServos(present.filter(uid => seen.has(uid)));
   }, [key]);
   const chosen = draft.value.chosen;
   const set = (uids: readonly string[]) => {
     touched.value = true;
-    take(uids);
+    takeServos(uids);
   };
   const toggle = (uid: string) =>
     set(chosen.includes(uid) ? chosen.filter(one => one !== uid) : [...chosen, uid]);
-  const left = unfinished.value;
+  const left = unfinishedJob.value;
   const none = found.length === 0;
   return (
     <>
-      <Question title={none ? said.none : said.title}>
+      <StepQuestion title={none ? said.none : said.title}>
         <p>{none ? said.noneLead : said.lead(found.length)}</p>
         {none && others.length > 0 && <Guides places={["commission"]} />}
-      </Question>
+      </StepQuestion>
       <Scroll label={said.table} testid="find-step">
         {left && <Unfinished job={left} />}
         {!connected.value && bus.value && <Reconnect />}
@@ -126,7 +126,7 @@ export function FindStep() {
           live
           testid="find-go"
           disabled={chosen.length === 0}
-          onClick={() => change({ step: "identify" })}
+          onClick={() => changeDraft({ step: "identify" })}
         >
           {said.go(chosen.length)}
         </Button>

@@ -15,11 +15,11 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { Scroll } from "../kit/scroll";
-import { LiveDial } from "../servos/row";
+import { LiveDial } from "../servo/live-dial";
 import { text } from "../text";
 import { commission as words } from "../text/topics";
 import {
-  change,
+  changeDraft,
   changeEntry,
   count,
   draft,
@@ -30,7 +30,7 @@ import {
   nextOpen,
   wrongIds,
 } from "./draft";
-import { Actions, Question } from "./parts";
+import { Actions, StepQuestion } from "./parts";
 import { giveTheRest, owners, suggest } from "./state";
 
 const said = words.identify;
@@ -40,7 +40,7 @@ export function IdentifyStep() {
   const tally = count(draft.value);
   const go = (uid: string | null) => {
     suggest(uid);
-    change({ at: uid });
+    changeDraft({ at: uid });
   };
   const open = (uid: string) => {
     changeEntry(uid, { state: "open" });
@@ -52,10 +52,10 @@ export function IdentifyStep() {
   };
   return (
     <>
-      <Question title={said.title}>
+      <StepQuestion title={said.title}>
         <p>{said.lead(chosen.length)}</p>
         <p class="second">{said.moves}</p>
-      </Question>
+      </StepQuestion>
       <Scroll label={said.title} testid="identify-step">
         <ul class="c-list">
           {chosen.map((uid, place) => {
@@ -95,7 +95,7 @@ export function IdentifyStep() {
         )}
       </Scroll>
       <Actions>
-        <Button onClick={() => change({ step: "find" })}>{words.back}</Button>
+        <Button onClick={() => changeDraft({ step: "find" })}>{words.back}</Button>
         <span class="second grow">
           {said.tally(tally.given, tally.skipped)} {said.kept}
         </span>
@@ -103,7 +103,7 @@ export function IdentifyStep() {
           look="primary"
           testid="identify-go"
           disabled={tally.open > 0 || tally.given === 0}
-          onClick={() => change({ step: "profile" })}
+          onClick={() => changeDraft({ step: "profile" })}
         >
           {tally.open === 0 && tally.given === 0 ? said.nobody : said.go(tally.open)}
         </Button>

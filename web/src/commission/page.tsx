@@ -1,10 +1,10 @@
 /** The Commission page: the steps at the top, the question of each, and which step is shown. */
-import { useEffect } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import { connection } from "../bench/link";
 import { Icon } from "../kit/icon";
 import { commission as words } from "../text/topics";
 import { CheckStep } from "./check";
-import { change, count, draft, type Step, wanted } from "./draft";
+import { changeDraft, count, draft, type Step, wanted } from "./draft";
 import { FindStep } from "./find";
 import { IdentifyStep } from "./identify";
 import { ProfileStep } from "./profile";
@@ -12,10 +12,11 @@ import { finished, RunStep } from "./run";
 import {
   candidates,
   candidatesProblem,
+  jobUnderWay,
   known,
   mine,
-  recall,
-  underWay,
+  recallJobs,
+  showOpened,
   watchCandidates,
   watchJobs,
 } from "./state";
@@ -25,6 +26,7 @@ type Shown = Step | "run" | "report";
 const ORDER: readonly Shown[] = ["find", "identify", "profile", "check", "run", "report"];
 
 export function CommissionPage() {
+  useMemo(showOpened, []);
   const round = connection.value;
   useEffect(() => {
     const polls = [watchCandidates(), watchJobs()];
@@ -34,7 +36,7 @@ export function CommissionPage() {
   }, []);
   // Anew after each connection: the server may have been started again meanwhile.
   useEffect(() => {
-    void recall();
+    void recallJobs();
   }, [round]);
   const shown = shownNow();
   return (
@@ -57,7 +59,7 @@ export function CommissionPage() {
 /** A job comes before the draft it was started from; null while neither is known. */
 function shownNow(): Shown | null {
   if (known.value === null || candidates.value === null) return null;
-  if (underWay.value) return "run";
+  if (jobUnderWay.value) return "run";
   if (mine.value.length > 0) return "report";
   return draft.value.step;
 }
@@ -100,7 +102,7 @@ function Steps({ shown }: { shown: Shown | null }) {
                 <button
                   type="button"
                   data-testid={`go-${step}`}
-                  onClick={() => change({ step: step as Step })}
+                  onClick={() => changeDraft({ step: step as Step })}
                 >
                   {face}
                 </button>

@@ -3,7 +3,7 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 
 /** The one question of a step. It takes the focus, so that a reader hears what is asked now. */
-export function Question({ title, children }: { title: string; children?: ComponentChildren }) {
+export function StepQuestion({ title, children }: { title: string; children?: ComponentChildren }) {
   const heading = useRef<HTMLHeadingElement>(null);
   useEffect(() => {
     // On the way from step to step; whoever is typing stays there.

@@ -5,13 +5,13 @@ import { servo } from "../bench/fleet";
 import { date } from "../bench/format";
 import { pathOf } from "../bench/route";
 import { ProfileValues } from "../change/profile-values";
-import { follow } from "../frame/rail";
 import { Button } from "../kit/button";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Scroll } from "../kit/scroll";
 import { commission as words } from "../text/topics";
-import { change, draft, wanted } from "./draft";
-import { Actions, Question } from "./parts";
+import { changeDraft, draft, wanted } from "./draft";
+import { Actions, StepQuestion } from "./parts";
 import { loadProfiles, profiles, profilesProblem } from "./state";
 
 const said = words.profile;
@@ -23,14 +23,14 @@ export function ProfileStep() {
   const list = profiles.value;
   const chosen = draft.value.profile;
   useEffect(() => {
-    if (list && chosen !== null && !list.some(one => one.name === chosen)) change({ profile: null });
+    if (list && chosen !== null && !list.some(one => one.name === chosen)) changeDraft({ profile: null });
   }, [list, chosen]);
   const records = pathOf("records", null, "profiles");
   return (
     <>
-      <Question title={said.title}>
+      <StepQuestion title={said.title}>
         <p>{said.lead}</p>
-      </Question>
+      </StepQuestion>
       <Scroll label={said.title} testid="profile-step">
         {profilesProblem.value !== null && (
           <p class="refusal w-line" role="alert">
@@ -42,7 +42,7 @@ export function ProfileStep() {
             name={said.none}
             line={said.noneLine}
             on={chosen === null}
-            onChoose={() => change({ profile: null, confirm: [] })}
+            onChoose={() => changeDraft({ profile: null, confirm: [] })}
           />
           {(list ?? []).map(one => (
             <div key={one.name}>
@@ -51,7 +51,7 @@ export function ProfileStep() {
                 line={[one.description, facts(one)].filter(Boolean).join(" · ")}
                 on={chosen === one.name}
                 testid={`profile-${one.name}`}
-                onChoose={() => change({ profile: one.name, confirm: [] })}
+                onChoose={() => changeDraft({ profile: one.name, confirm: [] })}
               />
               {chosen === one.name && <Sets one={one} />}
             </div>
@@ -68,9 +68,9 @@ export function ProfileStep() {
         )}
       </Scroll>
       <Actions>
-        <Button onClick={() => change({ step: "identify" })}>{words.back}</Button>
+        <Button onClick={() => changeDraft({ step: "identify" })}>{words.back}</Button>
         <span class="grow" />
-        <Button look="primary" testid="profile-go" onClick={() => change({ step: "check" })}>
+        <Button look="primary" testid="profile-go" onClick={() => changeDraft({ step: "check" })}>
           {said.go}
         </Button>
       </Actions>

@@ -4,7 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Job } from "../api/types";
 import { stopped } from "../bench/bench";
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 import { failureText } from "../bench/facts";
 import { nameOf, servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
@@ -21,9 +21,9 @@ import { Scroll } from "../kit/scroll";
 import { text } from "../text";
 import { commission as words } from "../text/topics";
 import { draft, startAnew } from "./draft";
-import { Actions, Question } from "./parts";
-import { asking, cancel, recall, refused, resume, retry, underWay } from "./state";
-import { merged, type Place, placeOf, resumableOf, type Tally, tally, type Unit } from "./units";
+import { Actions, StepQuestion } from "./parts";
+import { cancel, jobUnderWay, recallJobs, resume, retry, starting, startRefused } from "./state";
+import { merged, resumableOf, type Tally, tally, type Unit, type ValuesPlace, valuesPlaceOf } from "./units";
 
 const PlanDialog = lazy<{
   uids: readonly string[];
@@ -40,10 +40,10 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   const saving = useSignal(false);
   // A refusal is about what was tried before.
   useEffect(() => {
-    refused.value = null;
+    startRefused.value = null;
   }, []);
   const units = merged(jobs);
-  const running = underWay.value;
+  const running = jobUnderWay.value;
   const uids = units.map(one => one.uid);
   const load = () => {
     for (const uid of uids) readSheet(uid);
@@ -58,13 +58,13 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   const inRam = units.filter(one => one.verdict === "done" && placeNow(one) === "ram").map(one => one.uid);
   const left = running ? null : resumableOf(jobs);
   const all = units.length;
-  const problem = refused.value;
+  const problem = startRefused.value;
   return (
     <>
-      <Question title={running ? said.title(sums.done + sums.ram, all) : reportTitle(sums, all)}>
+      <StepQuestion title={running ? said.title(sums.done + sums.ram, all) : reportTitle(sums, all)}>
         <p>{running ? `${said.lead} ${said.keep}` : leadOf(sums, all, jobs.at(-1)?.state === "cancelled")}</p>
         <Progress sums={sums} of={all} />
-      </Question>
+      </StepQuestion>
       <Scroll label={said.units} testid="run-step">
         {problem && (
           <div class="c-note bad" role="alert">
@@ -107,7 +107,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
           <>
             <span class="grow" />
             {left && sums.failed + sums.rest > 0 && (
-              <Button live testid="resume" disabled={asking.value} onClick={() => void resume(left)}>
+              <Button live testid="resume" disabled={starting.value} onClick={() => void resume(left)}>
                 {done.resume}
               </Button>
             )}
@@ -116,7 +116,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
               testid="more-servos"
               onClick={() => {
                 startAnew();
-                void recall();
+                void recallJobs();
               }}
             >
               {done.more}
@@ -128,7 +128,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
                 testid="report-save"
                 disabled={stopped.value}
                 onClick={() => {
-                  refused.value = null;
+                  startRefused.value = null;
                   saving.value = true;
                 }}
               >
@@ -144,7 +144,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
           saveOnly
           onRefused={why => {
             saving.value = false;
-            refused.value = { text: why, uid: null, confirm: [] };
+            startRefused.value = { text: why, uid: null, confirm: [] };
           }}
           onClose={() => {
             saving.value = false;
@@ -164,8 +164,8 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   );
 }
 
-function placeNow(unit: Unit): Place {
-  return placeOf(unit, servo(unit.uid), key => sheetOf(unit.uid).reading(key).value);
+function placeNow(unit: Unit): ValuesPlace {
+  return valuesPlaceOf(unit, servo(unit.uid), key => sheetOf(unit.uid).reading(key).value);
 }
 
 /** Whether ROM of every servo is known to hold what these jobs wrote. */
@@ -219,7 +219,7 @@ function Progress({ sums, of }: { sums: Tally; of: number }) {
   );
 }
 
-const GLYPH: Record<Unit["verdict"], Kind | null> = {
+const GLYPH: Record<Unit["verdict"], ConditionKind | null> = {
   waiting: null,
   running: "busy",
   done: "ok",
@@ -332,7 +332,7 @@ function Retry({ uid, name }: { uid: string; name: string }) {
       class="button"
       aria-label={said.retryName(name)}
       data-testid={`retry-${uid}`}
-      disabled={asking.value}
+      disabled={starting.value}
       onClick={() => void retry(uid)}
     >
       {said.retry}

@@ -11,6 +11,7 @@ import type {
 } from "../api/config-types";
 import type { Job } from "../api/types";
 import { monotonic } from "../bench/clock";
+import { openCommissioning } from "../bench/commission-open";
 import { problemText } from "../bench/facts";
 import { all, nameOf, peekServo, pending, servo } from "../bench/fleet";
 import { ended, jobs, setJob } from "../bench/jobs";
@@ -19,7 +20,7 @@ import { wholeNumber } from "../bench/number";
 import { type Poll, poll } from "../bench/poll";
 import { whyRefused } from "../change/consequences";
 import { wordsOf } from "../change/safety-words";
-import { change, choose, draft, propose, request, wanted } from "./draft";
+import { changeDraft, chooseServos, draft, propose, request, wanted } from "./draft";
 
 const ASK_MS = 2000;
 
@@ -47,7 +48,7 @@ export function watchCandidates(): Poll {
 export const known = signal<readonly string[] | null>(null);
 
 /** Asks for them, and takes up one that is under way: it lives in the server. */
-export async function recall(): Promise<void> {
+export async function recallJobs(): Promise<void> {
   try {
     const found = await ask<Job[]>("GET", "/jobs?kind=commissioning");
     for (const job of found) setJob(job);
@@ -55,8 +56,8 @@ export async function recall(): Promise<void> {
     const mine = new Set(draft.peek().jobs);
     const running = found.find(job => !ended(job));
     const gone = [...mine].filter(id => !found.some(job => job.id === id));
-    if (running && !mine.has(running.id)) change({ jobs: [running.id] });
-    else if (gone.length > 0) change({ jobs: [...mine].filter(id => !gone.includes(id)) });
+    if (running && !mine.has(running.id)) changeDraft({ jobs: [running.id] });
+    else if (gone.length > 0) changeDraft({ jobs: [...mine].filter(id => !gone.includes(id)) });
   } catch {
     known.value ??= [];
   }
@@ -64,28 +65,35 @@ export async function recall(): Promise<void> {
 
 /** The jobs of the wizard as far as they are known. */
 export const mine = computed<Job[]>(() => draft.value.jobs.flatMap(id => jobs.value.get(id) ?? []));
-export const underWay = computed(() => mine.value.find(job => !ended(job)) ?? null);
+export const jobUnderWay = computed(() => mine.value.find(job => !ended(job)) ?? null);
 
 /** The newest job that is not shown and could be gone on with. */
-export const unfinished = computed<Job | null>(() => {
+export const unfinishedJob = computed<Job | null>(() => {
   const found = (known.value ?? []).flatMap(id => jobs.value.get(id) ?? []);
   return found.findLast(job => job.resumable && !draft.value.jobs.includes(job.id)) ?? null;
 });
 
+/** Shows the job that another page sent somebody here for. */
+export function showOpened(): void {
+  const id = openCommissioning.peek();
+  openCommissioning.value = null;
+  if (id !== null) changeDraft({ jobs: [id] });
+}
+
 /** Shows a job that was started elsewhere, or before. */
 export function show(job: Job): void {
   setJob(job);
-  change({ jobs: [job.id] });
+  changeDraft({ jobs: [job.id] });
 }
 
 /** Chooses servos, in the order of their serials. */
-export function take(uids: readonly string[]): void {
+export function takeServos(uids: readonly string[]): void {
   const servos = uids.flatMap(uid => {
     const one = peekServo(uid);
     return one ? [{ uid, servoId: one.servo_id, label: one.label, serial: one.serial ?? "" }] : [];
   });
   servos.sort((a, b) => a.serial.localeCompare(b.serial) || a.uid.localeCompare(b.uid));
-  change(choose(draft.peek(), servos, candidates.peek()?.servos ?? []));
+  changeDraft(chooseServos(draft.peek(), servos, candidates.peek()?.servos ?? []));
   suggest(draft.peek().at);
 }
 
@@ -108,7 +116,7 @@ export function suggest(uid: string | null): void {
   if (uid === null || !entry || entry.state === "given") return;
   const taken = new Set(owners.peek().keys());
   if (entry.servoId !== "" && !clashes(uid, entry.servoId)) return;
-  change({
+  changeDraft({
     entries: {
       ...draft.peek().entries,
       [uid]: { ...entry, servoId: propose(draft.peek(), uid, taken) },
@@ -129,9 +137,10 @@ export function giveTheRest(): void {
     if (draft.peek().entries[uid]?.state !== "open") continue;
     suggest(uid);
     const entry = draft.peek().entries[uid];
-    if (entry?.servoId) change({ entries: { ...draft.peek().entries, [uid]: { ...entry, state: "given" } } });
+    if (entry?.servoId)
+      changeDraft({ entries: { ...draft.peek().entries, [uid]: { ...entry, state: "given" } } });
   }
-  change({ at: null });
+  changeDraft({ at: null });
 }
 
 export const profiles = signal<readonly Profile[] | null>(null);
@@ -146,17 +155,17 @@ export async function loadProfiles(): Promise<void> {
   }
 }
 
-export interface Refused {
+export interface StartRefused {
   text: string;
   uid: string | null;
   /** What to agree to, where that is all that is missing; one of them where there are several. */
   confirm: readonly SafetyWord[];
 }
 
-export const refused = signal<Refused | null>(null);
-export const asking = signal(false);
+export const startRefused = signal<StartRefused | null>(null);
+export const starting = signal(false);
 
-function refusal(problem: Problem): Refused {
+function refusal(problem: Problem): StartRefused {
   const { uid } = problem.facts;
   const named = typeof uid === "string" ? uid : null;
   const name = nameOf(servo(named));
@@ -169,15 +178,15 @@ function refusal(problem: Problem): Refused {
 }
 
 async function doing(act: () => Promise<void>): Promise<void> {
-  if (asking.peek()) return;
-  asking.value = true;
-  refused.value = null;
+  if (starting.peek()) return;
+  starting.value = true;
+  startRefused.value = null;
   try {
     await act();
   } catch (error) {
-    refused.value = refusal(problemOf(error));
+    startRefused.value = refusal(problemOf(error));
   } finally {
-    asking.value = false;
+    starting.value = false;
   }
 }
 
@@ -202,14 +211,14 @@ export async function plan(): Promise<void> {
 export const start = () =>
   doing(async () => {
     const job = await post(wanted(draft.peek()));
-    change({ jobs: [job.id] });
+    changeDraft({ jobs: [job.id] });
   });
 
 /** Does one servo again, by a job of its own. */
 export const retry = (uid: string) =>
   doing(async () => {
     const job = await post([uid]);
-    change({ jobs: [...draft.peek().jobs, job.id] });
+    changeDraft({ jobs: [...draft.peek().jobs, job.id] });
   });
 
 async function post(uids: readonly string[]): Promise<Job> {

@@ -1,7 +1,7 @@
 /** Tests the verdicts of commissioning: what a job's steps and sheets say of each servo, and of several jobs together. */
 import { describe, expect, it } from "vitest";
 import type { Job, JobStep, StepCode } from "../api/types";
-import { merged, placeOf, resumableOf, type Sheet, tally, unitsOf } from "./units";
+import { merged, resumableOf, tally, type UnitSheet, unitsOf, valuesPlaceOf } from "./units";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
@@ -24,9 +24,9 @@ const step = (
   ended_at: null,
 });
 
-const sheet = (uid: string, verdict: string) => ({ uid, verdict, values: {} }) as Sheet;
+const sheet = (uid: string, verdict: string) => ({ uid, verdict, values: {} }) as UnitSheet;
 
-function job(state: Job["state"], steps: JobStep[], units: Sheet[], id = "1"): Job {
+function job(state: Job["state"], steps: JobStep[], units: UnitSheet[], id = "1"): Job {
   return {
     id,
     kind: "commissioning",
@@ -132,23 +132,25 @@ describe("where the values of a servo that is done are", () => {
   const set = { servo_id: 9, angle_limit_cw: 40 };
 
   it("is ROM where the job read them there", () => {
-    expect(placeOf(unit("rom"), undefined, () => undefined)).toBe("rom");
+    expect(valuesPlaceOf(unit("rom"), undefined, () => undefined)).toBe("rom");
   });
 
   it("is RAM without a save, also while the servo is not known to hold anything", () => {
-    expect(placeOf(unit("ram"), { lost: [] }, holds(set, old))).toBe("ram");
-    expect(placeOf(unit("ram"), undefined, () => undefined)).toBe("ram");
+    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(set, old))).toBe("ram");
+    expect(valuesPlaceOf(unit("ram"), undefined, () => undefined)).toBe("ram");
   });
 
   it("is ROM once all of them were saved, whatever became of torque", () => {
-    expect(placeOf(unit("ram"), { lost: [] }, holds(set, { ...set, angle_limit_cw: 179.9 }))).toBe("ram");
-    expect(placeOf(unit("ram"), { lost: [] }, holds(set, set))).toBe("rom");
+    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(set, { ...set, angle_limit_cw: 179.9 }))).toBe(
+      "ram",
+    );
+    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(set, set))).toBe("rom");
   });
 
   it("is nowhere after a restart without a save", () => {
-    expect(placeOf(unit("ram"), { lost: [] }, holds(old, old))).toBe("lost");
+    expect(valuesPlaceOf(unit("ram"), { lost: [] }, holds(old, old))).toBe("lost");
     const lost = [{ key: "servo_id", value: 9, at: 0 }];
-    expect(placeOf(unit("ram"), { lost }, () => undefined)).toBe("lost");
+    expect(valuesPlaceOf(unit("ram"), { lost }, () => undefined)).toBe("lost");
   });
 
   it("counts apart in the tally", () => {

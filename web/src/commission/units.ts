@@ -1,10 +1,10 @@
 /** What the jobs of commissioning say of each servo: its steps, its verdict, and what to do. No elements. */
 import type { Job, JobStep, ProblemBody, Reading, Servo } from "../api/types";
 
-export type Verdict = "waiting" | "running" | "done" | "failed" | "not_tried";
+export type UnitVerdict = "waiting" | "running" | "done" | "failed" | "not_tried";
 
 /** What a job keeps of one servo in its result. */
-export interface Sheet {
+export interface UnitSheet {
   uid: string;
   title: string;
   label: string;
@@ -21,8 +21,8 @@ export interface Sheet {
 
 export interface Unit {
   uid: string;
-  verdict: Verdict;
-  sheet: Sheet | null;
+  verdict: UnitVerdict;
+  sheet: UnitSheet | null;
   steps: readonly JobStep[];
   /** The job that says so. */
   job: Job;
@@ -30,7 +30,7 @@ export interface Unit {
 
 /** The units of one job, in its order. */
 export function unitsOf(job: Job): Unit[] {
-  const kept = (job.result as { servos?: Sheet[] } | null)?.servos ?? [];
+  const kept = (job.result as { servos?: UnitSheet[] } | null)?.servos ?? [];
   const sheets = new Map(kept.map(one => [one.uid, one]));
   const uids = new Set([...sheets.keys(), ...job.steps.flatMap(step => (step.uid ? [step.uid] : []))]);
   return [...uids].map(uid => {
@@ -41,7 +41,7 @@ export function unitsOf(job: Job): Unit[] {
 }
 
 /** The steps are told at once, the sheet at the end of a unit: what runs or failed now outweighs it. */
-function verdictOf(job: Job, sheet: Sheet | null, steps: readonly JobStep[]): Verdict {
+function verdictOf(job: Job, sheet: UnitSheet | null, steps: readonly JobStep[]): UnitVerdict {
   if (steps.some(step => step.state === "running")) return "running";
   if (steps.some(step => step.state === "failed")) return "failed";
   if (sheet?.verdict === "done") return "done";
@@ -63,17 +63,17 @@ export function merged(jobs: readonly Job[]): Unit[] {
   return [...found.values()];
 }
 
-const WEIGHT: Record<Verdict, number> = { running: 3, done: 2, failed: 1, waiting: 1, not_tried: 0 };
+const WEIGHT: Record<UnitVerdict, number> = { running: 3, done: 2, failed: 1, waiting: 1, not_tried: 0 };
 
 /** Where the values of a unit that is done are now; `lost`: neither RAM nor ROM holds all of them. */
-export type Place = "rom" | "ram" | "lost";
+export type ValuesPlace = "rom" | "ram" | "lost";
 
 /** Judged by the job, and after it by what the servo is known to hold. */
-export function placeOf(
+export function valuesPlaceOf(
   unit: Unit,
   servo: Pick<Servo, "lost"> | undefined,
   reading: (key: string) => Pick<Reading, "rom" | "value"> | undefined,
-): Place {
+): ValuesPlace {
   const { sheet } = unit;
   if (!sheet) return unit.steps.some(step => step.code === "save" && step.state === "done") ? "rom" : "ram";
   if (sheet.held_in === "rom") return "rom";
@@ -94,7 +94,7 @@ export interface Tally {
   rest: number;
 }
 
-export function tally(units: readonly Unit[], place: (unit: Unit) => Place): Tally {
+export function tally(units: readonly Unit[], place: (unit: Unit) => ValuesPlace): Tally {
   const sums: Tally = { done: 0, ram: 0, lost: 0, failed: 0, rest: 0 };
   for (const one of units) {
     if (one.verdict === "failed") sums.failed++;

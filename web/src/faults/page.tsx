@@ -1,13 +1,13 @@
 /** The Faults page: what is wrong with every servo now, what was, what it means, and that somebody has seen it. */
 import { useEffect } from "preact/hooks";
-import { type Kind, ROM_LOST } from "../bench/condition";
+import { type ConditionKind, ROM_LOST } from "../bench/condition";
 import { all, type KnownServo, loaded, nameOf, servo } from "../bench/fleet";
 import { clock, date, unbroken } from "../bench/format";
 import { who } from "../bench/holder";
 import { connection, up } from "../bench/link";
 import { go, pathOf } from "../bench/route";
-import { follow } from "../frame/rail";
 import { Button } from "../kit/button";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Guides } from "../kit/guide";
 import { Scroll } from "../kit/scroll";
@@ -16,7 +16,7 @@ import { faults as words } from "../text/topics";
 import {
   acknowledge,
   faultsOf,
-  type Line,
+  type KnownFault,
   present,
   readFaults,
   readServos,
@@ -25,7 +25,11 @@ import {
 } from "./state";
 import "./faults.css";
 
-const KIND: Record<Line["level"], Kind> = { failure: "failure", warning: "warning", notification: "notice" };
+const KIND: Record<KnownFault["level"], ConditionKind> = {
+  failure: "failure",
+  warning: "warning",
+  notification: "notice",
+};
 
 export function FaultsPage({ uid }: { uid: string | null }) {
   const servos = all.value;
@@ -138,7 +142,7 @@ function Part({
   testid,
 }: {
   title: string;
-  lines: Line[];
+  lines: KnownFault[];
   none: string;
   testid: string;
 }) {
@@ -154,14 +158,14 @@ function Part({
       )}
       <ul>
         {lines.map(one => (
-          <FaultLine key={`${one.uid}/${one.key}`} one={one} />
+          <FaultItem key={`${one.uid}/${one.key}`} one={one} />
         ))}
       </ul>
     </section>
   );
 }
 
-function FaultLine({ one }: { one: Line }) {
+function FaultItem({ one }: { one: KnownFault }) {
   const known = servo(one.uid);
   const name = nameOf(known);
   const path = pathOf("parameters", one.uid);
@@ -224,11 +228,11 @@ function FaultLine({ one }: { one: Line }) {
 }
 
 /** It was so when it was last told, and nobody knows whether it still is: the servo is silent, or hornbill is. */
-function unknown(one: Line): boolean {
+function unknown(one: KnownFault): boolean {
   return one.stale || (one.active && !up.value);
 }
 
-function Chips({ one }: { one: Line }) {
+function Chips({ one }: { one: KnownFault }) {
   return (
     <>
       {one.latched && <Chip why={words.latchedWhy}>{words.latched}</Chip>}

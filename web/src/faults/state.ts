@@ -3,13 +3,13 @@
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
 import type { Fault, FaultsRead } from "../api/types";
-import { together } from "../bench/batched";
+import { batched } from "../bench/batched";
 import { namedFault } from "../bench/catalog";
 import { problemText } from "../bench/facts";
 import { holder } from "../bench/holder";
 import { asProblem } from "../bench/parameters";
 
-export interface Line extends Fault {
+export interface KnownFault extends Fault {
   uid: string;
 }
 
@@ -49,7 +49,7 @@ async function loadFaults(uids: readonly string[]): Promise<void> {
 }
 
 /** Reads the faults of a servo, in one request with all that are wanted. */
-export const readFaults = together(loadFaults);
+export const readFaults = batched(loadFaults);
 
 /** Somebody has seen this fault; without a key all of that servo. */
 export async function acknowledge(uid: string, key?: string): Promise<void> {
@@ -81,7 +81,7 @@ export function present(one: Fault): boolean {
 const RANK = { failure: 0, warning: 1, notification: 2 } as const;
 
 /** Worst first; of the same level what nobody has seen, then what is known to be so, then the newest. */
-export function compare(a: Line, b: Line): number {
+export function compare(a: KnownFault, b: KnownFault): number {
   return (
     RANK[a.level] - RANK[b.level] ||
     Number(unseen(b)) - Number(unseen(a)) ||
@@ -93,7 +93,7 @@ export function compare(a: Line, b: Line): number {
 }
 
 /** The faults of these servos: those that are, then those that were. */
-export function faultsOf(uids: readonly string[]): { now: Line[]; past: Line[] } {
+export function faultsOf(uids: readonly string[]): { now: KnownFault[]; past: KnownFault[] } {
   const lines = uids.flatMap(uid => (kept.value.get(uid) ?? []).map(one => ({ ...one, uid })));
   return {
     now: lines.filter(present).sort(compare),

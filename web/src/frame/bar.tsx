@@ -3,7 +3,7 @@ import { useComputed } from "@preact/signals";
 import { bus, lease, stopped } from "../bench/bench";
 import { channelOf, retryIn } from "../bench/bus-now";
 import { now } from "../bench/clock";
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 import { all, nameOf, servo, uids } from "../bench/fleet";
 import { number, withUnit } from "../bench/format";
 import { who } from "../bench/holder";
@@ -11,11 +11,11 @@ import { isOfOther, motion } from "../bench/motion";
 import { lastUid, pathOf } from "../bench/route";
 import { narrow, phone } from "../bench/screen";
 import { conditionHere } from "../bench/servo-condition";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Mark } from "../kit/icon";
 import { Panel } from "../kit/panel";
 import { text } from "../text";
-import { follow } from "./rail";
 import { StopButton } from "./stop-button";
 
 export function TopBar() {
@@ -102,7 +102,7 @@ function ruler(width: number, parts: number): string {
   return path;
 }
 
-const ORDER: readonly { kind: Exclude<Kind, "protected">; worst: number }[] = [
+const ORDER: readonly { kind: Exclude<ConditionKind, "protected">; worst: number }[] = [
   { kind: "ok", worst: 0 },
   { kind: "notice", worst: 2 },
   { kind: "busy", worst: 1 },
@@ -114,7 +114,7 @@ const ORDER: readonly { kind: Exclude<Kind, "protected">; worst: number }[] = [
 
 function CountsCell() {
   const counts = useComputed(() => {
-    const found = new Map<Kind, number>();
+    const found = new Map<ConditionKind, number>();
     for (const one of all.value) {
       const kind = conditionHere(one).kind;
       const shown = kind === "protected" ? "warning" : kind;

@@ -1,7 +1,7 @@
 /** The event line at the foot, and the log it opens. */
 import { useSignal } from "@preact/signals";
 import { type BenchEvent, events } from "../bench/bench";
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 import { eventText } from "../bench/event-text";
 import { clock } from "../bench/format";
 import { session } from "../bench/session";
@@ -11,7 +11,7 @@ import { text } from "../text";
 
 const SignedIn = lazy(() => import("../login/page").then(file => file.SignedIn));
 
-const KIND: Record<BenchEvent["level"], Kind | null> = {
+const KIND: Record<BenchEvent["level"], ConditionKind | null> = {
   info: null,
   notice: "notice",
   warning: "warning",

@@ -6,14 +6,15 @@ import { complaints } from "../bench/doctor";
 import { all, nameOf, servo, uids } from "../bench/fleet";
 import { up } from "../bench/link";
 import { motion } from "../bench/motion";
-import { go, lastUid, type Page, pathOf, route } from "../bench/route";
-import { choose, type Wish, wish } from "../bench/theme";
+import { lastUid, type Page, pathOf, route } from "../bench/route";
+import { chooseTheme, type ThemeWish, themeWish } from "../bench/theme";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { guideAt } from "../kit/guide";
 import { Icon, type IconName } from "../kit/icon";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
-import { choose as chooseLanguage, LANGUAGES, type Language, spoken } from "../text/language";
+import { chooseLanguage, LANGUAGES, type Language, spoken } from "../text/language";
 
 function nameOfPage(page: Page): string {
   if (page === "missing") return text.missing.page;
@@ -97,10 +98,10 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
           <Icon name="docs" />
           <span>{text.docs}</span>
         </a>
-        <Segments<Wish>
+        <Segments<ThemeWish>
           label={text.theme.label}
-          chosen={wish.value}
-          onChoose={choose}
+          chosen={themeWish.value}
+          onChoose={chooseTheme}
           options={[
             { key: "light", label: text.theme.light },
             { key: "dark", label: text.theme.dark },
@@ -197,11 +198,4 @@ function Item({ page, uid, icon, label, children }: ItemProps) {
 /** The item a page belongs to: the matrix is reached from Servos and has none of its own. */
 function shownBy(page: Page): Page {
   return page === "matrix" ? "servos" : page;
-}
-
-/** Follows a link inside the page, unless it was asked to open elsewhere. */
-export function follow(event: MouseEvent, path: string): void {
-  if (event.button !== 0 || event.ctrlKey || event.metaKey || event.shiftKey) return;
-  event.preventDefault();
-  go(path);
 }

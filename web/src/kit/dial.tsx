@@ -1,11 +1,7 @@
 /** The small dial: face, limit arc, horn and command. The product's mark in every row. */
 import { angle as angleText } from "../bench/format";
-import { arc, hornPath, polar, ticks, turns } from "./polar";
-
-export interface Limits {
-  ccw: number;
-  cw: number;
-}
+import type { Limits } from "../bench/servo-condition";
+import { arc, hornPath, polar, ticks, wholeTurns } from "./polar";
 
 interface Props {
   size: number;
@@ -30,7 +26,7 @@ export function Dial({ size, angle, command, limits, stale = false, goesTo, labe
   const length = fine ? 28 : 27;
   const horn = hornPath(hub, tip, length);
   const spread = limits ? limits.cw - limits.ccw : 0;
-  const around = angle === null ? 0 : turns(angle);
+  const around = angle === null ? 0 : wholeTurns(angle);
   return (
     <svg
       class="dial"

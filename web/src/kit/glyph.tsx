@@ -1,8 +1,8 @@
 /** The state glyphs: one shape a state, so that each can be read without its colour. */
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 
 interface Props {
-  kind: Kind;
+  kind: ConditionKind;
   size?: number;
 }
 
@@ -17,7 +17,7 @@ export function Glyph({ kind, size = 16 }: Props) {
   );
 }
 
-const SHAPES: Record<Kind, () => preact.JSX.Element> = {
+const SHAPES: Record<ConditionKind, () => preact.JSX.Element> = {
   ok: () => (
     <>
       <circle cx="8" cy="8" r="7.2" fill="currentColor" />

@@ -18,16 +18,16 @@ const PLACES = {
   socket: "reference/websocket",
 } as const;
 
-export type Place = keyof typeof PLACES;
+export type GuidePlace = keyof typeof PLACES;
 
 /** The address of a page of the documentation, below the path of a proxy, too. */
-export function guideAt(place: Place): string {
+export function guideAt(place: GuidePlace): string {
   const found = PLACES[place];
   return `${ROOT}/docs/${found === "" ? "" : `${found}.html`}`;
 }
 
 /** Links in a row. They open in a tab of their own: what is staged or moving here goes on. */
-export function Guides({ places }: { places: readonly Place[] }) {
+export function Guides({ places }: { places: readonly GuidePlace[] }) {
   return (
     <p class="guides">
       {places.map(place => (

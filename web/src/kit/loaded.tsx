@@ -4,7 +4,7 @@ import { clock, date } from "../bench/format";
 import { records as words } from "../text/topics";
 import { Button } from "./button";
 import { Glyph } from "./glyph";
-import { Guides, type Place } from "./guide";
+import { type GuidePlace, Guides } from "./guide";
 
 /** "14:02:31" of today, "2026-03-01 14:02:31" of another day. */
 export function instant(utc: number): string {
@@ -27,7 +27,7 @@ export function Unread({ why, onAgain }: { why: string | null; onAgain: () => vo
 
 interface EmptyProps {
   title: string;
-  guides?: readonly Place[];
+  guides?: readonly GuidePlace[];
   children: ComponentChildren;
 }
 

@@ -1,6 +1,6 @@
 /** Dial geometry: 0° up, plus clockwise. */
 import { describe, expect, test } from "vitest";
-import { angleAt, arc, polar, turns, unwrap } from "./polar";
+import { angleAt, arc, polar, unwrap, wholeTurns } from "./polar";
 
 describe("polar", () => {
   test.each([
@@ -23,7 +23,7 @@ describe("polar", () => {
   });
 
   test("turns are counted beyond ±180°", () => {
-    expect([0, 179.9, -180, 270, -270, 720].map(turns)).toEqual([0, 0, 0, 1, -1, 2]);
+    expect([0, 179.9, -180, 270, -270, 720].map(wholeTurns)).toEqual([0, 0, 0, 1, -1, 2]);
   });
 
   test("limits a turn apart close the ring", () => {

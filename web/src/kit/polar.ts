@@ -44,7 +44,7 @@ export function ticks(inner: number, outer: number, step: number, skip = 0): str
 }
 
 /** Whole turns beyond ±180°, signed: 270° is one turn. */
-export function turns(degrees: number): number {
+export function wholeTurns(degrees: number): number {
   const whole = Math.round(degrees / 360);
   return whole === 0 ? 0 : whole;
 }

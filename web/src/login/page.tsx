@@ -3,7 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { problemText } from "../bench/facts";
-import { refused, session, signedOut, signIn, signOut } from "../bench/session";
+import { session, signedOut, signIn, signOut, tokenRefused } from "../bench/session";
 import { Glyph } from "../kit/glyph";
 import { login as said } from "../text/topics";
 import "./login.css";
@@ -20,7 +20,7 @@ export function LoginPage() {
     if (!(await signIn(token.peek().trim()))) box.current?.select();
     busy.value = false;
   };
-  const problem = refused.value;
+  const problem = tokenRefused.value;
   return (
     <section class="login" aria-labelledby="login-title">
       <form class="login-box" onSubmit={event => void enter(event)} data-testid="login">

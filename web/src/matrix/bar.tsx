@@ -2,11 +2,12 @@
 import { all } from "../bench/fleet";
 import { up } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
+import { stagedOn } from "../change/batch";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { useKeys } from "../kit/use-keys";
 import { matrix } from "../text/topics";
-import { stagedOn, wrongOn } from "./state";
+import { wrongOn } from "./state";
 
 const said = matrix.bar;
 

@@ -10,9 +10,10 @@ import { sheetOf } from "../bench/parameters";
 import { spanOf, viewOf } from "../bench/row-state";
 import { Marker } from "../change/marker";
 import { NumberBox } from "../change/number-box";
+import { stageValue } from "../change/stage";
 import { text } from "../text";
 import { matrix as said } from "../text/topics";
-import { type Odd, stage } from "./state";
+import type { Odd } from "./state";
 
 interface Props {
   uid: string;
@@ -173,7 +174,7 @@ function Editor({ uid, row, span, draft, held, onDone }: EditorProps) {
       onChange={event => {
         const key = event.currentTarget.value;
         const value = row.kind === "switch" ? key === "true" : key;
-        stage(sheet, row.key, { text: key, verdict: { ok: true, value } });
+        stageValue(sheet, row.key, { text: key, verdict: { ok: true, value } });
       }}
     >
       {options.map(one => (

@@ -3,11 +3,12 @@ import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
 import { nameOf, servo } from "../bench/fleet";
 import { sheetOf } from "../bench/parameters";
+import { stageValue } from "../change/stage";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
 import { matrix } from "../text/topics";
-import { copyOf, stage } from "./state";
+import { copyOf } from "./state";
 
 const said = matrix.copying;
 
@@ -44,7 +45,7 @@ export function CopyDialog({ from, uids, rows, onClose }: Props) {
             disabled={total === 0}
             onClick={() => {
               for (const { uid, plan } of going) {
-                for (const [key, draft] of plan.drafts) stage(sheetOf(uid), key, draft);
+                for (const [key, draft] of plan.drafts) stageValue(sheetOf(uid), key, draft);
               }
               onClose();
             }}

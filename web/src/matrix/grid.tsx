@@ -8,7 +8,7 @@ import { sheetOf } from "../bench/parameters";
 import { pathOf } from "../bench/route";
 import { aboutRow } from "../bench/row-help";
 import { conditionHere } from "../bench/servo-condition";
-import { follow } from "../frame/rail";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { text } from "../text";

@@ -6,11 +6,11 @@ import { nameOf, servo } from "../bench/fleet";
 import { full } from "../bench/format";
 import { sheetOf } from "../bench/parameters";
 import { spanOf } from "../bench/row-state";
+import { draftFor, numberFor, stageValue } from "../change/stage";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
 import { matrix } from "../text/topics";
-import { draftFor, numberFor, stage } from "./state";
 
 const said = matrix.set;
 
@@ -43,7 +43,7 @@ export function SetDialog({ uids, row, onClose }: Props) {
     one.plan !== null && !("why" in one.plan) && !left.value.has(one.uid) ? [{ ...one, plan: one.plan }] : [],
   );
   const go = () => {
-    for (const one of going) stage(one.sheet, row.key, one.plan);
+    for (const one of going) stageValue(one.sheet, row.key, one.plan);
     onClose();
   };
   return (

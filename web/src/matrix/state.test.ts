@@ -2,12 +2,14 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Reading, Row } from "../api/types";
 import { sheetOf } from "../bench/parameters";
-import { copyOf, draftFor, type Held, oddOnes, stage, stagedOn, uidsIn, writeMatrix } from "./state";
+import { stagedOn, writeMatrix } from "../change/batch";
+import { draftFor, stageValue } from "../change/stage";
+import { copyOf, type HeldValue, oddOnes, uidsIn } from "./state";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);
 
-const held = (uid: string, value: Held["value"], model: string | null = "M", unit = "°"): Held => ({
+const held = (uid: string, value: HeldValue["value"], model: string | null = "M", unit = "°"): HeldValue => ({
   uid,
   model,
   value,
@@ -104,13 +106,13 @@ describe("staging", () => {
   });
 
   test("what RAM holds already is not staged", () => {
-    stage(sheetOf(A), "limit", { text: "90", verdict: { ok: true, value: 90 } });
+    stageValue(sheetOf(A), "limit", { text: "90", verdict: { ok: true, value: 90 } });
     expect(stagedOn([A, B]).size).toBe(0);
   });
 
   test("one request carries every servo with its revision, and each is told what became of it", async () => {
-    stage(sheetOf(A), "gain", { text: "6", verdict: { ok: true, value: 6 } });
-    stage(sheetOf(B), "gain", { text: "6", verdict: { ok: true, value: 6 } });
+    stageValue(sheetOf(A), "gain", { text: "6", verdict: { ok: true, value: 6 } });
+    stageValue(sheetOf(B), "gain", { text: "6", verdict: { ok: true, value: 6 } });
     const sent: Record<string, unknown>[] = [];
     const change = { key: "gain", before: 5, requested: 6, after: 6, verdict: "applied" };
     const problem = {

@@ -4,7 +4,7 @@ import { useEffect } from "preact/hooks";
 import { all, nameOf, servo } from "../bench/fleet";
 import { age, angle, number } from "../bench/format";
 import { angleNow } from "../bench/fresh";
-import { membersOf, motion, setpoint, together } from "../bench/motion";
+import { membersOf, motion, movingTogether, setpoint } from "../bench/motion";
 import { readSheet } from "../bench/parameters";
 import { limitsOf } from "../bench/servo-condition";
 import { Button } from "../kit/button";
@@ -16,7 +16,7 @@ import { jogging as words } from "../text/topics";
 import {
   against,
   beginAgain,
-  chosen,
+  chosenCompanions,
   enableGroup,
   type Manner,
   manner,
@@ -33,7 +33,7 @@ export function GroupChoice({ uid }: { uid: string }) {
   const others = all.value.filter(one => one.uid !== uid && one.online);
   const why = first ? against(first) : null;
   const able = why === null ? others.filter(one => against(one) === null) : [];
-  const ticked = able.map(one => one.uid).filter(each => chosen.value.includes(each));
+  const ticked = able.map(one => one.uid).filter(each => chosenCompanions.value.includes(each));
   const key = ticked.join();
   useEffect(() => {
     for (const each of ticked) readSheet(each);
@@ -45,8 +45,8 @@ export function GroupChoice({ uid }: { uid: string }) {
   }, [uid, key]);
   if (others.length === 0) return null;
   const tick = (each: string) => {
-    const before = chosen.value;
-    chosen.value = before.includes(each) ? before.filter(one => one !== each) : [...before, each];
+    const before = chosenCompanions.value;
+    chosenCompanions.value = before.includes(each) ? before.filter(one => one !== each) : [...before, each];
   };
   return (
     <details class="group-choice" data-testid="group" open={ticked.length > 0}>
@@ -80,7 +80,7 @@ export function GroupChoice({ uid }: { uid: string }) {
 export function Members() {
   const present = motion.value;
   const members = membersOf(present);
-  const group = together.value;
+  const group = movingTogether.value;
   if (members.length < 2 || group === null || present.phase !== "on") return null;
   const told = stream.value;
   const ended = told?.ended ?? null;

@@ -6,14 +6,21 @@ import type { Commanded, Stream } from "../api/types";
 import { problemText } from "../bench/facts";
 import { all, type KnownServo, nameOf } from "../bench/fleet";
 import { live } from "../bench/link";
-import { enableMotion, motion, type Profile, presentAngle, refusal, type Together } from "../bench/motion";
+import {
+  enableMotion,
+  type MotionProfile,
+  motion,
+  motionRefusal,
+  presentAngle,
+  type Together,
+} from "../bench/motion";
 import { type Poll, poll } from "../bench/poll";
+import type { Limits } from "../bench/servo-condition";
 import { limitsOf } from "../bench/servo-condition";
-import type { Limits } from "../kit/dial";
 import { jogging as words } from "../text/topics";
 
 /** Ticked to move with the servo of the page, before motion is on. */
-export const chosen = signal<readonly string[]>([]);
+export const chosenCompanions = signal<readonly string[]>([]);
 
 /** "same": one angle for all. "apart": each keeps its distance from the first. */
 export type Manner = "same" | "apart";
@@ -97,7 +104,11 @@ function togetherOf(uids: readonly string[]): Together {
   };
 }
 
-async function put(values: Record<string, number>, lease: string, profile: Profile | null): Promise<void> {
+async function put(
+  values: Record<string, number>,
+  lease: string,
+  profile: MotionProfile | null,
+): Promise<void> {
   const path = `/streams/${stream.peek()?.id ?? ""}`;
   stream.value = await ask<Stream>("PUT", path, { body: { values, profile }, headers: { Lease: lease } });
 }
@@ -112,18 +123,18 @@ async function lookAt(id: string): Promise<void> {
   const present = motion.peek();
   // Of a group whose torque we took ourselves it is no news, and who did not answer then is.
   if (found.ended && before?.ended === null && present.phase === "on" && present.torque !== "off")
-    refusal.value = words.ended(found.ended);
+    motionRefusal.value = words.ended(found.ended);
 }
 
 /** Holds all where they are and goes on from there, after one of them ended it. */
 export async function beginAgain(group: Together): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on") return;
-  refusal.value = null;
+  motionRefusal.value = null;
   try {
     await group.begin(present.lease);
   } catch (error) {
-    refusal.value = problemText(problemOf(error));
+    motionRefusal.value = problemText(problemOf(error));
   }
 }
 

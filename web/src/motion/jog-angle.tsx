@@ -4,7 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 import { signed, withUnit } from "../bench/format";
 import { pace, setpoint } from "../bench/motion";
-import { check, parseNumber, type Refused, type Span } from "../bench/number";
+import { type AllowedSpan, check, type NotAllowed, parseNumber } from "../bench/number";
 import { touch } from "../bench/screen";
 import { Button } from "../kit/button";
 import { Segments } from "../kit/segments";
@@ -13,12 +13,12 @@ import { text } from "../text";
 const STEPS = [-10, -1, -0.1, 0.1, 1, 10];
 
 interface Props {
-  span: Span;
+  span: AllowedSpan;
   able: boolean;
   onJog: (step: number) => void;
   onCommand: (angle: number) => void;
   /** Told why what was typed is not sent, with the number if it is one; null when it is typed anew. */
-  onWrong: (verdict: Refused | null, value: number | null) => void;
+  onWrong: (verdict: NotAllowed | null, value: number | null) => void;
   /** Stands at the end of the row: torque. */
   children: ComponentChildren;
 }

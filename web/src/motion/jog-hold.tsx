@@ -7,13 +7,13 @@ import { catalog } from "../bench/catalog";
 import { cautionText } from "../bench/caution-text";
 import { servo } from "../bench/fleet";
 import { number, withUnit } from "../bench/format";
-import { held, type Kind, letGo, pressByKey, pressByPointer } from "../bench/hold-to-run";
+import { brake, held, pressByKey, pressByPointer, type RunKind } from "../bench/hold-to-run";
 import { up } from "../bench/link";
-import { together } from "../bench/motion";
+import { movingTogether } from "../bench/motion";
 import { check } from "../bench/number";
 import { sheetOf } from "../bench/parameters";
 import { pathOf } from "../bench/route";
-import { follow } from "../frame/rail";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { jogging as words } from "../text/topics";
 
@@ -26,7 +26,7 @@ const MOST = { speed: 150, torque: 100 } as const;
 function Refused({ uid }: { uid: string }) {
   const sheet = sheetOf(uid);
   const one = servo(uid);
-  if (together.value !== null) return <p class="second">{words.alone}</p>;
+  if (movingTogether.value !== null) return <p class="second">{words.alone}</p>;
   const has = sheet.keys.value?.includes("speed_torque_control") ?? true;
   if (!has) return <p class="second">{words.notHere(one?.firmware ?? "")}</p>;
   const path = pathOf("parameters", uid, "speed_torque_control");
@@ -43,12 +43,12 @@ function Refused({ uid }: { uid: string }) {
 /** What has to be said of any speed or torque is asked for at the least that is usable, not to hear that it is too small. */
 const SMALLEST = 10;
 
-export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: boolean }) {
+export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able: boolean }) {
   const sheet = sheetOf(uid);
   const typed = useSignal<string>(FIRST[kind]);
   const free = useSignal(false);
   const said = useSignal<readonly Caution[]>([]);
-  const allowed = sheet.held("speed_torque_control") === true && together.value === null;
+  const allowed = sheet.held("speed_torque_control") === true && movingTogether.value === null;
   const limits = { cw: limit(uid, kind, "cw"), ccw: limit(uid, kind, "ccw") };
   const most = Math.max(limits.cw, limits.ccw);
   const verdict = check(typed.value, { unit: UNIT[kind], perUnit: 1, minimum: 0, maximum: most });
@@ -63,7 +63,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: bo
       () => undefined,
     );
   }, [uid, kind, allowed]);
-  useEffect(() => letGo, [uid, kind]);
+  useEffect(() => brake, [uid, kind]);
   if (!allowed) return <Refused uid={uid} />;
 
   const runs = (way: 1 | -1) =>
@@ -101,7 +101,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: bo
               value={typed.value}
               onFocus={event => event.currentTarget.select()}
               onInput={event => {
-                letGo();
+                brake();
                 typed.value = event.currentTarget.value;
               }}
             />
@@ -135,7 +135,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: bo
           data-testid="hold-free"
           checked={free.value}
           onChange={event => {
-            letGo();
+            brake();
             free.value = event.currentTarget.checked;
           }}
         />
@@ -155,8 +155,8 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: bo
             onPointerDown={event => {
               if (value !== null) pressByPointer(event, kind, way * value);
             }}
-            onLostPointerCapture={letGo}
-            onBlur={letGo}
+            onLostPointerCapture={brake}
+            onBlur={brake}
             onContextMenu={event => event.preventDefault()}
           >
             <b>
@@ -178,7 +178,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: Kind; able: bo
 }
 
 /** The most that may be asked for one way: the row's own range, cut by the servo's limit. */
-function limit(uid: string, kind: Kind, way: "cw" | "ccw"): number {
+function limit(uid: string, kind: RunKind, way: "cw" | "ccw"): number {
   const row = catalog.value?.rows.get(`command_${kind}`);
   const reading = sheetOf(uid).reading(`command_${kind}`).value;
   const range = reading?.maximum ?? (row?.maximum ?? MOST[kind]) / (row?.per_unit ?? 1);
@@ -186,6 +186,6 @@ function limit(uid: string, kind: Kind, way: "cw" | "ccw"): number {
   return Math.floor(typeof own === "number" ? Math.min(range, Math.abs(own)) : range);
 }
 
-function shown(value: number, kind: Kind): string {
+function shown(value: number, kind: RunKind): string {
   return withUnit(number(value, 0), UNIT[kind]);
 }

@@ -8,28 +8,28 @@ import { catalog } from "../bench/catalog";
 import { type KnownServo, servo } from "../bench/fleet";
 import { angle, number, withUnit } from "../bench/format";
 import { angleNow, figureNow } from "../bench/fresh";
-import { held, letGo } from "../bench/hold-to-run";
+import { brake, held } from "../bench/hold-to-run";
 import { up } from "../bench/link";
 import {
   dragTo,
   membersOf,
   motion,
+  motionRefusal,
   moveTo,
+  movingTogether,
   question,
-  refusal,
   setpoint,
   setTorque,
-  together,
   warnings,
 } from "../bench/motion";
-import { check, type Refused, type Span } from "../bench/number";
+import { type AllowedSpan, check, type NotAllowed } from "../bench/number";
 import { pathOf } from "../bench/route";
 import { touch } from "../bench/screen";
+import type { Limits } from "../bench/servo-condition";
 import { limitsOf } from "../bench/servo-condition";
-import { follow } from "../frame/rail";
 import { Button } from "../kit/button";
-import type { Limits } from "../kit/dial";
 import { Dialog } from "../kit/dialog";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Segments } from "../kit/segments";
 import { JogDial } from "../servo/command-dial";
@@ -57,7 +57,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   const pad = useRef<HTMLElement>(null);
   const one = servo(uid);
   const members = membersOf(motion.value);
-  const limits = together.value === null ? limitsOf(uid) : limitsOfAll(members);
+  const limits = movingTogether.value === null ? limitsOf(uid) : limitsOfAll(members);
   const ready = limits !== null;
   // The button that turned motion on is gone: the keys go on where the hands are.
   useEffect(() => {
@@ -69,10 +69,15 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   const on = torque === "on";
   const sweeping = sweep.value !== null;
   const shown = sweeping ? "sweep" : tab.value;
-  const parted = together.value !== null && stream.value?.ended != null;
+  const parted = movingTogether.value !== null && stream.value?.ended != null;
   const able = on && up.value && limits !== null && !sweeping && !parted;
   const jogs = able && shown === "angle";
-  const span: Span = { unit: "°", perUnit: 10, minimum: limits?.ccw ?? null, maximum: limits?.cw ?? null };
+  const span: AllowedSpan = {
+    unit: "°",
+    perUnit: 10,
+    minimum: limits?.ccw ?? null,
+    maximum: limits?.cw ?? null,
+  };
 
   const command = (value: number) => {
     complaint.value = null;
@@ -115,9 +120,9 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
           chosen={shown}
           onChoose={next => {
             if (sweep.peek() !== null) return;
-            letGo();
+            brake();
             complaint.value = null;
-            refusal.value = null;
+            motionRefusal.value = null;
             warnings.value = [];
             tab.value = next;
           }}
@@ -182,7 +187,7 @@ interface Complaint {
 }
 
 function complaintOf(
-  verdict: Refused,
+  verdict: NotAllowed,
   value: number | null,
   limits: Limits | null,
   many: boolean,
@@ -215,8 +220,8 @@ function Note({
   limits: Limits | null;
   angles: boolean;
 }) {
-  const wrong = refusal.value ?? complaint?.text ?? null;
-  const row = refusal.value === null ? (complaint?.row ?? null) : null;
+  const wrong = motionRefusal.value ?? complaint?.text ?? null;
+  const row = motionRefusal.value === null ? (complaint?.row ?? null) : null;
   const path = row && pathOf("parameters", uid, row);
   const quiet = wrong === null && warnings.value.length === 0;
   return (
@@ -242,7 +247,7 @@ function Note({
         ))}
         {quiet && !on && <p class="second">{text.motion.torqueIsOff}</p>}
         {quiet && limits === null && (
-          <p class="second">{together.value === null ? text.motion.limitsUnknown : words.noSpan}</p>
+          <p class="second">{movingTogether.value === null ? text.motion.limitsUnknown : words.noSpan}</p>
         )}
         {quiet && on && limits !== null && angles && (
           <p class="jog-hint small second">

@@ -2,21 +2,21 @@
 import { type Signal, useSignal } from "@preact/signals";
 import { angle, number, withUnit } from "../bench/format";
 import { up } from "../bench/link";
-import { check, type Span } from "../bench/number";
+import { type AllowedSpan, check } from "../bench/number";
+import type { Limits } from "../bench/servo-condition";
 import { Button } from "../kit/button";
-import type { Limits } from "../kit/dial";
 import { Glyph } from "../kit/glyph";
 import { jogging as words } from "../text/topics";
-import { endSweep, lasts, startSweep, sweep, sweepSaid } from "./sweep";
+import { endSweep, startSweep, sweep, sweepLasts, sweepSaid } from "./sweep";
 
-const SPEED: Span = { unit: "°/s", perUnit: 10, minimum: 1, maximum: 360 };
-const PAUSE: Span = { unit: "s", perUnit: 10, minimum: 0, maximum: 60 };
-const COUNT: Span = { unit: "", perUnit: 1, minimum: 1, maximum: 10_000 };
+const SPEED: AllowedSpan = { unit: "°/s", perUnit: 10, minimum: 1, maximum: 360 };
+const PAUSE: AllowedSpan = { unit: "s", perUnit: 10, minimum: 0, maximum: 60 };
+const COUNT: AllowedSpan = { unit: "", perUnit: 1, minimum: 1, maximum: 10_000 };
 /** Half of what the limits allow, and not more than this: a first sweep is a small one. */
 const FIRST_DEG = 30;
 
 export function JogSweep({ limits, able }: { limits: Limits | null; able: boolean }) {
-  const span: Span = {
+  const span: AllowedSpan = {
     unit: "°",
     perUnit: 10,
     minimum: limits?.ccw ?? null,
@@ -77,7 +77,7 @@ export function JogSweep({ limits, able }: { limits: Limits | null; able: boolea
             angle(b),
             times,
             `${withUnit(number(fast, 0), "°")}/s`,
-            words.seconds(number(Math.ceil(lasts(wish)), 0)),
+            words.seconds(number(Math.ceil(sweepLasts(wish)), 0)),
           )}{" "}
           {limits && words.within(angle(limits.ccw), angle(limits.cw))}
         </p>

@@ -7,7 +7,15 @@ import { problemText } from "../bench/facts";
 import { peekServo } from "../bench/fleet";
 import { angle as angleText } from "../bench/format";
 import { freshAngle } from "../bench/fresh";
-import { membersOf, motion, presentAngle, profileOf, question, setpoint, together } from "../bench/motion";
+import {
+  membersOf,
+  motion,
+  movingTogether,
+  presentAngle,
+  profileOf,
+  question,
+  setpoint,
+} from "../bench/motion";
 import { jogging as words } from "../text/topics";
 import { offsets, stream } from "./group";
 
@@ -44,7 +52,7 @@ const PATIENCE_S = 4;
 let round = 0;
 
 /** About how long it takes, seconds: the ways at their speed, half a second to get going and to brake, the pauses. */
-export function lasts(wish: SweepWish): number {
+export function sweepLasts(wish: SweepWish): number {
   const leg = Math.abs(wish.to - wish.from) / wish.speed + 0.5 + wish.pause_s;
   return 2 * wish.count * leg;
 }
@@ -92,7 +100,7 @@ export async function endSweep(): Promise<void> {
   if (heard === null) return;
   const at = Math.round(heard * 10) / 10; // a step of the register
   setpoint.value = at;
-  const group = together.peek();
+  const group = movingTogether.peek();
   await (group
     ? group.move(at, present.lease, profileOf(going.speed))
     : command(present, at, going.speed)
@@ -112,7 +120,7 @@ async function leg(angle: number, wish: SweepWish, still: () => boolean): Promis
   const present = motion.peek();
   if (!still() || present.phase !== "on") return;
   setpoint.value = angle;
-  const group = together.peek();
+  const group = movingTogether.peek();
   const deadline = performance.now() + 1000 * patience(present.uid, angle, wish.speed);
   if (group) await group.move(angle, present.lease, profileOf(wish.speed));
   else await command(present, angle, wish.speed);

@@ -6,7 +6,7 @@ import { problemText } from "../bench/facts";
 import type { KnownServo } from "../bench/fleet";
 import { clock } from "../bench/format";
 import type { Sheet } from "../bench/parameters";
-import { labelOf } from "../bench/row-text";
+import { rowLabelOf } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { editing } from "../text/topics";
@@ -19,7 +19,7 @@ export function LostLine({ sheet, one }: { sheet: Sheet; one: KnownServo }) {
   const lost = one.lost ?? [];
   if (lost.length === 0) return null;
   const left = stageable(sheet, lost);
-  const names = lost.map(each => labelOf(each.key)).join(", ");
+  const names = lost.map(each => rowLabelOf(each.key)).join(", ");
   const forget = () => {
     problem.value = null;
     dismiss(one.uid).catch(error => {

@@ -3,7 +3,7 @@ import { ask } from "../api/client";
 import type { Servo } from "../api/types";
 import { catalog } from "../bench/catalog";
 import type { Sheet } from "../bench/parameters";
-import { draftFor, stage } from "../matrix/state";
+import { draftFor, stageValue } from "../change/stage";
 
 export type Lost = NonNullable<Servo["lost"]>;
 
@@ -18,7 +18,7 @@ export function stageable(sheet: Sheet, lost: Lost): Lost {
 export function stageAgain(sheet: Sheet, lost: Lost): void {
   for (const one of lost) {
     const draft = draftOf(sheet, one);
-    if (draft) stage(sheet, one.key, draft);
+    if (draft) stageValue(sheet, one.key, draft);
   }
 }
 

@@ -8,11 +8,11 @@ import { nameOf, servo } from "../bench/fleet";
 import { onKey } from "../bench/keys";
 import { connection } from "../bench/link";
 import { type Sheet, sheetOf } from "../bench/parameters";
-import { change, oneInAddress, wordInAddress } from "../bench/route";
+import { changeChoices, oneInAddress, wordInAddress } from "../bench/route";
 import { narrow } from "../bench/screen";
 import { apply, applyAndSave, lastWritten, planSave, saving, sheetProblem } from "../change/apply";
 import { willBe } from "../change/change-list";
-import { AskBackDialog, asking, type Question } from "../change/confirm-write";
+import { AskBackDialog, askingIn, type WriteQuestion } from "../change/confirm-write";
 import { DryRun } from "../change/dry-run";
 import { JobDialog } from "../change/job-dialog";
 import { SaveBar } from "../change/save-bar";
@@ -26,7 +26,7 @@ import { text } from "../text";
 import { LIVE_TAB, openTab, Tabs } from "./group-tabs";
 import { LostLine } from "./lost-values";
 import { predict, sideEffect } from "./prediction";
-import { Rows } from "./rows";
+import { ParameterRows } from "./rows";
 import { TorqueOff } from "./torque-off";
 
 const FILTERS = ["all", "changed"] as const;
@@ -41,8 +41,8 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   const one = servo(uid);
   const diff = useSignal(false);
   const saveRun = useMemo(() => new DryRun<SavePreview>(), [uid]);
-  const question = useSignal<Question | null>(null);
-  const askBack = useMemo(() => asking(question), []);
+  const question = useSignal<WriteQuestion | null>(null);
+  const askBack = useMemo(() => askingIn(question), []);
   const round = connection.value;
   const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
 
@@ -80,7 +80,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           sheet={sheet}
           tabs={known.tabs}
           chosen={tab}
-          onChoose={key => change({ tab: key === known.tabs[0]?.key ? "" : key }, "")}
+          onChoose={key => changeChoices({ tab: key === known.tabs[0]?.key ? "" : key }, "")}
           pwm={one.pwm}
         >
           <Search
@@ -105,7 +105,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
       )}
       <div class="split">
         {!(narrow.value && tab === LIVE_TAB) && (
-          <Rows
+          <ParameterRows
             sheet={sheet}
             tab={tab}
             hash={hash}

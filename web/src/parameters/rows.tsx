@@ -9,7 +9,7 @@ import { servo } from "../bench/fleet";
 import { up } from "../bench/link";
 import { readOnly } from "../bench/model";
 import type { Sheet } from "../bench/parameters";
-import { type Choice, change } from "../bench/route";
+import { type AddressChoice, changeChoices } from "../bench/route";
 import { adviceOn } from "../bench/row-help";
 import { ParameterRow } from "../change/row";
 import { Button } from "../kit/button";
@@ -23,12 +23,12 @@ interface Props {
   sheet: Sheet;
   tab: string;
   hash: string;
-  wanted: Choice<string>;
+  wanted: AddressChoice<string>;
   changedOnly: boolean;
   onRetry: () => void;
 }
 
-export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) {
+export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) {
   const table = useRef<HTMLDivElement>(null);
   const unlocked = useSignal(false);
   const unfolded = useSignal(false);
@@ -61,7 +61,7 @@ export function Rows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) 
   const rows = choose(known, sheet, tab, wanted.value, changedOnly).filter(row => has.includes(row.key));
   const goTo = (name: string) => {
     const row = [...known.rows.values()].find(one => one.name === name);
-    change({ q: "", filter: "", tab: "" }, row?.key);
+    changeChoices({ q: "", filter: "", tab: "" }, row?.key);
   };
   const experts = rows.filter(row => row.expert);
   // Whoever looks for one, or changed one, sees it; a tab that is just looked through keeps them folded.

@@ -10,7 +10,7 @@ import { number } from "../bench/format";
 import { figureNow } from "../bench/fresh";
 import { noteText } from "../bench/note-text";
 import { sheetOf } from "../bench/parameters";
-import { CHANNELS, RATE_HZ, watched, wish } from "../bench/telemetry-subscription";
+import { CHANNELS, RATE_HZ, subscribeTelemetry, watched } from "../bench/telemetry-subscription";
 import { telemetry } from "../telemetry/store";
 import { plots as words } from "../text/topics";
 import { channelsOf, curvesOf } from "./channels";
@@ -18,12 +18,12 @@ import { lanesOf } from "./lane";
 import { PlotPanel } from "./panel";
 import { PlotPicker } from "./picker";
 import { type Recording, RecordingFile, RecordingPlot } from "./recording";
-import { Span } from "./span";
+import { TimeSpan } from "./span";
 
 const FIRST = ["current_angle", "command_angle"];
 
 export function AnglePlot({ uid }: { uid: string }) {
-  const span = useMemo(() => new Span(() => telemetry.serverTime(monotonic())), [uid]);
+  const span = useMemo(() => new TimeSpan(() => telemetry.serverTime(monotonic())), [uid]);
   const chosen = useSignal<readonly string[]>(FIRST);
   const hz = useSignal(RATE_HZ);
   const open = useSignal(false);
@@ -115,7 +115,7 @@ function useWish(uid: string, channels: readonly string[], hz: number): Telemetr
   useEffect(() => {
     own.value = null;
     if (!more || wanted === "") return undefined;
-    return wish(uid, wanted.split(" "), hz, grant => {
+    return subscribeTelemetry(uid, wanted.split(" "), hz, grant => {
       own.value = grant;
     });
   }, [uid, wanted, hz, more]);

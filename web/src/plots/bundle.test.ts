@@ -1,7 +1,7 @@
 /** Bundles: the time line from the first mark, panels worth a plot, whose they are. */
 import { describe, expect, test } from "vitest";
 import type { BundleColumns, BundleContent } from "../api/lab-types";
-import { alsoMarked, firstServo, isZip, lineOf, openIn, panelsOf, ticksOf } from "./bundle";
+import { alsoMarked, bundleLineOf, bundleTicksOf, firstServo, isZip, openIn, panelsOf } from "./bundle";
 
 const column = (uid: string, channel: string, n: number): BundleColumns => ({
   uid,
@@ -12,15 +12,15 @@ const column = (uid: string, channel: string, n: number): BundleColumns => ({
 
 describe("the time line", () => {
   test("is counted from the first mark", () => {
-    const line = lineOf({ started_at: 1000, ended_at: 1070, marks: [{ at: 1060 }, { at: 1065 }] });
+    const line = bundleLineOf({ started_at: 1000, ended_at: 1070, marks: [{ at: 1060 }, { at: 1065 }] });
     expect(line).toEqual({ zero: 1060, from: -60, to: 10 });
-    expect(ticksOf(line, 8)).toEqual([-60, -50, -40, -30, -20, -10, 0, 10]);
+    expect(bundleTicksOf(line, 8)).toEqual([-60, -50, -40, -30, -20, -10, 0, 10]);
   });
 
   test("has room even for a bundle of no length", () => {
-    const line = lineOf({ started_at: 1000, ended_at: 1000, marks: [] });
+    const line = bundleLineOf({ started_at: 1000, ended_at: 1000, marks: [] });
     expect(line).toEqual({ zero: 1000, from: 0, to: 1 });
-    expect(ticksOf(line, 8)).toEqual([0, 1]);
+    expect(bundleTicksOf(line, 8)).toEqual([0, 1]);
   });
 });
 

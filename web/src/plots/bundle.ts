@@ -2,7 +2,7 @@
 import type { BundleColumns, BundleContent, BundleMark } from "../api/lab-types";
 import { markText } from "../bench/event-text";
 
-export interface Line {
+export interface BundleLine {
   /** Seconds since 1970 UTC of the first mark, which is 0 on every axis. */
   zero: number;
   from: number;
@@ -13,13 +13,13 @@ type Times = Pick<BundleContent["about"], "started_at" | "ended_at"> & {
   marks: readonly { at: number }[];
 };
 
-export function lineOf(about: Times): Line {
+export function bundleLineOf(about: Times): BundleLine {
   const zero = about.marks[0]?.at ?? about.started_at;
   return { zero, from: about.started_at - zero, to: Math.max(about.ended_at, about.started_at + 1) - zero };
 }
 
 /** Marks as whole seconds on a line, in steps that leave room for their words. */
-export function ticksOf(line: Line, most: number): number[] {
+export function bundleTicksOf(line: BundleLine, most: number): number[] {
   const step =
     [1, 2, 5, 10, 20, 30, 60, 120, 300, 600].find(one => (line.to - line.from) / one <= most) ?? 600;
   const ticks: number[] = [];
@@ -42,7 +42,7 @@ const TOGETHER: Readonly<Record<string, string>> = {
   command_torque: "current_torque",
 };
 
-export interface Panel {
+export interface BundlePanel {
   key: string;
   measured: BundleColumns | null;
   command: BundleColumns | null;
@@ -54,8 +54,8 @@ function told(column: BundleColumns | null): number {
 }
 
 /** One panel a channel that has more than one sample: a single one is no curve. Usual ones first. */
-export function panelsOf(telemetry: readonly BundleColumns[], uid: string): Panel[] {
-  const panels = new Map<string, Panel>();
+export function panelsOf(telemetry: readonly BundleColumns[], uid: string): BundlePanel[] {
+  const panels = new Map<string, BundlePanel>();
   for (const column of telemetry) {
     if (column.uid !== uid) continue;
     const key = TOGETHER[column.channel] ?? column.channel;

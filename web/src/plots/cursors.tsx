@@ -4,15 +4,15 @@ import type { TelemetryStore } from "../telemetry/store";
 import { plots as words } from "../text/topics";
 import { keyOf, type Lane } from "./lane";
 import { moveCursor } from "./lanes";
-import { valueAt } from "./reading";
-import type { Cursor, Span } from "./span";
+import { valueAtTime } from "./reading";
+import type { Cursor, TimeSpan } from "./span";
 
 const FINE_S = 10;
 
 interface Props {
   lanes: readonly Lane[];
   store: TelemetryStore;
-  span: Span;
+  span: TimeSpan;
 }
 
 export function PlotCursors({ lanes, store, span }: Props) {
@@ -48,7 +48,7 @@ export function PlotCursors({ lanes, store, span }: Props) {
           {lanes.flatMap(lane =>
             lane.curves.map(curve => {
               const samples = store.ring(curve.uid, curve.channel).all();
-              const [one, other] = [a, b].map(at => (at === null ? null : valueAt(samples, at)));
+              const [one, other] = [a, b].map(at => (at === null ? null : valueAtTime(samples, at)));
               const told = (value: number | null | undefined) =>
                 value === null || value === undefined
                   ? "–"

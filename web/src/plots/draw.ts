@@ -44,7 +44,7 @@ export function projection(plot: uPlot, zero = 0): Projection {
   };
 }
 
-export interface Line {
+export interface CurveDrawn {
   path: Path2D;
   /** Where the line ends, null when it ended before what is in sight. */
   end: { x: number; y: number } | null;
@@ -53,12 +53,12 @@ export interface Line {
 }
 
 /** The line through samples in sight. `held`: each value holds until the next. `gaps`: where nothing was sampled. */
-export function lineOf(
+export function curveOf(
   plot: uPlot,
   at: Projection,
   samples: Samples,
   { held = false, gaps = false }: { held?: boolean; gaps?: boolean } = {},
-): Line {
+): CurveDrawn {
   const { t, v } = samples;
   const columns = Math.max(50, Math.round(plot.bbox.width / (devicePixelRatio || 1)));
   const [first, last] = inSight(t, at.min, at.max);

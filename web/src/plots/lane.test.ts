@@ -1,6 +1,6 @@
 /** Lanes: a unit each, a calm range, round ticks. */
 import { describe, expect, test } from "vitest";
-import { calmRange, lanesOf, ticksOf } from "./lane";
+import { calmRange, lanesOf, laneTicksOf } from "./lane";
 
 const curve = (channel: string, unit: string) => ({
   uid: "a",
@@ -41,7 +41,7 @@ describe("calmRange", () => {
 });
 
 test("ticks are round, inside, and no more than there is room for", () => {
-  expect(ticksOf(-40, 50, 6)).toEqual([-40, -20, 0, 20, 40]);
-  expect(ticksOf(6, 8, 4)).toEqual([6, 6.5, 7, 7.5, 8]);
-  expect(ticksOf(-10, 10, 2).length).toBeLessThanOrEqual(3);
+  expect(laneTicksOf(-40, 50, 6)).toEqual([-40, -20, 0, 20, 40]);
+  expect(laneTicksOf(6, 8, 4)).toEqual([6, 6.5, 7, 7.5, 8]);
+  expect(laneTicksOf(-10, 10, 2).length).toBeLessThanOrEqual(3);
 });

@@ -62,7 +62,7 @@ export function calmRange(
 }
 
 /** Round values between two, as many as there is room for. */
-export function ticksOf(from: number, to: number, most: number): number[] {
+export function laneTicksOf(from: number, to: number, most: number): number[] {
   const rough = (to - from) / Math.max(1, most);
   const ten = 10 ** Math.floor(Math.log10(rough));
   const step = ten * ([1, 2, 5, 10].find(one => one * ten >= rough - 1e-12) ?? 10);

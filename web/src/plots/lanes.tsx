@@ -7,7 +7,7 @@ import { plots as words } from "../text/topics";
 import type { Lane, LaneCurve } from "./lane";
 import { LivePlot, type MarkAt } from "./live-plot";
 import { stepFrom } from "./reading";
-import type { Cursor, Span } from "./span";
+import type { Cursor, TimeSpan } from "./span";
 
 /** Nearer than this a press is on a cursor; a finger is not as exact. */
 const GRAB_PX = { mouse: 6, touch: 22 };
@@ -17,7 +17,7 @@ const DRAG_PX = 6;
 interface Props {
   lanes: readonly Lane[];
   store: TelemetryStore;
-  span: Span;
+  span: TimeSpan;
   marks: () => readonly MarkAt[];
   label: string;
   testid: string;
@@ -63,7 +63,7 @@ export function PlotLanes({ lanes, store, span, marks, label, testid, plots }: P
 
 /** To the next sample that was taken; the cursor is put in the middle if it was nowhere. */
 export function moveCursor(
-  span: Span,
+  span: TimeSpan,
   store: TelemetryStore,
   curve: LaneCurve,
   which: Cursor,
@@ -82,7 +82,7 @@ interface LaneProps {
   first: boolean;
   last: boolean;
   store: TelemetryStore;
-  span: Span;
+  span: TimeSpan;
   marks: () => readonly MarkAt[];
   /** Of all lanes, a line each. */
   names: string;
@@ -127,7 +127,7 @@ function timeText(s: number, step: number): string {
 }
 
 /** Press and release places a cursor, a drag from a cursor moves it, any other drag enlarges what was under it. */
-function pointer(box: HTMLElement, plot: LivePlot, span: Span): () => void {
+function pointer(box: HTMLElement, plot: LivePlot, span: TimeSpan): () => void {
   let from: { x: number; t: number; grabbed: Cursor | null } | null = null;
   const clamped = (x: number) => {
     const face = box.querySelector(".u-over")?.getBoundingClientRect();

@@ -1,12 +1,12 @@
 /** The picture of one lane: axes by uPlot, curves out of the rings, names at their ends, marks, cursors. */
 import uPlot from "uplot";
 import type { TelemetryStore } from "../telemetry/store";
-import { clip, colourOf, ground, lineOf, projection, ruled, upright } from "./draw";
+import { clip, colourOf, curveOf, ground, projection, ruled, upright } from "./draw";
 import { everyFrame } from "./frames";
-import { calmRange, keyOf, type Lane, ticksOf } from "./lane";
+import { calmRange, keyOf, type Lane, laneTicksOf } from "./lane";
 import { type Palette, palette } from "./palette";
 import { Playhead } from "./playhead";
-import type { Span, Still } from "./span";
+import type { Still, TimeSpan } from "./span";
 import { extent, type Samples } from "./trace";
 
 export interface PlotText {
@@ -23,7 +23,7 @@ export interface MarkAt {
   word: string;
 }
 
-export interface Options {
+export interface LivePlotOptions {
   text: PlotText;
   marks: () => readonly MarkAt[];
   /** Whether it has words at the top and the bottom of all lanes: the first and the last. */
@@ -54,8 +54,8 @@ interface End {
 export class LivePlot {
   #box: HTMLElement;
   #store: TelemetryStore;
-  #span: Span;
-  #options: Options;
+  #span: TimeSpan;
+  #options: LivePlotOptions;
   #lane: Lane = { unit: "", decimals: 0, curves: [] };
   #plot: uPlot | null = null;
   #theme = "";
@@ -70,7 +70,7 @@ export class LivePlot {
   #end: () => void;
   #resize: ResizeObserver;
 
-  constructor(box: HTMLElement, store: TelemetryStore, span: Span, options: Options) {
+  constructor(box: HTMLElement, store: TelemetryStore, span: TimeSpan, options: LivePlotOptions) {
     this.#box = box;
     this.#store = store;
     this.#span = span;
@@ -143,7 +143,7 @@ export class LivePlot {
     );
     this.#range = calmRange(drawn, this.#lane.unit, this.#range);
     const [min, max] = this.#range;
-    this.#ticks = ticksOf(min, max, Math.max(2, this.#plot.bbox.height / (devicePixelRatio || 1) / 34));
+    this.#ticks = laneTicksOf(min, max, Math.max(2, this.#plot.bbox.height / (devicePixelRatio || 1) / 34));
     // Both lead to one drawing, at the end of this turn, even where they stay as they were.
     this.#plot.setScale("x", { min: shown.from - shown.zero, max: shown.to - shown.zero });
     this.#plot.setScale("y", { min, max });
@@ -249,7 +249,7 @@ export class LivePlot {
     const ends: End[] = [];
     const lit = this.#span.lit.peek();
     for (const curve of this.#lane.curves) {
-      const line = lineOf(plot, at, this.#samples(curve), { gaps: true });
+      const line = curveOf(plot, at, this.#samples(curve), { gaps: true });
       const colour = colourOf(curve.colour, colours);
       const chosen = lit === keyOf(curve);
       const alpha = lit === null || chosen ? 1 : DIM;

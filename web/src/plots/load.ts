@@ -10,7 +10,7 @@ export interface LoadText {
   percent: (value: number) => string;
 }
 
-export const SPAN_S = 60;
+export const LOAD_SPAN_S = 60;
 /** The bus is told about once a second: further apart than this is a gap. */
 const GAP_S = 3.5;
 const FPS = 5;
@@ -55,13 +55,13 @@ export class LoadPlot {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
 
-    const { t, v } = this.#history.load.since(now - SPAN_S);
+    const { t, v } = this.#history.load.since(now - LOAD_SPAN_S);
     let peak = this.cap ?? 0;
     for (const value of v) if (value > peak) peak = value;
     const most = Math.min(100, Math.max(LEAST_PCT, Math.ceil((peak + 5) / STEP_PCT) * STEP_PCT));
     const right = width - RIGHT;
     const base = height - BOTTOM;
-    const x = (time: number) => LEFT + ((time - now + SPAN_S) / SPAN_S) * (right - LEFT);
+    const x = (time: number) => LEFT + ((time - now + LOAD_SPAN_S) / LOAD_SPAN_S) * (right - LEFT);
     const y = (value: number) => base - (Math.min(most, value) / most) * (base - TOP);
 
     context.fillStyle = colours.well;
@@ -101,11 +101,11 @@ export class LoadPlot {
     const colours = palette();
     context.textBaseline = "alphabetic";
     for (const before of TICKS_S) {
-      const place = right - (before / SPAN_S) * (right - LEFT);
+      const place = right - (before / LOAD_SPAN_S) * (right - LEFT);
       context.strokeStyle = colours.edge;
       line(context, place, base, place, base + 4);
       context.fillStyle = colours.ink2;
-      context.textAlign = before === 0 ? "right" : before === SPAN_S ? "left" : "center";
+      context.textAlign = before === 0 ? "right" : before === LOAD_SPAN_S ? "left" : "center";
       context.fillText(before === 0 ? this.#text.now : this.#text.seconds(-before), place, base + 17);
     }
   }

@@ -14,16 +14,16 @@ import type { Lane } from "./lane";
 import { PlotLanes } from "./lanes";
 import type { LivePlot, MarkAt } from "./live-plot";
 import { marksOf, watchMarks } from "./marks";
-import { recall } from "./past";
+import { recallSamples } from "./past";
 import { pictureOf } from "./png";
-import { type Span, WINDOWS } from "./span";
+import { type TimeSpan, WINDOWS } from "./span";
 
 interface Props {
   title: ComponentChildren;
   /** What is granted, or why nothing comes. */
   note: ComponentChildren;
   lanes: readonly Lane[];
-  span: Span;
+  span: TimeSpan;
   store?: TelemetryStore;
   /** For screen readers, and as the beginning of files: what, and of whom. */
   label: string;
@@ -54,7 +54,7 @@ export function PlotPanel(props: Props) {
       const channels = lanes.flatMap(lane =>
         lane.curves.filter(one => one.uid === uid).map(one => one.channel),
       );
-      void recall(uid, channels, seconds);
+      void recallSamples(uid, channels, seconds);
     }
   }, [store, lanes, uids, seconds]);
   return (
@@ -139,7 +139,7 @@ export function PlotPanel(props: Props) {
 }
 
 /** Since when it stands still, and the way back. */
-function State({ span, store }: { span: Span; store: TelemetryStore }) {
+function State({ span, store }: { span: TimeSpan; store: TelemetryStore }) {
   const stoodAt = useSignal(0);
   const still = span.still.value;
   useEffect(() => {

@@ -10,7 +10,11 @@ const place = (uid: string, key: string) => `${telemetry.utcOffset.toFixed(0)}/$
 const SLACK_S = 2;
 
 /** Asks for the last seconds of channels, once for each part of time. What does not come is not drawn. */
-export async function recall(uid: string, channels: readonly string[], seconds: number): Promise<void> {
+export async function recallSamples(
+  uid: string,
+  channels: readonly string[],
+  seconds: number,
+): Promise<void> {
   const now = telemetry.serverTime(performance.now() / 1000);
   if (Number.isNaN(now)) return;
   const from = now - seconds;

@@ -1,7 +1,7 @@
 /** Gaps, and what is read at a cursor: samples that were taken, and nothing between them where none was. */
 import { describe, expect, test } from "vitest";
 import { isGap } from "./draw";
-import { stepFrom, valueAt } from "./reading";
+import { stepFrom, valueAtTime } from "./reading";
 
 const of = (...times: number[]) => ({
   t: Float64Array.from(times),
@@ -33,13 +33,13 @@ describe("a gap", () => {
 describe("valueAt", () => {
   const one = of(...every(0, 1, 0.1), 3, 3.1, 3.2);
   test("is the nearest sample", () => {
-    expect(valueAt(one, 0.34)).toBeCloseTo(3);
-    expect(valueAt(one, 3.08)).toBeCloseTo(31);
+    expect(valueAtTime(one, 0.34)).toBeCloseTo(3);
+    expect(valueAtTime(one, 3.08)).toBeCloseTo(31);
   });
   test("is nothing in a gap, nor far from the ends, nor where the servo told nothing", () => {
-    expect(valueAt(one, 2)).toBeNull();
-    expect(valueAt(one, 9)).toBeNull();
-    expect(valueAt({ t: Float64Array.of(1, 2), v: Float64Array.of(1, Number.NaN) }, 2)).toBeNull();
+    expect(valueAtTime(one, 2)).toBeNull();
+    expect(valueAtTime(one, 9)).toBeNull();
+    expect(valueAtTime({ t: Float64Array.of(1, 2), v: Float64Array.of(1, Number.NaN) }, 2)).toBeNull();
   });
 });
 

@@ -1,11 +1,11 @@
 /** What is read at a time: the sample that was taken there, or nothing in a gap; and the next one. */
 import { isGap } from "./draw";
-import { firstAt, nearest, type Samples } from "./trace";
+import { firstAt, nearestSample, type Samples } from "./trace";
 
 /** The value of the sample nearest to a time, null where nothing was sampled. */
-export function valueAt(one: Samples, at: number): number | null {
+export function valueAtTime(one: Samples, at: number): number | null {
   const after = firstAt(one.t, at);
-  const index = nearest(one, at);
+  const index = nearestSample(one, at);
   if (index < 0) return null;
   const inside = after > 0 && after < one.t.length;
   if (!inside && Math.abs((one.t[index] ?? 0) - at) > 0.5) return null;
@@ -16,7 +16,7 @@ export function valueAt(one: Samples, at: number): number | null {
 
 /** The time of the sample so many places after (or before) a time; the time itself without samples. */
 export function stepFrom(one: Samples, at: number, places: number): number {
-  const here = nearest(one, at);
+  const here = nearestSample(one, at);
   if (here < 0) return at;
   const next = Math.min(one.t.length - 1, Math.max(0, here + places));
   return one.t[next] ?? at;

@@ -18,7 +18,7 @@ import { lanesOf } from "./lane";
 import { PlotPanel } from "./panel";
 import { replayed, Scrub, tracksOf } from "./scrub";
 import { ScrubBar } from "./scrub-bar";
-import { Span } from "./span";
+import { TimeSpan } from "./span";
 
 export interface Recording {
   name: string;
@@ -166,7 +166,7 @@ function drawn(content: Recorded, known: ReadonlyMap<string, Channel>, setting: 
     return curve && whose !== "" ? [{ ...curve, name: `${whose} ${channel.label}`, colour: place }] : [curve];
   });
   const most = { from, to: Math.max(to, from + 0.01), zero: from };
-  const span = new Span(() => Number.NaN, most);
+  const span = new TimeSpan(() => Number.NaN, most);
   const scrub = new Scrub(
     tracksOf(content.columns),
     { from, to: most.to, start: from, origin: from, utc: content.utcOffset },

@@ -2,7 +2,7 @@
 import { computed, type Signal, signal } from "@preact/signals";
 import type { BundleContent } from "../api/lab-types";
 import type { ViewPose } from "../bench/view-link";
-import type { Line } from "./bundle";
+import type { BundleLine } from "./bundle";
 import { isGap, NEVER_GAP_S } from "./draw";
 import { stepFrom } from "./reading";
 import { firstAt, type Samples, samples } from "./trace";
@@ -39,14 +39,14 @@ export function trackOf(
   return { uid, name, series, rows: rows as Track["rows"] };
 }
 
-export interface Held {
+export interface HeldSample {
   value: number;
   /** Nothing was sampled for longer than a line would be drawn across. */
   stale: boolean;
 }
 
 /** The last value sampled up to a time: never one between two samples, null before the first. */
-export function heldAt(one: Samples, at: number): Held | null {
+export function heldAt(one: Samples, at: number): HeldSample | null {
   const after = firstAt(one.t, at);
   let last = one.t[after] === at ? after : after - 1;
   let stale = last >= 0 && silent(one.t, last, at);
@@ -160,7 +160,7 @@ export class Scrub {
 const MOST = 256;
 
 /** Every servo of a bundle, as its channels tell. A limit that was read before it begins holds from its beginning. */
-export function scrubOf(content: BundleContent, line: Line, front: string | null): Scrub {
+export function scrubOf(content: BundleContent, line: BundleLine, front: string | null): Scrub {
   const { servos } = content.about;
   const tracks = servos.slice(0, MOST).map(one =>
     trackOf(one.uid, one.title, seriesOf(one.model_number), row => {

@@ -1,9 +1,9 @@
 /** Spans: following, standing still, enlarging, cursors, and the way back. */
 import { beforeEach, describe, expect, test } from "vitest";
-import { Span } from "./span";
+import { TimeSpan } from "./span";
 
 let now = 100;
-const live = () => new Span(() => now);
+const live = () => new TimeSpan(() => now);
 
 beforeEach(() => {
   now = 100;
@@ -15,7 +15,7 @@ describe("a span that goes on", () => {
     expect(span.shown()).toEqual({ from: 90, to: 100, zero: 100 });
     now = 103;
     expect(span.shown()).toEqual({ from: 93, to: 103, zero: 103 });
-    expect(new Span(() => Number.NaN).shown()).toBeNull();
+    expect(new TimeSpan(() => Number.NaN).shown()).toBeNull();
   });
 
   test("stands still when paused, and follows again without the cursors", () => {
@@ -76,7 +76,7 @@ describe("cursors", () => {
 });
 
 test("a recording has an end: the way back shows all of it", () => {
-  const span = new Span(() => Number.NaN, { from: 0, to: 50, zero: 0 });
+  const span = new TimeSpan(() => Number.NaN, { from: 0, to: 50, zero: 0 });
   expect(span.goesOn).toBe(false);
   expect(span.away).toBe(false);
   span.zoom(10, 20);

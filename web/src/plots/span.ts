@@ -15,7 +15,7 @@ export type Cursor = 0 | 1;
 /** Nothing shorter is shown: two samples at 500 Hz. */
 const SHORTEST_S = 0.004;
 
-export class Span {
+export class TimeSpan {
   /** How long a window follows. */
   readonly seconds = signal<number>(10);
   /** null while the picture follows. */

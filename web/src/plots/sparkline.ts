@@ -8,7 +8,7 @@ export interface SparkLimits {
   ccw: number;
 }
 
-export const SPAN_S = 30;
+export const SPARKLINE_SPAN_S = 30;
 /** The curve breaks where samples are further apart than this. */
 const GAP_S = 1;
 /** Limits wider than this would flatten every curve: then the data set the scale. */
@@ -46,9 +46,9 @@ export class Sparkline {
 
     const angles = this.#store.ring(this.#uid, "current_angle");
     const end = this.#store.serverTime(now);
-    const window = angles.since(end - SPAN_S);
+    const window = angles.since(end - SPARKLINE_SPAN_S);
     const scale = this.#scale(window.v, height);
-    const x = (t: number) => ((t - end + SPAN_S) / SPAN_S) * (width - PAD - 1);
+    const x = (t: number) => ((t - end + SPARKLINE_SPAN_S) / SPARKLINE_SPAN_S) * (width - PAD - 1);
 
     const newest = window.t.at(-1);
     const live = this.online && newest !== undefined && end - newest < GAP_S;
@@ -134,7 +134,7 @@ export class Sparkline {
     colour: string,
     dash: number[],
   ): { t: number; v: number } | null {
-    const { t, v } = ring.since(end - SPAN_S);
+    const { t, v } = ring.since(end - SPARKLINE_SPAN_S);
     let last: { t: number; v: number } | null = null;
     context.strokeStyle = colour;
     context.lineWidth = dash.length > 0 ? 1 : 1.4;

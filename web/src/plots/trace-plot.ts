@@ -1,11 +1,11 @@
 /** A plot of traces that are finished: real samples over time, targets, bands, marks; zoomed by dragging. */
 import uPlot from "uplot";
-import { clip, colourOf, ground, lineOf, projection, upright } from "./draw";
+import { clip, colourOf, curveOf, ground, projection, upright } from "./draw";
 import { everyFrame } from "./frames";
 import { type Palette, palette } from "./palette";
 import { Playhead } from "./playhead";
 import { shape } from "./shapes";
-import { extent, nearest, type Samples } from "./trace";
+import { extent, nearestSample, type Samples } from "./trace";
 
 export interface Curve {
   samples: Samples;
@@ -270,7 +270,7 @@ export class TracePlot {
   #curve(plot: uPlot, curve: Curve, colours: Palette): void {
     const { ctx, bbox } = plot;
     const ratio = devicePixelRatio || 1;
-    const line = lineOf(plot, projection(plot), curve.samples, { held: curve.held === true });
+    const line = curveOf(plot, projection(plot), curve.samples, { held: curve.held === true });
     if (curve.held && line.end) line.path.lineTo(bbox.left + bbox.width, line.end.y);
     ctx.strokeStyle = colourOf(curve.colour, colours);
     ctx.lineWidth = (curve.bold ? 2.2 : curve.dashed ? 1.6 : 1.5) * ratio;
@@ -314,7 +314,7 @@ export class TracePlot {
     const ratio = devicePixelRatio || 1;
     const min = plot.scales.x?.min ?? 0;
     const max = plot.scales.x?.max ?? 1;
-    const at = nearest(curve.samples, min + (max - min) * (0.26 + 0.085 * place));
+    const at = nearestSample(curve.samples, min + (max - min) * (0.26 + 0.085 * place));
     const value = curve.samples.v[at] ?? Number.NaN;
     if (at < 0 || Number.isNaN(value)) return;
     const x = plot.valToPos(curve.samples.t[at] ?? 0, "x", true);
@@ -347,7 +347,7 @@ export class TracePlot {
     const at = plot.posToVal(left, "x");
     const values = this.#picture.curves.flatMap(curve => {
       if (curve.name === undefined) return [];
-      const index = nearest(curve.samples, at);
+      const index = nearestSample(curve.samples, at);
       const value = curve.samples.v[index] ?? Number.NaN;
       return index < 0 || Number.isNaN(value) ? [] : [{ name: curve.name, value }];
     });

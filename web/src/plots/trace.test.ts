@@ -1,6 +1,6 @@
 /** Traces: gaps kept, edges reached, thinned without losing a peak. */
 import { describe, expect, test } from "vitest";
-import { extent, firstAt, inSight, nearest, samples, thin } from "./trace";
+import { extent, firstAt, inSight, nearestSample, samples, thin } from "./trace";
 
 const ramp = (n: number) =>
   samples(
@@ -57,8 +57,8 @@ describe("thin", () => {
 
 test("nearest takes the nearer of two samples", () => {
   const one = samples([0, 1, 2], [0, 0, 0]);
-  expect(nearest(one, 0.4)).toBe(0);
-  expect(nearest(one, 0.6)).toBe(1);
-  expect(nearest(one, 9)).toBe(2);
-  expect(nearest(samples([], []), 1)).toBe(-1);
+  expect(nearestSample(one, 0.4)).toBe(0);
+  expect(nearestSample(one, 0.6)).toBe(1);
+  expect(nearestSample(one, 9)).toBe(2);
+  expect(nearestSample(samples([], []), 1)).toBe(-1);
 });

@@ -102,7 +102,7 @@ export function extent(traces: readonly Samples[], from: number, to: number): [n
 }
 
 /** The sample nearest to a time, as an index; -1 without any. */
-export function nearest(one: Samples, at: number): number {
+export function nearestSample(one: Samples, at: number): number {
   const after = firstAt(one.t, at);
   if (after >= one.t.length) return one.t.length - 1;
   if (after === 0) return 0;

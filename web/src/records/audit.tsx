@@ -9,7 +9,7 @@ import { all, nameOf, servo } from "../bench/fleet";
 import { who } from "../bench/holder";
 import { connection } from "../bench/link";
 import { wordInAddress } from "../bench/route";
-import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { Icon } from "../kit/icon";
 import { Choice, Empty, instant, Unread } from "../kit/loaded";
@@ -160,7 +160,7 @@ function Row({ one }: { one: AuditRow }) {
         {auditWord(one.action)}
         {key !== "" && (
           <small>
-            {labelOf(key)} {addressOf(key)}
+            {rowLabelOf(key)} {addressOf(key)}
           </small>
         )}
       </td>

@@ -1,7 +1,7 @@
 /** The shape a bundle's reason has. */
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 
-export const GLYPHS: Readonly<Record<string, Kind>> = {
+export const GLYPHS: Readonly<Record<string, ConditionKind>> = {
   failure: "failure",
   stop: "warning",
   lost: "offline",

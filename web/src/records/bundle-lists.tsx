@@ -6,16 +6,16 @@ import type { BenchEvent } from "../bench/bench";
 import { eventText } from "../bench/event-text";
 import { full, MINUS } from "../bench/format";
 import { Glyph } from "../kit/glyph";
-import type { Line } from "../plots/bundle";
+import type { BundleLine } from "../plots/bundle";
 import { recorder as words } from "../text/topics";
-import { labelOf, relative, rowOf } from "./bundle-text";
+import { channelLabelOf, relative, rowOf } from "./bundle-text";
 
 const said = words.bundle;
 const SHOWN = 200;
 
 interface ListProps {
   content: BundleContent;
-  line: Line;
+  line: BundleLine;
   title: (uid: string | null | undefined) => string;
 }
 
@@ -106,7 +106,7 @@ function written(one: Record<string, string>): ComponentChildren {
   if (one.kind === "parameter") {
     return (
       <>
-        {one.key ? labelOf(one.key) : one.name} {one.key && <small>{one.name}</small>}
+        {one.key ? channelLabelOf(one.key) : one.name} {one.key && <small>{one.name}</small>}
       </>
     );
   }

@@ -5,14 +5,14 @@ import "uplot/dist/uPlot.min.css";
 import type { BundleContent } from "../api/lab-types";
 import { decimalsOf, number, withUnit } from "../bench/format";
 import { Choice } from "../kit/loaded";
-import { type Line, type Panel, panelsOf, USUAL } from "../plots/bundle";
+import { type BundleLine, type BundlePanel, panelsOf, USUAL } from "../plots/bundle";
 import type { Scrub } from "../plots/scrub";
 import { ScrubBar } from "../plots/scrub-bar";
 import { samples } from "../plots/trace";
 import { type Curve, TracePlot } from "../plots/trace-plot";
 import { recorder as words } from "../text/topics";
 import { ReplayView } from "../view3d/replay";
-import { labelOf, relative, rowOf } from "./bundle-text";
+import { channelLabelOf, relative, rowOf } from "./bundle-text";
 
 const said = words.bundle;
 /** Of this many channels a plot is drawn before anybody chooses. */
@@ -20,7 +20,7 @@ const DRAWN = 4;
 
 interface ChannelsProps {
   content: BundleContent;
-  line: Line;
+  line: BundleLine;
   uid: string;
   title: string;
   scrub: Scrub;
@@ -38,7 +38,7 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   };
   // Every row that was read meanwhile is a channel, too; after somebody looked at Parameters that is all of them.
   const rest = panels.filter(panel => !isUsual(panel));
-  const pick = (panel: Panel) => (
+  const pick = (panel: BundlePanel) => (
     <label key={panel.key} class="rec-pick">
       <input
         type="checkbox"
@@ -46,7 +46,7 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
         checked={chosen.has(panel.key)}
         onChange={() => toggle(panel.key)}
       />
-      {labelOf(panel.key)}
+      {channelLabelOf(panel.key)}
     </label>
   );
   return (
@@ -87,17 +87,17 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   );
 }
 
-const isUsual = (panel: Panel) => USUAL.includes(panel.key);
+const isUsual = (panel: BundlePanel) => USUAL.includes(panel.key);
 
-function usualOf(panels: readonly Panel[]): Set<string> {
+function usualOf(panels: readonly BundlePanel[]): Set<string> {
   const usual = panels.filter(isUsual).map(one => one.key);
   return new Set(usual.slice(0, DRAWN));
 }
 
 interface PlotProps {
-  panel: Panel;
+  panel: BundlePanel;
   content: BundleContent;
-  line: Line;
+  line: BundleLine;
   title: string;
   scrub: Scrub;
 }
@@ -140,7 +140,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
         colour: "ink",
         // A row keeps what was written; what is measured moves between two samples.
         held: !panel.key.startsWith("current_"),
-        name: panel.key === "current_angle" ? said.current : labelOf(panel.key),
+        name: panel.key === "current_angle" ? said.current : channelLabelOf(panel.key),
       });
     }
     plot.show({
@@ -158,7 +158,7 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
       plot.destroy();
     };
   }, [panel, content, line, unit, decimals, scrub]);
-  const label = panel.key === "current_angle" && panel.command ? said.angle : labelOf(panel.key);
+  const label = panel.key === "current_angle" && panel.command ? said.angle : channelLabelOf(panel.key);
   return (
     <figure class="rec-plot">
       <figcaption>

@@ -12,6 +12,6 @@ export function rowOf(key: string): Row | undefined {
   return catalog.value?.rows.get(key);
 }
 
-export function labelOf(key: string): string {
+export function channelLabelOf(key: string): string {
   return rowOf(key)?.label ?? key.replaceAll("_", " ");
 }

@@ -14,7 +14,7 @@ import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
-import { firstServo, type Line, lineOf, ticksOf } from "../plots/bundle";
+import { type BundleLine, bundleLineOf, bundleTicksOf, firstServo } from "../plots/bundle";
 import { scrubOf } from "../plots/scrub";
 import { recorder as words } from "../text/topics";
 import { GLYPHS } from "./bundle-glyph";
@@ -77,7 +77,7 @@ export function BundleView({ name }: { name: string }) {
 
 function Content({ content }: { content: BundleContent }) {
   const about = content.about;
-  const line = useMemo(() => lineOf(about), [about]);
+  const line = useMemo(() => bundleLineOf(about), [about]);
   const scrub = useMemo(() => scrubOf(content, line, firstServo(content)), [content, line]);
   const title = (uid: string | null | undefined) =>
     uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : said.everybody;
@@ -151,11 +151,11 @@ function Warn({ line }: { line: string }) {
 const WIDTH = 1000;
 
 /** A ruled scale with the marks on it; events are small ticks above. */
-function TimeLine({ line, content }: { line: Line; content: BundleContent }) {
+function TimeLine({ line, content }: { line: BundleLine; content: BundleContent }) {
   const x = (at: number) => ((at - line.from) / (line.to - line.from)) * WIDTH;
   const percent = (at: number) => `${((at - line.from) / (line.to - line.from)) * 100}%`;
-  const ticks = ticksOf(line, 12);
-  const fine = ticksOf(line, 60);
+  const ticks = bundleTicksOf(line, 12);
+  const fine = bundleTicksOf(line, 60);
   const marks = content.about.marks;
   const events = content.events.flatMap(one => (typeof one.time === "number" ? one.time - line.zero : []));
   const label = said.line(marks.length, relative(line.from, 0), relative(line.to, 0));

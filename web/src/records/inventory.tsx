@@ -1,14 +1,14 @@
 /** The list of every servo ever met, on the bus or not: the way to its snapshots. */
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
-import type { KnownServo } from "../api/config-types";
+import type { InventoryServo } from "../api/config-types";
 import { Asked } from "../bench/asked";
 import { openDrift } from "../bench/drift-open";
 import { servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { connection } from "../bench/link";
 import { pathOf } from "../bench/route";
-import { follow } from "../frame/rail";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Empty, instant, Unread } from "../kit/loaded";
@@ -17,13 +17,13 @@ import { text } from "../text";
 import { records as words } from "../text/topics";
 
 /** What to call a servo, on the bus or not. */
-export function nameOf(one: KnownServo): string {
+export function inventoryNameOf(one: InventoryServo): string {
   return one.label || one.serial || `${one.uid.slice(0, 8)}…`;
 }
 
 export function Inventory() {
-  const list = useMemo(() => new Asked<KnownServo[]>(), []);
-  const load = () => void list.load(() => ask<KnownServo[]>("GET", "/inventory"));
+  const list = useMemo(() => new Asked<InventoryServo[]>(), []);
+  const load = () => void list.load(() => ask<InventoryServo[]>("GET", "/inventory"));
   const round = connection.value;
   useEffect(load, [round]);
   const head = words.inventory.head;
@@ -56,10 +56,10 @@ export function Inventory() {
                       <a
                         class="row-link strong"
                         href={path}
-                        title={words.inventory.open(nameOf(one))}
+                        title={words.inventory.open(inventoryNameOf(one))}
                         onClick={event => follow(event, path)}
                       >
-                        {nameOf(one)}
+                        {inventoryNameOf(one)}
                       </a>
                       <small>
                         {[one.model ?? text.servos.unknownModel, one.label ? one.serial : null]

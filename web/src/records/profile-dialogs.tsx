@@ -8,7 +8,7 @@ import { nameFromFile, typeOfFile } from "../bench/asked";
 import { problemText } from "../bench/facts";
 import { all, nameOf } from "../bench/fleet";
 import { noteText } from "../bench/note-text";
-import { labelOf, valueText } from "../bench/row-text";
+import { rowLabelOf, valueText } from "../bench/row-text";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
@@ -239,7 +239,7 @@ export function ImportDialog({ names, onClose }: Props) {
               <tr key={`${one.line}-${one.key}-${place}`} data-verdict={one.verdict}>
                 <td class="right dim">{said.line(one.line)}</td>
                 <td class="r-gap">
-                  {labelOf(one.key)} <small class="second">{valueText(one.key, one.value)}</small>
+                  {rowLabelOf(one.key)} <small class="second">{valueText(one.key, one.value)}</small>
                 </td>
                 <td>
                   <span class={one.verdict === "ok" ? "k-ok" : "strong k-failure"}>

@@ -5,7 +5,8 @@ import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";
 import type { Job } from "../api/types";
 import { Asked } from "../bench/asked";
-import type { Kind } from "../bench/condition";
+import { openCommissioning } from "../bench/commission-open";
+import type { ConditionKind } from "../bench/condition";
 import { failureText } from "../bench/facts";
 import { nameOf, servo } from "../bench/fleet";
 import { ended, jobs, setJob } from "../bench/jobs";
@@ -14,7 +15,6 @@ import { resultText } from "../bench/note-text";
 import { go, pathOf } from "../bench/route";
 import { JobSteps } from "../change/job-steps";
 import { ReportLinks } from "../change/report-links";
-import { show } from "../commission/state";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
@@ -24,7 +24,7 @@ import { records as words } from "../text/topics";
 
 const said = words.reports;
 
-const GLYPH: Record<Job["state"], Kind> = {
+const GLYPH: Record<Job["state"], ConditionKind> = {
   queued: "identifying",
   running: "busy",
   succeeded: "ok",
@@ -99,7 +99,8 @@ export function Reports() {
                     {job.kind === "commissioning" && (
                       <Button
                         onClick={() => {
-                          show(job);
+                          setJob(job);
+                          openCommissioning.value = job.id;
                           go(pathOf("commission", null));
                         }}
                       >

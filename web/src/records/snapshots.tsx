@@ -3,43 +3,43 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
-import type { Comparison, KnownServo, Profile, Restored, Snapshot } from "../api/config-types";
+import type { Comparison, InventoryServo, Profile, Restored, Snapshot } from "../api/config-types";
 import { Asked } from "../bench/asked";
 import { problemText } from "../bench/facts";
 import { loaded, servo } from "../bench/fleet";
 import { who } from "../bench/holder";
 import { connection } from "../bench/link";
 import { pathOf } from "../bench/route";
-import { addressOf, labelOf, valueText } from "../bench/row-text";
+import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { narrow } from "../bench/screen";
 import { WriteDialog } from "../change/write-dialog";
-import { follow } from "../frame/rail";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Choice, Done, Empty, instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { text } from "../text";
 import { records as words } from "../text/topics";
 import { reasonText } from "./audit-text";
-import { nameOf } from "./inventory";
+import { inventoryNameOf } from "./inventory";
 
 const said = words.snapshots;
 
 export function Snapshots({ uid }: { uid: string }) {
   const list = useMemo(() => new Asked<Snapshot[]>(), []);
-  const whole = useMemo(() => new Asked<KnownServo[]>(), []);
+  const whole = useMemo(() => new Asked<InventoryServo[]>(), []);
   const chosen = useSignal<number | null>(null);
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
   const load = () => {
     void list.load(() => ask<Snapshot[]>("GET", `/servos/${uid}/snapshots`));
-    void whole.load(() => ask<KnownServo[]>("GET", "/inventory"));
+    void whole.load(() => ask<InventoryServo[]>("GET", "/inventory"));
   };
   const round = connection.value;
   useEffect(load, [round]);
   const one = whole.value.value?.find(each => each.uid === uid);
-  const name = one ? nameOf(one) : `${uid.slice(0, 8)}…`;
+  const name = one ? inventoryNameOf(one) : `${uid.slice(0, 8)}…`;
   const found = list.value.value;
   // The inventory was read once; who is on the bus is told as it changes.
   const online = servo(uid)?.online === true;
@@ -144,7 +144,7 @@ interface CompareProps {
   one: Snapshot;
   name: string;
   online: boolean;
-  others: readonly KnownServo[];
+  others: readonly InventoryServo[];
   snapshots: readonly Snapshot[];
   onBack: () => void;
   onWritten: (note: string | null) => void;
@@ -198,7 +198,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
     })),
     ...others
       .filter(each => each.uid !== one.uid && each.online)
-      .map(each => ({ key: `servo:${each.uid}`, label: said.servo(nameOf(each)) })),
+      .map(each => ({ key: `servo:${each.uid}`, label: said.servo(inventoryNameOf(each)) })),
   ];
   const all = usual.length > 0 && usual.every(key => ticked.value.has(key));
   return (
@@ -255,14 +255,14 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
                   <td class="r-tick">
                     <input
                       type="checkbox"
-                      aria-label={said.tick(labelOf(row.key))}
+                      aria-label={said.tick(rowLabelOf(row.key))}
                       checked={ticked.value.has(row.key)}
                       disabled={!able.includes(row.key)}
                       onChange={event => toggle(row.key, event.currentTarget.checked)}
                     />
                   </td>
                   <td>
-                    {labelOf(row.key)}
+                    {rowLabelOf(row.key)}
                     <small>
                       {addressOf(row.key)}
                       {row.identity && `, ${said.identity}`}

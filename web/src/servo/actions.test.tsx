@@ -8,7 +8,7 @@ import { link } from "../bench/link";
 import { wiggled } from "../bench/wiggle";
 import { ResetDialog } from "../change/reset-dialog";
 import { RestartDialog } from "../change/restart-dialog";
-import { turns } from "../change/servo-jobs";
+import { servoTurns } from "../change/servo-jobs";
 import { stopButton } from "../testing/stop-button";
 import { ServoActions } from "./actions";
 
@@ -38,7 +38,7 @@ beforeEach(() => {
   noStop = stopButton();
   link.value = { state: "up", since: 0 };
   wiggled.value = null;
-  turns.value = null;
+  servoTurns.value = null;
   sent = [];
   replaceAll([
     { uid: UID, label: "Tail", online: true, state: "ready", unsaved: [], angle_deg: 35, age_s: 0 } as never,

@@ -2,8 +2,8 @@
 import { useRef } from "preact/hooks";
 import { angle as angleText } from "../bench/format";
 import { touch } from "../bench/screen";
-import type { Limits } from "../kit/dial";
-import { angleAt, arc, hornPath, polar, ticks, turns, unwrap } from "../kit/polar";
+import type { Limits } from "../bench/servo-condition";
+import { angleAt, arc, hornPath, polar, ticks, unwrap, wholeTurns } from "../kit/polar";
 import { text } from "../text";
 
 interface Props {
@@ -166,7 +166,7 @@ function slider(shown: number, limits: Limits, angle: number | null, command: nu
 }
 
 function Horn({ angle, stale }: { angle: number; stale: boolean }) {
-  const around = turns(angle);
+  const around = wholeTurns(angle);
   return (
     <>
       <g transform={`rotate(${angle.toFixed(1)})`}>

@@ -1,7 +1,7 @@
 /** The words of a servo's condition, the same in its row and in its head: headline, line, output, and the way to a remedy. */
 import type { Condition } from "../bench/condition";
 import { pathOf } from "../bench/route";
-import { follow } from "../frame/rail";
+import { follow } from "../kit/follow";
 import { text } from "../text";
 
 export function ConditionLines({ uid, of }: { uid: string; of: Condition }) {

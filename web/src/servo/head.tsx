@@ -12,10 +12,10 @@ import { RestoreButton, RestoreRefused } from "../change/restore-button";
 import { canRestore } from "../change/restoring";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
-import { LiveDial } from "../servos/row";
 import { text } from "../text";
 import { ServoActions } from "./actions";
 import { ConditionLines } from "./condition-lines";
+import { LiveDial } from "./live-dial";
 import { FirmwareNote, ModelNotes, useNote } from "./model-notes";
 
 interface Props {

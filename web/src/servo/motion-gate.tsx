@@ -8,7 +8,7 @@ import { type KnownServo, nameOf, peekServo } from "../bench/fleet";
 import { angle } from "../bench/format";
 import { angleNow } from "../bench/fresh";
 import { readOnly } from "../bench/model";
-import { enableMotion, isOfOther, motion, refusal } from "../bench/motion";
+import { enableMotion, isOfOther, motion, motionRefusal } from "../bench/motion";
 import { those } from "../bench/release";
 import { limitsOf } from "../bench/servo-condition";
 import { stopInSight } from "../bench/stop-sight";
@@ -38,7 +38,7 @@ export function MotionGate({ one, children }: Props) {
   const asking = present.phase === "asking";
   const against = hindrance(one);
   const others = present.phase === "waiting" || (heldByOther() > 0 && !wiggling.value);
-  const why = against ? null : (refusal.value ?? (present.phase === "off" ? present.why : null));
+  const why = against ? null : (motionRefusal.value ?? (present.phase === "off" ? present.why : null));
   const { value: at, stale } = angleNow(one);
   const off = those("off")
     .map(each => nameOf(peekServo(each)))

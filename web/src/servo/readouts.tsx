@@ -1,7 +1,7 @@
 /** The readouts: six figures with units and tolerances, grey with their age as soon as they are old. */
 
 import type { Servo } from "../api/types";
-import { type Commanded, commandNow, driveText } from "../bench/activity";
+import { type CommandShown, commandNow, driveText } from "../bench/activity";
 import { servo } from "../bench/fleet";
 import { age, angle, NONE, number, withUnit } from "../bench/format";
 import { type Figure, figureNow } from "../bench/fresh";
@@ -60,7 +60,7 @@ export function Readouts({ uid }: { uid: string }) {
   );
 }
 
-function commandText({ kind, figure }: Commanded): string {
+function commandText({ kind, figure }: CommandShown): string {
   if (kind === "none") return figure.stale ? NONE : text.side.inactive;
   if (figure.value === null) return NONE;
   return kind === "angle" ? angle(figure.value) : driveText(kind, figure.value);

@@ -4,7 +4,7 @@ import type { TakeOverState } from "../api/types";
 import { setLease } from "../bench/bench";
 import { holder } from "../bench/holder";
 import { link } from "../bench/link";
-import { enableMotion, endMotion, forgetMotion, motion, refusal, startMotion } from "../bench/motion";
+import { enableMotion, endMotion, forgetMotion, motion, motionRefusal, startMotion } from "../bench/motion";
 import { stopButton } from "../testing/stop-button";
 import { askFor, takeNow } from "./take-over-state";
 
@@ -118,7 +118,7 @@ describe("taking", () => {
     const body = `{"holder":"${holder()}","ttl_s":3,"force":true,"reason":"it is about to hit the wing"}`;
     expect(sent.at(-1)).toBe(`POST /leases ${body}`);
     expect(motion.value).toEqual({ phase: "held", uid: UID, lease: "N" });
-    expect(refusal.value).toBeNull();
+    expect(motionRefusal.value).toBeNull();
     sent = [];
     await turn();
     expect(

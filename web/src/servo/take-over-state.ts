@@ -6,7 +6,7 @@ import { lease as heldLease } from "../bench/bench";
 import { monotonic } from "../bench/clock";
 import { problemText } from "../bench/facts";
 import { holder, who } from "../bench/holder";
-import { hold, motion, refusal, TTL_S, withdraw } from "../bench/motion";
+import { hold, motion, motionRefusal, TTL_S, withdraw } from "../bench/motion";
 import { takeOver as words } from "../text/topics";
 
 /** How long the holder has to refuse. */
@@ -18,7 +18,7 @@ const LOOK_MS = 1000;
 export async function askFor(uid: string, reason: string): Promise<void> {
   if (motion.peek().phase !== "off") return;
   motion.value = { phase: "asking", uid };
-  refusal.value = null;
+  motionRefusal.value = null;
   try {
     const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), patience_s: PATIENCE_S };
     const told = await ask<TakeOverState>("POST", "/leases/requests", { body });
@@ -34,7 +34,7 @@ export async function takeNow(uid: string, reason: string): Promise<void> {
   const phase = motion.peek().phase;
   if (phase !== "off" && phase !== "waiting") return;
   motion.value = { phase: "asking", uid };
-  refusal.value = null;
+  motionRefusal.value = null;
   try {
     const body = { holder: holder(), ttl_s: TTL_S, force: true, reason: reason.trim() };
     const lease = await ask<Lease>("POST", "/leases", { body });
@@ -77,6 +77,6 @@ async function look(request: string): Promise<void> {
 }
 
 function fail(error: unknown): void {
-  refusal.value = problemText(problemOf(error));
+  motionRefusal.value = problemText(problemOf(error));
   if (motion.peek().phase === "asking") motion.value = { phase: "off", why: null };
 }

@@ -1,13 +1,13 @@
 /** The heads of the list's columns: a press sorts by one, and says so. */
-import type { Choice } from "../bench/route";
+import type { AddressChoice } from "../bench/route";
 import { Button } from "../kit/button";
 import { text } from "../text";
-import { COLUMNS, type Column, pressed, type Sorting } from "./order";
+import { COLUMNS, pressed, type SortColumn, type Sorting } from "./order";
 import { isSelected, select } from "./selection";
 
 interface Props {
   shown: readonly string[];
-  sorting: Choice<Sorting | null>;
+  sorting: AddressChoice<Sorting | null>;
 }
 
 export function Head({ shown, sorting }: Props) {
@@ -44,9 +44,9 @@ export function Head({ shown, sorting }: Props) {
 }
 
 /** The same for a narrow window, where some heads have no room: a column to choose, and which way round. */
-export function SortChoice({ sorting }: { sorting: Choice<Sorting | null> }) {
+export function SortChoice({ sorting }: { sorting: AddressChoice<Sorting | null> }) {
   const { head, sort } = text.servos;
-  const label: Record<Column, string> = {
+  const label: Record<SortColumn, string> = {
     angle: head.angle,
     name: head.servo,
     ids: head.ids,
@@ -91,10 +91,10 @@ export function SortChoice({ sorting }: { sorting: Choice<Sorting | null> }) {
 }
 
 interface SortedProps {
-  column: Column;
+  column: SortColumn;
   label: string;
   place: string;
-  sorting: Choice<Sorting | null>;
+  sorting: AddressChoice<Sorting | null>;
 }
 
 function Sorted({ column, label, place, sorting }: SortedProps) {

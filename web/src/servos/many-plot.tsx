@@ -6,11 +6,11 @@ import { catalog } from "../bench/catalog";
 import { monotonic } from "../bench/clock";
 import { nameOf, servo } from "../bench/fleet";
 import { number } from "../bench/format";
-import { wish } from "../bench/telemetry-subscription";
+import { subscribeTelemetry } from "../bench/telemetry-subscription";
 import { channelsOf, type Drawn } from "../plots/channels";
 import { keyOf, lanesOf } from "../plots/lane";
 import { PlotPanel } from "../plots/panel";
-import { Span } from "../plots/span";
+import { TimeSpan } from "../plots/span";
 import { telemetry } from "../telemetry/store";
 import { plots as words } from "../text/topics";
 
@@ -23,7 +23,7 @@ interface Props {
 }
 
 export function ManyPlot({ uids }: Props) {
-  const span = useMemo(() => new Span(() => telemetry.serverTime(monotonic())), []);
+  const span = useMemo(() => new TimeSpan(() => telemetry.serverTime(monotonic())), []);
   const channel = useSignal(FIRST);
   const commands = useSignal(false);
   const known = catalog.value;
@@ -136,7 +136,7 @@ function useGrants(uids: string, channels: string): string {
       .split(" ")
       .filter(uid => uid !== "")
       .map(uid =>
-        wish(uid, channels.split(" "), RATE_HZ, grant => {
+        subscribeTelemetry(uid, channels.split(" "), RATE_HZ, grant => {
           grants.value = new Map(grants.peek()).set(uid, grant);
         }),
       );

@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
 import type { Servo } from "../api/types";
 import { problemText } from "../bench/facts";
-import { change } from "../bench/fleet";
+import { changeServos } from "../bench/fleet";
 import { up } from "../bench/link";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
@@ -28,7 +28,7 @@ export function Nickname({ uid, label, name }: { uid: string; label: string; nam
     problem.value = null;
     if (next === label) return;
     try {
-      change([await ask<Servo>("PATCH", `/servos/${uid}`, { body: { label: next } })]);
+      changeServos([await ask<Servo>("PATCH", `/servos/${uid}`, { body: { label: next } })]);
     } catch (error) {
       problem.value = problemText(problemOf(error));
     }

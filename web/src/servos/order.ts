@@ -1,24 +1,24 @@
 /** The order of the servos in the list: by a column, up or down, with what is not known at the end. */
-import type { Kind } from "../bench/condition";
+import type { ConditionKind } from "../bench/condition";
 
 export const COLUMNS = ["angle", "name", "ids", "health", "supply", "age", "rom"] as const;
-export type Column = (typeof COLUMNS)[number];
+export type SortColumn = (typeof COLUMNS)[number];
 export type Way = "ascending" | "descending";
 
 export interface Sorting {
-  column: Column;
+  column: SortColumn;
   way: Way;
 }
 
 /** Figures that change by themselves: rows are put in order when it is asked for, and then stay where they are. */
-const LIVE: ReadonlySet<Column> = new Set(["angle", "supply", "age"]);
+const LIVE: ReadonlySet<SortColumn> = new Set(["angle", "supply", "age"]);
 
-export function standsStill(column: Column): boolean {
+export function standsStill(column: SortColumn): boolean {
   return LIVE.has(column);
 }
 
 /** Worst first. */
-const SEVERITY: readonly Kind[] = [
+const SEVERITY: readonly ConditionKind[] = [
   "failure",
   "protected",
   "warning",
@@ -29,7 +29,7 @@ const SEVERITY: readonly Kind[] = [
   "ok",
 ];
 
-export function severity(kind: Kind): number {
+export function severity(kind: ConditionKind): number {
   return SEVERITY.indexOf(kind);
 }
 
@@ -44,7 +44,7 @@ export function sortingText(sorting: Sorting | null): string {
 }
 
 /** Pressing a column's head: another column begins ascending, the same one turns round, a third press ends it. */
-export function pressed(sorting: Sorting | null, column: Column): Sorting | null {
+export function pressed(sorting: Sorting | null, column: SortColumn): Sorting | null {
   if (sorting?.column !== column) return { column, way: "ascending" };
   return sorting.way === "ascending" ? { column, way: "descending" } : null;
 }

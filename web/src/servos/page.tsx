@@ -9,7 +9,7 @@ import { all, angleOf, type KnownServo, loaded, nameOf, peekServo, servo } from 
 import { figureNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { motionOn } from "../bench/moving";
-import { change, inAddress, oneInAddress, wordInAddress } from "../bench/route";
+import { changeChoices, inAddress, oneInAddress, wordInAddress } from "../bench/route";
 import { conditionHere } from "../bench/servo-condition";
 import { RestoreButton, RestoreRefused } from "../change/restore-button";
 import { restorable } from "../change/restoring";
@@ -21,7 +21,15 @@ import { EmptyServos, Reconnect } from "../servo/empty";
 import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
 import { Head, SortChoice } from "./columns";
-import { type Column, ordered, type Sorting, severity, sortingIn, sortingText, standsStill } from "./order";
+import {
+  ordered,
+  type SortColumn,
+  type Sorting,
+  severity,
+  sortingIn,
+  sortingText,
+  standsStill,
+} from "./order";
 import { ServoRow } from "./row";
 import { selected } from "./selection";
 import { SelectionBar } from "./selection-bar";
@@ -64,7 +72,7 @@ export function ServosPage() {
     useComputed(() => [...new Set(all.value.flatMap(one => one.model ?? []))].sort().join(" ")).value,
   );
   const chosen = selected.value;
-  const showAll = () => change({ q: "", filter: "", model: "" });
+  const showAll = () => changeChoices({ q: "", filter: "", model: "" });
   return (
     <div class="page">
       <div class="page-head">
@@ -200,7 +208,7 @@ function sorted(uids: readonly string[], by: Sorting | null): readonly string[] 
   return untracked(() => ordered(uids, by.way, uid => factOf(peekServo(uid), by.column)));
 }
 
-function factOf(one: KnownServo | undefined, column: Column): number | string | null {
+function factOf(one: KnownServo | undefined, column: SortColumn): number | string | null {
   if (!one) return null;
   switch (column) {
     case "angle":

@@ -11,13 +11,13 @@ import { sheetOf, wantSheet } from "../bench/parameters";
 import { pathOf } from "../bench/route";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
 import { wiggled, wiggling } from "../bench/wiggle";
-import { follow } from "../frame/rail";
-import { Dial } from "../kit/dial";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { everyFrame } from "../plots/frames";
 import { Sparkline } from "../plots/sparkline";
 import { ConditionLines } from "../servo/condition-lines";
+import { LiveDial } from "../servo/live-dial";
 import { UnitMark } from "../servo/unit-mark";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
@@ -87,20 +87,6 @@ export function ServoRow({ uid }: { uid: string }) {
         <RomCell one={one} />
       </span>
     </div>
-  );
-}
-
-/** The dial of a servo, kept up to date by itself. */
-export function LiveDial({ one, size }: { one: KnownServo; size: number }) {
-  const present = angleNow(one);
-  return (
-    <Dial
-      size={size}
-      angle={present.value}
-      command={one.command_deg}
-      limits={limitsOf(one.uid)}
-      stale={present.stale}
-    />
   );
 }
 

@@ -9,7 +9,7 @@ const CAPACITY = 600;
 export const CALM_S = 30;
 
 const WATCHED = ["errors", "bus_offs", "unacknowledged", "rx_dropped", "reopened"] as const;
-export type Watched = (typeof WATCHED)[number];
+export type BusCounter = (typeof WATCHED)[number];
 
 interface Rise {
   /** UTC of the first step of this rise. */
@@ -21,7 +21,7 @@ interface Rise {
 export class BusHistory {
   /** Load in %, by our monotonic clock; a gap while there is no bus. */
   readonly load = new Ring(CAPACITY);
-  #rises = new Map<Watched, Rise>();
+  #rises = new Map<BusCounter, Rise>();
   #before: Bus | null = null;
 
   /** Takes the bus as told at our monotonic time `at`, which is `utc` seconds since 1970. */
@@ -43,7 +43,7 @@ export class BusHistory {
   }
 
   /** Since when a counter rises, in UTC; null while it is calm. */
-  risingSince(key: Watched, at: number): number | null {
+  risingSince(key: BusCounter, at: number): number | null {
     const rise = this.#rises.get(key);
     return rise && at - rise.last < CALM_S ? rise.since : null;
   }

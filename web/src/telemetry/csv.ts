@@ -1,7 +1,7 @@
 /** Samples as CSV, out and in: one row a sample time, one column a channel, a gap is an empty cell. */
 import type { TelemetryStore } from "./store";
 
-export interface Column {
+export interface CsvColumn {
   uid: string;
   channel: string;
   /** What the column is called; it ends with the channel. */
@@ -12,7 +12,12 @@ export interface Column {
  * The samples of a part of time (the server's clock, both ends included), as `telemetry.csv` of the server has them:
  * `t_utc`, `t_s`, then a cell a channel. A point is the decimal sign, as programs expect.
  */
-export function toCsv(store: TelemetryStore, columns: readonly Column[], from: number, to: number): string {
+export function toCsv(
+  store: TelemetryStore,
+  columns: readonly CsvColumn[],
+  from: number,
+  to: number,
+): string {
   const rows = new Map<number, (number | null)[]>();
   columns.forEach((one, place) => {
     const { t, v } = store.ring(one.uid, one.channel).since(from);

@@ -1,8 +1,8 @@
 /** A Stop button with a place on the screen, for tests: without one motion does not start. */
-import { type Box, watchStop } from "../bench/stop-sight";
+import { type Edges, watchStop } from "../bench/stop-sight";
 
 /** Puts a Stop button into the document, where it is seen unless `box` says otherwise; the answer removes it. */
-export function stopButton(box: Box = { left: 840, top: 0, right: 1024, bottom: 64 }): () => void {
+export function stopButton(box: Edges = { left: 840, top: 0, right: 1024, bottom: 64 }): () => void {
   const button = document.createElement("button");
   button.getBoundingClientRect = () =>
     new DOMRect(box.left, box.top, box.right - box.left, box.bottom - box.top);

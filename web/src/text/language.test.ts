@@ -1,6 +1,6 @@
 /** Which language the page speaks: the one chosen here before, else the browser's, else English. */
 import { afterEach, expect, test, vi } from "vitest";
-import { choose, chosen, spoken, startLanguage } from "./language";
+import { chooseLanguage, chosenLanguage, spoken, startLanguage } from "./language";
 
 afterEach(() => {
   vi.unstubAllGlobals();
@@ -18,12 +18,12 @@ test.each([
 ] as const)("kept %s, browser %j: %s", (kept, wishes, language) => {
   vi.spyOn(navigator, "languages", "get").mockReturnValue(wishes);
   if (kept) localStorage.setItem("hornbill.language", kept);
-  expect(chosen()).toBe(language);
+  expect(chosenLanguage()).toBe(language);
 });
 
 test("a choice is kept, and the page loads again in it", () => {
   const reload = vi.spyOn(location, "reload").mockImplementation(() => undefined);
-  choose("ja");
+  chooseLanguage("ja");
   expect(localStorage.getItem("hornbill.language")).toBe("ja");
   expect(reload).toHaveBeenCalledOnce();
 });
@@ -34,11 +34,11 @@ test("where storage is forbidden the address keeps the choice", () => {
   };
   vi.stubGlobal("localStorage", { getItem: forbidden, setItem: forbidden, clear: () => undefined });
   const replace = vi.spyOn(location, "replace").mockImplementation(() => undefined);
-  choose("ja");
+  chooseLanguage("ja");
   const address = new URL(String(replace.mock.calls[0]?.[0]));
   expect(address.search).toBe("?language=ja");
   history.replaceState(null, "", address.pathname + address.search);
-  expect(chosen()).toBe("ja");
+  expect(chosenLanguage()).toBe("ja");
   history.replaceState(null, "", "/");
 });
 
@@ -50,9 +50,9 @@ test("the page speaks the language it was loaded in when the address no longer a
   await startLanguage();
   history.replaceState(null, "", "/records");
   expect(spoken()).toBe("ja");
-  choose("ja");
+  chooseLanguage("ja");
   expect(reload).not.toHaveBeenCalled();
-  choose("en");
+  chooseLanguage("en");
   expect(reload).toHaveBeenCalledOnce();
   history.replaceState(null, "", "/");
 });

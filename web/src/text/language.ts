@@ -39,7 +39,7 @@ const KEY = "hornbill.language";
 const IN_ADDRESS = "language";
 
 /** The language the address asks for, else the one chosen here before, else the first of the browser's that there is, else English. */
-export function chosen(): Language {
+export function chosenLanguage(): Language {
   const asked = new URLSearchParams(location.search).get(IN_ADDRESS);
   if (asked === "en" || asked === "ja") return asked;
   try {
@@ -56,7 +56,7 @@ export function chosen(): Language {
 }
 
 /** Keeps the choice and loads the page again in it: words are read once, when a part of the page is loaded. */
-export function choose(next: Language): void {
+export function chooseLanguage(next: Language): void {
   if (next === spoken()) return;
   const address = new URL(location.href);
   address.searchParams.delete(IN_ADDRESS);
@@ -66,11 +66,6 @@ export function choose(next: Language): void {
     address.searchParams.set(IN_ADDRESS, next);
   }
   reload(address.href);
-}
-
-/** A stored name of who did something, as people read it: a page by its number in their language, others as they stand. */
-export function readable(name: string, page: (n: string) => string): string {
-  return name.replace(/(^| · )Page (\d+)$/, (_, before: string, n: string) => before + page(n));
 }
 
 let started: Language | null = null;
@@ -87,7 +82,7 @@ export function speak(words: Text, more: Topics): void {
 
 /** Fetches what every page says in the chosen language; the topics follow while the page starts. */
 export async function startLanguage(): Promise<void> {
-  const language = chosen();
+  const language = chosenLanguage();
   started = language;
   document.documentElement.lang = language;
   const words = LANGUAGES[language].text();
@@ -103,7 +98,7 @@ export async function startLanguage(): Promise<void> {
 
 /** The language of this page: the address that asked for it may be gone since it was loaded. */
 export function spoken(): Language {
-  return started ?? chosen();
+  return started ?? chosenLanguage();
 }
 
 /** Resolves when the topics are here: before any part of the page that is fetched is run. */

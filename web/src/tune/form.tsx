@@ -14,7 +14,7 @@ import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { tune as words } from "../text/topics";
 import { applyAndTest, cancelTest, stagedGains, test, testing, testProblem } from "./state";
-import { GAINS, lasts, pathOf } from "./step-runs";
+import { GAINS, hornPathOf, testLasts } from "./step-runs";
 
 const said = words.form;
 const MOST_DEG = 45;
@@ -37,7 +37,7 @@ export function TuneForm({ one }: { one: KnownServo }) {
   const count = within(runs.value, "", 1, 20);
   const countOk = count !== null && Number.isInteger(count);
   const dwellS = within(dwell.value, "s", 0.3, 10);
-  const path = at !== null && stepOk ? pathOf(at, stepDeg, limits) : null;
+  const path = at !== null && stepOk ? hornPathOf(at, stepDeg, limits) : null;
   const range = limits ? ([angle(limits.ccw), angle(limits.cw)] as const) : null;
   const sheet = sheetOf(one.uid);
   const gains = stagedGains(one.uid).size;
@@ -100,7 +100,7 @@ export function TuneForm({ one }: { one: KnownServo }) {
                 <p data-testid="step-moves">
                   <b>{said.moves(nameOf(one), angle(path.from), angle(path.to))}</b>
                   {", "}
-                  {said.times(count, number(lasts(count, dwellS), lasts(count, dwellS) < 10 ? 1 : 0))}
+                  {said.times(count, number(testLasts(count, dwellS), testLasts(count, dwellS) < 10 ? 1 : 0))}
                   {mostOf(one.uid)}. {range && said.within(...range)}
                 </p>
               )}

@@ -12,7 +12,7 @@ import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { useKeys } from "../kit/use-keys";
 import { tune as words } from "../text/topics";
-import { applyGains, discardGains, overlay, stage, stagedGains, testing } from "./state";
+import { applyGains, discardGains, overlay, stagedGains, stageGains, testing } from "./state";
 import { GAINS, letter, SYMPTOMS, type Symptom, shown, takeBack } from "./step-runs";
 
 const said = words.gains;
@@ -129,7 +129,7 @@ function WaysBack({ uid }: { uid: string }) {
             testid={`back-to-${way.letter}`}
             title={said.backHint(way.letter, [...way.values.keys()].map(label).join(", "))}
             disabled={testing.value}
-            onClick={() => stage(uid, way.values)}
+            onClick={() => stageGains(uid, way.values)}
           >
             {said.back(way.letter)}
           </Button>

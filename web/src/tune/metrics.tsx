@@ -177,7 +177,7 @@ function under(key: lab.MetricKey, run: StepRun): string {
 
 type Kind = (typeof lab.METRICS)[number]["kind"];
 
-function FigureCell({ one, kind, error }: { one: lab.Figure | null; kind: Kind; error: number }) {
+function FigureCell({ one, kind, error }: { one: lab.MetricFigure | null; kind: Kind; error: number }) {
   const said = words.metrics;
   if (one === null) return <span class="second">{kind === "time" ? said.never : said.unknown}</span>;
   return (

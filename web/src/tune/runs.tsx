@@ -12,7 +12,7 @@ import { text } from "../text";
 import { tune as words } from "../text/topics";
 import { Metrics } from "./metrics";
 import { gainsOf, ms, StepPlotPanel } from "./plot";
-import { chosen, dropRun, loadRuns, overlay, runs, runsProblem, testing, toggle } from "./state";
+import { chosenRuns, dropRun, loadRuns, overlay, runs, runsProblem, testing, toggle } from "./state";
 import * as lab from "./step-runs";
 
 export function TuneRuns({ uid }: { uid: string }) {
@@ -52,7 +52,7 @@ function RunList({ uid }: { uid: string }) {
   const dropping = useSignal<StepRun | null>(null);
   const why = useSignal<string | null>(null);
   const list = runs.value;
-  const places = new Map(chosen.value.map((id, place) => [id, lab.letter(place)]));
+  const places = new Map(chosenRuns.value.map((id, place) => [id, lab.letter(place)]));
   return (
     <section class="tune-list" aria-label={said.title} data-testid="runs" data-uid={uid}>
       <header>

@@ -14,7 +14,7 @@ import { sheetOf } from "../bench/parameters";
 import { apply } from "../change/apply";
 import { text } from "../text";
 import { tune as words } from "../text/topics";
-import { GAINS, inOrder, toggled } from "./step-runs";
+import { GAINS, runsInOrder, toggled } from "./step-runs";
 
 const LISTED = 50;
 
@@ -26,7 +26,7 @@ export const runs = signal<readonly StepRun[] | null>(null);
 export const runsProblem = signal<string | null>(null);
 
 /** The runs laid over one another, oldest first. */
-export const chosen = signal<readonly number[]>([]);
+export const chosenRuns = signal<readonly number[]>([]);
 export const overlay = signal<RunOverlay | null>(null);
 
 const job = signal<string | null>(null);
@@ -45,13 +45,13 @@ export async function turnTo(uid: string): Promise<void> {
   if (of !== uid) {
     of = uid;
     runs.value = null;
-    chosen.value = [];
+    chosenRuns.value = [];
     overlay.value = null;
     job.value = null;
     testProblem.value = null;
   }
   await loadRuns();
-  if (of === uid && chosen.peek().length === 0) {
+  if (of === uid && chosenRuns.peek().length === 0) {
     const newest = runs.peek()?.[0];
     if (newest) await choose([newest.id]);
   }
@@ -65,8 +65,8 @@ export async function loadRuns(): Promise<void> {
     runs.value = found;
     runsProblem.value = null;
     const known = new Set(found.map(run => run.id));
-    const left = chosen.peek().filter(id => known.has(id));
-    if (left.length !== chosen.peek().length) await choose(left);
+    const left = chosenRuns.peek().filter(id => known.has(id));
+    if (left.length !== chosenRuns.peek().length) await choose(left);
   } catch (error) {
     if (of === uid) runsProblem.value = problemText(problemOf(error));
   }
@@ -76,13 +76,13 @@ let asked = 0;
 
 async function choose(ids: readonly number[]): Promise<void> {
   const round = ++asked;
-  chosen.value = inOrder(ids);
+  chosenRuns.value = runsInOrder(ids);
   if (ids.length === 0) {
     overlay.value = null;
     return;
   }
   try {
-    const found = await ask<RunOverlay>("GET", `/runs/overlay?ids=${chosen.peek().join(",")}`);
+    const found = await ask<RunOverlay>("GET", `/runs/overlay?ids=${chosenRuns.peek().join(",")}`);
     if (round !== asked) return;
     overlay.value = found;
     runsProblem.value = null;
@@ -92,7 +92,7 @@ async function choose(ids: readonly number[]): Promise<void> {
 }
 
 export function toggle(id: number): void {
-  void choose(toggled(chosen.peek(), id));
+  void choose(toggled(chosenRuns.peek(), id));
 }
 
 /** Starts a test and waits for its end; the new run joins those shown. */
@@ -111,7 +111,7 @@ export async function startTest(uid: string, wish: StepTestWish): Promise<void> 
       return;
     }
     await loadRuns();
-    await choose(toggled(chosen.peek(), made));
+    await choose(toggled(chosenRuns.peek(), made));
   } catch (error) {
     if (of === uid) testProblem.value = problemText(problemOf(error));
   }
@@ -175,7 +175,7 @@ export function stagedGains(uid: string): Map<string, Value> {
 }
 
 /** Puts values into the rows, to be applied or not. */
-export function stage(uid: string, values: ReadonlyMap<string, Value>): void {
+export function stageGains(uid: string, values: ReadonlyMap<string, Value>): void {
   const { drafts } = sheetOf(uid);
   for (const [key, value] of values) {
     if (value === null) continue;

@@ -132,10 +132,10 @@ test("a warning of several runs is told once, with their letters", () => {
 describe("the path", () => {
   test("says which limit a step would cross", () => {
     const limits = { cw: 60, ccw: -60 };
-    expect(runs.pathOf(0.3, 10, limits)).toEqual({ from: 0.3, to: 10.3, outside: null });
-    expect(runs.pathOf(55, 10, limits).outside).toBe("cw");
-    expect(runs.pathOf(-55, -10, limits).outside).toBe("ccw");
-    expect(runs.pathOf(55, 10, null).outside).toBeNull();
-    expect(runs.lasts(2, 1.5)).toBe(6);
+    expect(runs.hornPathOf(0.3, 10, limits)).toEqual({ from: 0.3, to: 10.3, outside: null });
+    expect(runs.hornPathOf(55, 10, limits).outside).toBe("cw");
+    expect(runs.hornPathOf(-55, -10, limits).outside).toBe("ccw");
+    expect(runs.hornPathOf(55, 10, null).outside).toBeNull();
+    expect(runs.testLasts(2, 1.5)).toBe(6);
   });
 });

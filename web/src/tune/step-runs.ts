@@ -22,14 +22,14 @@ export function letter(place: number): string {
 }
 
 /** Chosen runs, oldest first, which is the order of their numbers. */
-export function inOrder(ids: Iterable<number>): number[] {
+export function runsInOrder(ids: Iterable<number>): number[] {
   return [...ids].sort((a, b) => a - b);
 }
 
 /** The runs to show when one is ticked or unticked; at most eight, the oldest makes room. */
 export function toggled(ids: readonly number[], id: number): number[] {
   if (ids.includes(id)) return ids.filter(one => one !== id);
-  return inOrder([...ids, id]).slice(-OVERLAID);
+  return runsInOrder([...ids, id]).slice(-OVERLAID);
 }
 
 export type MetricKey =
@@ -52,7 +52,7 @@ export const METRICS: readonly { key: MetricKey; kind: "time" | "percent" | "ang
 ];
 
 /** A number of a run: its median over the steps of a direction, and how far they lie apart. */
-export interface Figure {
+export interface MetricFigure {
   value: number;
   low: number;
   high: number;
@@ -66,7 +66,7 @@ export function stepsOf(run: StepRun, direction: Direction): StepTrace[] {
 }
 
 /** Null when no step got there. */
-export function figure(run: StepRun, direction: Direction, key: MetricKey): Figure | null {
+export function figure(run: StepRun, direction: Direction, key: MetricKey): MetricFigure | null {
   const steps = stepsOf(run, direction);
   const values = steps.flatMap(step => step.metrics[key] ?? []).sort((a, b) => a - b);
   const low = values[0];
@@ -105,8 +105,8 @@ export interface Compared {
 
 /** How a figure of one run differs from that of another. Times are only as good as one sample of each. */
 export function compared(
-  base: Figure | null,
-  other: Figure | null,
+  base: MetricFigure | null,
+  other: MetricFigure | null,
   kind: (typeof METRICS)[number]["kind"],
   error_s: number,
 ): Compared | null {
@@ -170,13 +170,13 @@ export function warned(runs: readonly StepRun[]): { line: string; letters: strin
 export type Path = { from: number; to: number; outside: "cw" | "ccw" | null };
 
 /** Where a step goes from where the horn stands, degrees, and the limit it would cross. */
-export function pathOf(at: number, step: number, limits: { cw: number; ccw: number } | null): Path {
+export function hornPathOf(at: number, step: number, limits: { cw: number; ccw: number } | null): Path {
   const to = Math.round((at + step) * 10) / 10;
   const outside = limits === null ? null : to > limits.cw ? "cw" : to < limits.ccw ? "ccw" : null;
   return { from: at, to, outside };
 }
 
 /** The longest a test takes, seconds: both ways, each watched for the dwell. */
-export function lasts(runs: number, dwell_s: number): number {
+export function testLasts(runs: number, dwell_s: number): number {
   return 2 * runs * dwell_s;
 }

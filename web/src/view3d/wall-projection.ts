@@ -25,14 +25,14 @@ export interface Size {
   height: number;
 }
 
-export interface Rows {
+export interface WallRows {
   columns: number;
   rows: number;
   scale: number;
 }
 
 /** A part of the picture, px. */
-export interface Box {
+export interface PictureBox {
   left: number;
   top: number;
   width: number;
@@ -52,8 +52,8 @@ export function project(x: number, y: number, z: number, size: Size): { x: numbe
 }
 
 /** How many columns show `count` servos largest in a picture of this size, with `margin` px left at every side. */
-export function fill(count: number, size: Size, margin = 8): Rows {
-  let best: Rows = { columns: 1, rows: Math.max(1, count), scale: 0.01 };
+export function fill(count: number, size: Size, margin = 8): WallRows {
+  let best: WallRows = { columns: 1, rows: Math.max(1, count), scale: 0.01 };
   for (let columns = 1; columns <= Math.min(Math.max(count, 1), MOST_COLUMNS); columns++) {
     const rows = Math.max(1, Math.ceil(count / columns));
     let [low, high] = [0.01, LARGEST];
@@ -67,7 +67,7 @@ export function fill(count: number, size: Size, margin = 8): Rows {
   return best;
 }
 
-function fits(wall: Rows, size: Size, margin: number): boolean {
+function fits(wall: WallRows, size: Size, margin: number): boolean {
   const { columns, rows, scale } = wall;
   const aside = ((columns - 1) / 2) * PITCH[0] * scale;
   const near = placeOf(rows - 1, wall);
@@ -83,12 +83,12 @@ function fits(wall: Rows, size: Size, margin: number): boolean {
 }
 
 /** Where the shafts of a row stand, counted from the back. */
-function placeOf(row: number, wall: Rows): number {
+function placeOf(row: number, wall: WallRows): number {
   return (((wall.rows - 1) / 2 - row) * PITCH[1] - NEARER) * wall.scale;
 }
 
 /** Between two rows in the picture: the furthest up a horn or an arc of the nearer one reaches; below the last, names. */
-function edge(row: number, wall: Rows, size: Size): number {
+function edge(row: number, wall: WallRows, size: Size): number {
   const { rows, scale } = wall;
   if (row < rows) return project(0, placeOf(row, wall) + ARC * scale, TALL * scale, size).y;
   const last = placeOf(rows - 1, wall);
@@ -98,7 +98,7 @@ function edge(row: number, wall: Rows, size: Size): number {
 }
 
 /** The part of the picture that belongs to the servo at this place, counted from the back left. */
-export function boxOf(index: number, wall: Rows, size: Size): Box {
+export function boxOf(index: number, wall: WallRows, size: Size): PictureBox {
   const [row, column] = [Math.floor(index / wall.columns), index % wall.columns];
   const across = PITCH[0] * wall.scale;
   const x = (column - (wall.columns - 1) / 2) * across;

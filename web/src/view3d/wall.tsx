@@ -8,16 +8,16 @@ import { angleNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { pathOf } from "../bench/route";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
-import { wish } from "../bench/telemetry-subscription";
+import { subscribeTelemetry } from "../bench/telemetry-subscription";
 import "./view3d.css";
-import { follow } from "../frame/rail";
 import { Dial } from "../kit/dial";
+import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { text } from "../text";
 import { view as words } from "../text/topics";
 import { Scene, type SceneState } from "./scene";
 import { ViewTools } from "./tools";
-import { type Box, boxOf, fill, type Size } from "./wall-projection";
+import { boxOf, fill, type PictureBox, type Size } from "./wall-projection";
 
 /** A place narrower than this has no room for the angle. */
 const NARROW_PX = 84;
@@ -81,11 +81,11 @@ export function WallOfHorns({ uids }: { uids: readonly string[] }) {
   );
 }
 
-function Place({ uid, box, dial }: { uid: string; box: Box | null; dial: boolean }) {
+function Place({ uid, box, dial }: { uid: string; box: PictureBox | null; dial: boolean }) {
   const one = servo(uid);
   const asked = useSignal(false);
   useEffect(
-    () => (asked.value ? wish(uid, ["current_angle"], RATE_HZ, () => undefined) : undefined),
+    () => (asked.value ? subscribeTelemetry(uid, ["current_angle"], RATE_HZ, () => undefined) : undefined),
     [uid, asked.value],
   );
   const present = angleNow(one);

@@ -1,7 +1,8 @@
 /** What happened, in Japanese, by code: the lines of the event log, and what a bundle was written for. tests/contract holds it complete. */
 import type { Facts } from "../../bench/facts";
 import { live } from "../../motion/text.ja";
-import { readable, type Text } from "../language";
+import { readable } from "../holder-name";
+import type { Text } from "../language";
 import { notes } from "./notes";
 import { table } from "./table";
 

@@ -1,7 +1,7 @@
 /** What went wrong, in Japanese: by the cause of a problem, else by its code. tests/contract holds it complete. */
 import type { Facts, Saying } from "../../bench/facts";
 import { live } from "../../motion/text.ja";
-import { readable } from "../language";
+import { readable } from "../holder-name";
 
 const BUS = "サーボの電源、CAN_H、CAN_L、グランド、終端（両端に120\u202fΩ）を確認してください。";
 const KIND: Readonly<Record<string, string>> = { angle: "角度", speed: "速度", torque: "トルク" };

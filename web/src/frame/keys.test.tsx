@@ -3,20 +3,20 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Job, LeaseView, Servo, Stop } from "../api/types";
+import { setLease, stop } from "../bench/bench";
+import { monotonic } from "../bench/clock";
+import { replaceAll } from "../bench/fleet";
+import { jobs, setJob } from "../bench/jobs";
+import { escapeArmed, listen, onKey, type StopKey } from "../bench/keys";
+import { link } from "../bench/link";
+import { type Motion, motion } from "../bench/motion";
+import { released } from "../bench/release";
+import { lastUid, parse, pathOf } from "../bench/route";
 import { NumberBox } from "../change/number-box";
 import { Dialog } from "../kit/dialog";
 import { Search } from "../kit/search";
 import { Nickname } from "../servos/nickname";
 import { telemetry } from "../telemetry/store";
-import { setLease, stop } from "./bench";
-import { monotonic } from "./clock";
-import { replaceAll } from "./fleet";
-import { jobs, setJob } from "./jobs";
-import { escapeArmed, listen, onKey, type StopKey } from "./keys";
-import { link } from "./link";
-import { type Motion, motion } from "./motion";
-import { letGo } from "./release";
-import { lastUid, parse, pathOf } from "./route";
 
 const UID = "d".repeat(32);
 const ON: Motion = { phase: "on", uid: UID, lease: "L", torque: "on", others: [] };
@@ -52,7 +52,7 @@ function atRest(): void {
   motion.value = { phase: "off", why: null };
   setLease(null);
   stop.value = null;
-  letGo.value = new Map();
+  released.value = new Map();
   jobs.value = new Map();
   telemetry.clear();
   replaceAll([
@@ -97,7 +97,7 @@ const MOVING: readonly (readonly [string, () => void])[] = [
   ["a servo restarts", () => state("restarting")],
   ["a servo is in its soft start", () => state("soft_start")],
   ["a job runs", () => setJob({ id: "j", state: "running" } as Job)],
-  ["torque off is not confirmed", () => put(letGo, new Map([[UID, "asking"]]))],
+  ["torque off is not confirmed", () => put(released, new Map([[UID, "asking"]]))],
   [
     "a stop is not confirmed",
     () => put(stop, { latched: true, servos: [{ uid: UID, confirmed: false }] } as unknown as Stop),
@@ -170,7 +170,7 @@ describe("Esc while nothing moves", () => {
     ],
     ["motion control held with torque off", () => put(motion, { phase: "off", why: "x" })],
     ["a job that has ended", () => setJob({ id: "j", state: "succeeded" } as Job)],
-    ["torque off that was confirmed", () => put(letGo, new Map([[UID, "off"]]))],
+    ["torque off that was confirmed", () => put(released, new Map([[UID, "off"]]))],
     [
       "a confirmed stop",
       () => put(stop, { latched: true, servos: [{ uid: UID, confirmed: true }] } as unknown as Stop),

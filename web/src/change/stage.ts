@@ -1,0 +1,32 @@
+/** Staging a value that was not typed into a row: what it becomes on a servo, and why it may not. */
+import type { Row } from "../api/types";
+import type { Draft } from "../bench/draft";
+import { decimalsOf, number } from "../bench/format";
+import { check, checkValue } from "../bench/number";
+import type { Sheet } from "../bench/parameters";
+import { spanOf } from "../bench/row-state";
+import type { WantedValue } from "./apply";
+
+/** What `value` becomes on this servo: a draft, or the reason why not. */
+export function draftFor(sheet: Sheet, row: Row, value: WantedValue): Draft | { why: string } {
+  const has = sheet.keys.peek();
+  if (has !== null && !has.includes(row.key)) return { why: "" };
+  if (typeof value !== "number") return { text: String(value), verdict: { ok: true, value } };
+  const span = spanOf(row, sheet.reading(row.key).peek());
+  const verdict = checkValue(value, span);
+  return verdict.ok ? { text: number(value, decimalsOf(span.perUnit)), verdict } : { why: verdict.what };
+}
+
+/** The number in what was typed, by the unit of this servo's row; null while it is none. */
+export function numberFor(sheet: Sheet, row: Row, typed: string): number | null {
+  const { unit, perUnit } = spanOf(row, sheet.reading(row.key).peek());
+  const verdict = check(typed, { unit, perUnit, minimum: null, maximum: null });
+  return verdict.ok ? verdict.value : null;
+}
+
+/** Stages a value; one that RAM holds already takes the draft away. */
+export function stageValue(sheet: Sheet, key: string, draft: Draft): void {
+  sheet.setOutcomes([[key, null]]);
+  sheet.drafts.put(key, draft);
+  sheet.drafts.commit(key, sheet.held(key));
+}
