@@ -6,6 +6,7 @@
 import asyncio
 import os
 import pty
+import select
 import statistics
 import subprocess
 import sys
@@ -31,16 +32,14 @@ PACED = BUS_FPS * 2
 
 
 def speak(terminal: int, count: int, burst: int, rate: int) -> None:
-    """Answer until the channel is opened, then send `count` frames, `burst` in one write, `rate` a second or flat
-    out (0). Each frame holds the instant it was written.
+    """Answer commands until the channel is open and none came for half a second; then send `count` frames, `burst` in
+    one write, `rate` a second or flat out (0). Each frame holds the instant it was written.
     """
-    rest = b""
-    while True:
+    rest, is_open = b"", False
+    while select.select([terminal], [], [], 0.5 if is_open else None)[0]:
         *commands, rest = (rest + os.read(terminal, 4096)).split(b"\r")
         os.write(terminal, b"\r" * len(commands))
-        if b"O" in commands:
-            break
-    time.sleep(0.5)
+        is_open = is_open or b"O" in commands
     began = time.monotonic()
     for start in range(0, count, burst):
         if rate:
