@@ -1,0 +1,19 @@
+"""The whole set of a servo: readings typed per row are the readings of the single rows."""
+
+import re
+
+from behaviour.rig import Recipe, Rig, play
+from hornbill.api.routes.configuration.parameters import Parameters
+from hornbill.servo.device.reading import readings
+
+AGES = re.compile(rb'"(at|age_s)":[^,]*')
+
+
+def test_the_typed_set_is_sent_as_the_readings_are() -> None:
+    async def scene(rig: Rig) -> None:
+        servo = (await rig.ready())[0]
+        typed = await rig.call("GET", f"/servos/{servo.uid}/parameters")
+        plain = Parameters(revision=servo.revision, parameters=readings(servo, rig.host.base))
+        assert AGES.sub(b"", typed.content) == AGES.sub(b"", plain.model_dump_json().encode())
+
+    play(scene, Recipe("BLA21-06U-AB", "1.300", servo_id=1, node_id=11, rom={"pwm_mode": 1}))
