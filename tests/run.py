@@ -36,12 +36,10 @@ class Stage:
         return [*self.wrapper, sys.executable, "-m", "pytest", *self.select, *how, *further]
 
 
-BROWSERS: Final = str(min(8, 2 * (os.cpu_count() or 1)))
-"""Browser tests at once: a test that waits for a servo to start or fall silent leaves its core to another."""
 TEST: Final = (
     Stage("unit, contract, behaviour", ("tests/unit", "tests/contract", "tests/behaviour"), ("-n", "auto")),
     Stage("socketcan", ("tests/socketcan", "-p", "no:cacheprovider"), wrapper=(WRAPPER, "--") if WRAPPER else ()),
-    Stage("browser, side by side", ("tests/e2e", "-m", "not alone"), ("-n", BROWSERS, "--dist", "loadfile")),
+    Stage("browser, side by side", ("tests/e2e", "-m", "not alone"), ("-n", "2", "--dist", "loadfile")),
     Stage("browser, one at a time", ("tests/e2e", "-m", "alone")),
 )
 RELEASE: Final = (Stage("fresh environments, image", ("tests/release",)),)
