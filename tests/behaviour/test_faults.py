@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import CATALOG, PLAIN, Rig, Socket, json, play, problem
+from behaviour.scene import scene
 from hornbill.errors import StoreFailed
 from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.host import Host, HostSettings
@@ -50,186 +51,168 @@ async def until(holds: Callable[[], bool], within_s: float = 30.0) -> None:
             await asyncio.sleep(0.05)
 
 
-def test_a_servo_that_gets_too_hot_says_so_with_what_to_do_and_says_when_it_is_over() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        assert await faults(rig) == []
-        started = rig.host.base.utc_now()
-        rig.sim(servo).conditions.temperature_c = 90.0
-        await asyncio.sleep(10)
-        (hot,) = await faults(rig)
-        row = next(bit for bit in CATALOG.faults if bit.key == "temperature_high")
-        expected = {
-            "level": "warning", "group": "software", "bit": 8, "key": row.key, "label": row.label, "advice": row.advice,
-            "active": True, "stale": False, "latched": False, "past_event": False, "count": 1,
-            "acknowledged_at": None, "acknowledged_by": None,
-        }  # fmt: skip
-        assert {key: hot[key] for key in expected} == expected
-        assert started <= hot["first_seen"] <= started + POLLED_S
-        assert hot["last_seen"] >= rig.host.base.utc_now() - POLLED_S
-        rig.sim(servo).conditions.temperature_c = 25.0
-        await asyncio.sleep(60)
-        (hot,) = await faults(rig)
-        assert (hot["active"], hot["stale"], hot["count"]) == (False, False, 1)
-        assert started + 10 <= hot["last_seen"] <= started + 10 + POLLED_S
-        assert [(one.level, one.uid) for one in rig.events("fault")] == [("warning", servo.uid)]
-        assert row.advice in rig.events("fault")[0].text
-        assert [one.level for one in rig.events("fault_cleared")] == ["info"]
-
-    play(scene, HERE)
-
-
-def test_a_low_supply_that_comes_and_goes_is_counted() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        for _ in range(3):
-            rig.sim(servo).conditions.voltage_v = 3.5
-            await asyncio.sleep(POLLED_S + 2)
-            rig.sim(servo).conditions.voltage_v = 7.4
-            await asyncio.sleep(POLLED_S + 2)
-        low = await fault(rig, "voltage_low")
-        assert (low["count"], low["active"]) == (3, False)
-        assert len(rig.events("fault")) == len(rig.events("fault_cleared")) == 3
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_a_servo_that_gets_too_hot_says_so_with_what_to_do_and_says_when_it_is_over(
+    rig: Rig, servo: Servo
+) -> None:
+    assert await faults(rig) == []
+    started = rig.host.base.utc_now()
+    rig.sim(servo).conditions.temperature_c = 90.0
+    await asyncio.sleep(10)
+    (hot,) = await faults(rig)
+    row = next(bit for bit in CATALOG.faults if bit.key == "temperature_high")
+    expected = {
+        "level": "warning", "group": "software", "bit": 8, "key": row.key, "label": row.label, "advice": row.advice,
+        "active": True, "stale": False, "latched": False, "past_event": False, "count": 1,
+        "acknowledged_at": None, "acknowledged_by": None,
+    }  # fmt: skip
+    assert {key: hot[key] for key in expected} == expected
+    assert started <= hot["first_seen"] <= started + POLLED_S
+    assert hot["last_seen"] >= rig.host.base.utc_now() - POLLED_S
+    rig.sim(servo).conditions.temperature_c = 25.0
+    await asyncio.sleep(60)
+    (hot,) = await faults(rig)
+    assert (hot["active"], hot["stale"], hot["count"]) == (False, False, 1)
+    assert started + 10 <= hot["last_seen"] <= started + 10 + POLLED_S
+    assert [(one.level, one.uid) for one in rig.events("fault")] == [("warning", servo.uid)]
+    assert row.advice in rig.events("fault")[0].text
+    assert [one.level for one in rig.events("fault_cleared")] == ["info"]
 
 
-def test_only_the_overview_is_asked_for_until_it_says_there_is_more() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-
-        def asked() -> Counter[str]:
-            names = Counter[str]()
-            for transfer in rig.transfers("host"):
-                if transfer.kind is Kind.REQUEST and transfer.type_id == GetSetRequest.TYPE.id:
-                    request = GetSetRequest.decode(transfer.payload)
-                    assert request is not None
-                    names[request.name] += 1
-            return names
-
-        before = asked()
-        await asyncio.sleep(10)
-        quiet = asked() - before
-        assert quiet["0x18"] == pytest.approx(10, abs=1)
-        assert [quiet[word] for word in ("0x19", "0x1A", "0x1B")] == [0, 0, 0]
-        rig.sim(servo).faults.inject("sensor_weak", True)
-        before = asked()
-        await asyncio.sleep(10)
-        busy = asked() - before
-        assert all(busy[word] >= 8 for word in ("0x18", "0x19", "0x1A", "0x1B"))
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_a_low_supply_that_comes_and_goes_is_counted(rig: Rig, servo: Servo) -> None:
+    for _ in range(3):
+        rig.sim(servo).conditions.voltage_v = 3.5
+        await asyncio.sleep(POLLED_S + 2)
+        rig.sim(servo).conditions.voltage_v = 7.4
+        await asyncio.sleep(POLLED_S + 2)
+    low = await fault(rig, "voltage_low")
+    assert (low["count"], low["active"]) == (3, False)
+    assert len(rig.events("fault")) == len(rig.events("fault_cleared")) == 3
 
 
-def test_failures_come_before_warnings_before_notifications_and_what_is_set_before_what_was() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        for key in ("angle_limit_cw_reached", "sensor_weak", "motor_driver"):
-            await inject(rig, servo, key)
-            await inject(rig, servo, key, False)
-        for key in ("angle_limit_ccw_reached", "sensor_strong", "sensor_failure"):
-            await inject(rig, servo, key)
-        assert [(one["key"], one["active"]) for one in await faults(rig)] == [
-            ("sensor_failure", True), ("motor_driver", False), ("sensor_strong", True), ("sensor_weak", False),
-            ("angle_limit_ccw_reached", True), ("angle_limit_cw_reached", False),
-        ]  # fmt: skip
-        assert Counter(one.level for one in rig.events("fault")) == {"notice": 2, "warning": 2, "failure": 2}
+@scene(HERE)
+async def test_only_the_overview_is_asked_for_until_it_says_there_is_more(rig: Rig, servo: Servo) -> None:
 
-    play(scene, HERE)
+    def asked() -> Counter[str]:
+        names = Counter[str]()
+        for transfer in rig.transfers("host"):
+            if transfer.kind is Kind.REQUEST and transfer.type_id == GetSetRequest.TYPE.id:
+                request = GetSetRequest.decode(transfer.payload)
+                assert request is not None
+                names[request.name] += 1
+        return names
 
-
-def test_a_servo_that_could_not_load_its_rom_says_so_from_the_start_until_it_starts_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        sim = rig.sim(servo)
-        boots = servo.boots
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(4)
-        sim.memory.rom_sound = False
-        rig.bench.power(servo.uid, True)
-        await until(lambda: servo.boots > boots and servo.identified)
-        lost = await fault(rig, "rom_lost")
-        assert (lost["active"], lost["latched"], lost["past_event"], lost["level"]) == (True, True, True, "warning")
-        assert [one.level for one in rig.events("fault")] == ["warning"]
-
-    play(scene, HERE)
+    before = asked()
+    await asyncio.sleep(10)
+    quiet = asked() - before
+    assert quiet["0x18"] == pytest.approx(10, abs=1)
+    assert [quiet[word] for word in ("0x19", "0x1A", "0x1B")] == [0, 0, 0]
+    rig.sim(servo).faults.inject("sensor_weak", True)
+    before = asked()
+    await asyncio.sleep(10)
+    busy = asked() - before
+    assert all(busy[word] >= 8 for word in ("0x18", "0x19", "0x1A", "0x1B"))
 
 
-def test_a_restart_by_watchdog_is_one_failure_and_goes_with_the_next_start() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(5)  # so that its uptime tells of a new start
-        boots = servo.boots
-        rig.sim(servo).faults.inject("watchdog_restart", True)
-        await until(lambda: servo.boots > boots and servo.state is State.READY)
-        await asyncio.sleep(10)
-        told = await fault(rig, "watchdog_restart")
-        assert (told["active"], told["latched"], told["past_event"], told["count"]) == (True, True, True, 1)
-        assert [one.level for one in rig.events("fault")] == ["failure"]
-        boots = servo.boots
-        json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
-        await until(lambda: servo.boots > boots and servo.state is State.READY)
-        told = await fault(rig, "watchdog_restart")
-        assert (told["active"], told["latched"], told["count"]) == (False, False, 1)
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_failures_come_before_warnings_before_notifications_and_what_is_set_before_what_was(
+    rig: Rig, servo: Servo
+) -> None:
+    for key in ("angle_limit_cw_reached", "sensor_weak", "motor_driver"):
+        await inject(rig, servo, key)
+        await inject(rig, servo, key, False)
+    for key in ("angle_limit_ccw_reached", "sensor_strong", "sensor_failure"):
+        await inject(rig, servo, key)
+    assert [(one["key"], one["active"]) for one in await faults(rig)] == [
+        ("sensor_failure", True), ("motor_driver", False), ("sensor_strong", True), ("sensor_weak", False),
+        ("angle_limit_ccw_reached", True), ("angle_limit_cw_reached", False),
+    ]  # fmt: skip
+    assert Counter(one.level for one in rig.events("fault")) == {"notice": 2, "warning": 2, "failure": 2}
 
 
-def test_what_is_broken_counts_anew_with_every_start() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await inject(rig, servo, "sensor_weak")
-        boots = servo.boots
-        json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
-        await until(lambda: servo.boots > boots and servo.identified)
-        await asyncio.sleep(POLLED_S)
-        assert (await fault(rig, "sensor_weak"))["count"] == 2
-        assert len(rig.events("fault")) == 2
-
-    play(scene, HERE)
-
-
-def test_a_silent_servo_has_no_active_fault_only_one_that_was_set_last() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await inject(rig, servo, "sensor_weak")
-        rig.sim(servo).conditions.mute = True
-        await until(lambda: not servo.online)
-        weak = await fault(rig, "sensor_weak")
-        assert (weak["active"], weak["stale"], weak["count"]) == (False, True, 1)
-        rig.sim(servo).conditions.mute = False
-        await until(lambda: servo.state is State.READY)
-        weak = await fault(rig, "sensor_weak")
-        assert (weak["active"], weak["stale"], weak["count"]) == (True, False, 1)
-        assert len(rig.events("fault")) == 1
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_a_servo_that_could_not_load_its_rom_says_so_from_the_start_until_it_starts_again(
+    rig: Rig, servo: Servo
+) -> None:
+    sim = rig.sim(servo)
+    boots = servo.boots
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(4)
+    sim.memory.rom_sound = False
+    rig.bench.power(servo.uid, True)
+    await until(lambda: servo.boots > boots and servo.identified)
+    lost = await fault(rig, "rom_lost")
+    assert (lost["active"], lost["latched"], lost["past_event"], lost["level"]) == (True, True, True, "warning")
+    assert [one.level for one in rig.events("fault")] == ["warning"]
 
 
-def test_faults_of_several_servos_come_in_one_answer_in_the_order_asked_and_who_is_unknown_has_a_problem() -> None:
-    async def scene(rig: Rig) -> None:
-        first, second = await rig.ready(2)
-        body = {"model": PLAIN.model, "servo_id": 3, "node_id": 13}
-        new = json(await rig.call("POST", "/sim/servos", body), 201)["uid"]
-        async with asyncio.timeout(30):
-            while not rig.host.fleet.knows(Uid(new)):
-                await asyncio.sleep(0.001)
-        assert not rig.host.fleet.get(Uid(new)).identified
-        rig.bench.servo(Uid(new)).conditions.drop_responses_pct = 100
-        await inject(rig, first, "sensor_weak")
-        rig.sim(first).conditions.mute = True
-        await until(lambda: not first.online)
-        listed = [second.uid, "0" * 32, new, first.uid]
-        found = json(await rig.call("GET", f"/faults?uids={','.join([*listed, second.uid])}"))["servos"]
-        assert list(found) == listed, "as asked, each once"
-        assert found[first.uid]["faults"] == await faults(rig, first.uid)
-        assert [(one["key"], one["stale"]) for one in found[first.uid]["faults"]] == [("sensor_weak", True)]
-        assert found[second.uid] == found[new] == {"faults": [], "problem": None}
-        unknown = found["0" * 32]
-        assert (unknown["faults"], unknown["problem"]["code"]) == ([], "unknown_servo")
-        assert list(json(await rig.call("GET", "/faults"))["servos"]) == [one.uid for one in rig.host.fleet.all()]
+@scene(HERE)
+async def test_a_restart_by_watchdog_is_one_failure_and_goes_with_the_next_start(rig: Rig, servo: Servo) -> None:
+    await asyncio.sleep(5)  # so that its uptime tells of a new start
+    boots = servo.boots
+    rig.sim(servo).faults.inject("watchdog_restart", True)
+    await until(lambda: servo.boots > boots and servo.state is State.READY)
+    await asyncio.sleep(10)
+    told = await fault(rig, "watchdog_restart")
+    assert (told["active"], told["latched"], told["past_event"], told["count"]) == (True, True, True, 1)
+    assert [one.level for one in rig.events("fault")] == ["failure"]
+    boots = servo.boots
+    json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
+    await until(lambda: servo.boots > boots and servo.state is State.READY)
+    told = await fault(rig, "watchdog_restart")
+    assert (told["active"], told["latched"], told["count"]) == (False, False, 1)
 
-    play(scene, HERE, replace(PLAIN, servo_id=2, node_id=12, uid=bytes(range(1, 17))))
+
+@scene(HERE)
+async def test_what_is_broken_counts_anew_with_every_start(rig: Rig, servo: Servo) -> None:
+    await inject(rig, servo, "sensor_weak")
+    boots = servo.boots
+    json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
+    await until(lambda: servo.boots > boots and servo.identified)
+    await asyncio.sleep(POLLED_S)
+    assert (await fault(rig, "sensor_weak"))["count"] == 2
+    assert len(rig.events("fault")) == 2
+
+
+@scene(HERE)
+async def test_a_silent_servo_has_no_active_fault_only_one_that_was_set_last(rig: Rig, servo: Servo) -> None:
+    await inject(rig, servo, "sensor_weak")
+    rig.sim(servo).conditions.mute = True
+    await until(lambda: not servo.online)
+    weak = await fault(rig, "sensor_weak")
+    assert (weak["active"], weak["stale"], weak["count"]) == (False, True, 1)
+    rig.sim(servo).conditions.mute = False
+    await until(lambda: servo.state is State.READY)
+    weak = await fault(rig, "sensor_weak")
+    assert (weak["active"], weak["stale"], weak["count"]) == (True, False, 1)
+    assert len(rig.events("fault")) == 1
+
+
+@scene(HERE, replace(PLAIN, servo_id=2, node_id=12, uid=bytes(range(1, 17))))
+async def test_faults_of_several_servos_come_in_one_answer_in_the_order_asked_and_who_is_unknown_has_a_problem(
+    rig: Rig,
+) -> None:
+    first, second = await rig.ready(2)
+    body = {"model": PLAIN.model, "servo_id": 3, "node_id": 13}
+    new = json(await rig.call("POST", "/sim/servos", body), 201)["uid"]
+    async with asyncio.timeout(30):
+        while not rig.host.fleet.knows(Uid(new)):
+            await asyncio.sleep(0.001)
+    assert not rig.host.fleet.get(Uid(new)).identified
+    rig.bench.servo(Uid(new)).conditions.drop_responses_pct = 100
+    await inject(rig, first, "sensor_weak")
+    rig.sim(first).conditions.mute = True
+    await until(lambda: not first.online)
+    listed = [second.uid, "0" * 32, new, first.uid]
+    found = json(await rig.call("GET", f"/faults?uids={','.join([*listed, second.uid])}"))["servos"]
+    assert list(found) == listed, "as asked, each once"
+    assert found[first.uid]["faults"] == await faults(rig, first.uid)
+    assert [(one["key"], one["stale"]) for one in found[first.uid]["faults"]] == [("sensor_weak", True)]
+    assert found[second.uid] == found[new] == {"faults": [], "problem": None}
+    unknown = found["0" * 32]
+    assert (unknown["faults"], unknown["problem"]["code"]) == ([], "unknown_servo")
+    assert list(json(await rig.call("GET", "/faults"))["servos"]) == [one.uid for one in rig.host.fleet.all()]
 
 
 @pytest.mark.parametrize(("recipe", "keys"), [(PLAIN, []), (PWM, ["pwm_missing"])])
@@ -245,93 +228,81 @@ def test_no_pulse_is_told_of_models_with_a_pwm_input_alone(recipe: Recipe, keys:
     play(scene, recipe)
 
 
-def test_a_bit_nobody_knows_is_shown_by_its_number() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.sim(servo).faults.words = (0, 0, 1 << 31)
-        await asyncio.sleep(POLLED_S)
-        (one,) = await faults(rig)
-        shown = {key: one[key] for key in ("key", "label", "group", "bit", "level")}
-        assert shown == {
-            "key": "failure_bit_31", "label": "Bit 31 (undocumented)", "group": "other", "bit": 31, "level": "failure"
-        }  # fmt: skip
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_a_bit_nobody_knows_is_shown_by_its_number(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).faults.words = (0, 0, 1 << 31)
+    await asyncio.sleep(POLLED_S)
+    (one,) = await faults(rig)
+    shown = {key: one[key] for key in ("key", "label", "group", "bit", "level")}
+    assert shown == {
+        "key": "failure_bit_31", "label": "Bit 31 (undocumented)", "group": "other", "bit": 31, "level": "failure"
+    }  # fmt: skip
 
 
-def test_whoever_has_seen_a_fault_is_named_until_it_comes_up_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        path = f"/servos/{servo.uid}/faults"
-        await inject(rig, servo, "sensor_weak")
-        await inject(rig, servo, "motor_driver")
-        assert await unacknowledged(rig) == 2
-        seen = json(await rig.call("POST", f"{path}/sensor_weak/acknowledge?by=Ada"))
-        assert (seen["key"], seen["acknowledged_by"], seen["active"]) == ("sensor_weak", "Ada", True)
-        assert seen["acknowledged_at"] == pytest.approx(rig.host.base.utc_now(), abs=0.1)
-        assert await unacknowledged(rig) == 1
-        json(await rig.call("POST", f"{path}/sensor_weak/acknowledge?by=Bob"))
-        assert (await fault(rig, "sensor_weak"))["acknowledged_by"] == "Ada"
-        lease = await rig.lease()
-        every = json(await rig.call("POST", f"{path}/acknowledge", lease=lease))
-        assert [(one["key"], one["acknowledged_by"]) for one in every] == [
-            ("motor_driver", "test"), ("sensor_weak", "Ada")
-        ]  # fmt: skip
-        assert await unacknowledged(rig) == 0
-        rows = [row.entry for row in rig.host.store.audit.rows(action="acknowledge")]
-        assert [(row.by, row.outcome, row.uid, row.key) for row in reversed(rows)] == [
-            ("Ada", "succeeded", servo.uid, "sensor_weak"), ("Bob", "unchanged", servo.uid, "sensor_weak"),
-            ("test", "succeeded", servo.uid, "motor_driver"),
-        ]  # fmt: skip
-        await inject(rig, servo, "sensor_weak", False)
-        assert await unacknowledged(rig) == 0
-        await inject(rig, servo, "sensor_weak")
-        again = await fault(rig, "sensor_weak")
-        assert (again["count"], again["acknowledged_at"], again["acknowledged_by"]) == (2, None, None)
-        assert await unacknowledged(rig) == 1
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_whoever_has_seen_a_fault_is_named_until_it_comes_up_again(rig: Rig, servo: Servo) -> None:
+    path = f"/servos/{servo.uid}/faults"
+    await inject(rig, servo, "sensor_weak")
+    await inject(rig, servo, "motor_driver")
+    assert await unacknowledged(rig) == 2
+    seen = json(await rig.call("POST", f"{path}/sensor_weak/acknowledge?by=Ada"))
+    assert (seen["key"], seen["acknowledged_by"], seen["active"]) == ("sensor_weak", "Ada", True)
+    assert seen["acknowledged_at"] == pytest.approx(rig.host.base.utc_now(), abs=0.1)
+    assert await unacknowledged(rig) == 1
+    json(await rig.call("POST", f"{path}/sensor_weak/acknowledge?by=Bob"))
+    assert (await fault(rig, "sensor_weak"))["acknowledged_by"] == "Ada"
+    lease = await rig.lease()
+    every = json(await rig.call("POST", f"{path}/acknowledge", lease=lease))
+    assert [(one["key"], one["acknowledged_by"]) for one in every] == [
+        ("motor_driver", "test"), ("sensor_weak", "Ada")
+    ]  # fmt: skip
+    assert await unacknowledged(rig) == 0
+    rows = [row.entry for row in rig.host.store.audit.rows(action="acknowledge")]
+    assert [(row.by, row.outcome, row.uid, row.key) for row in reversed(rows)] == [
+        ("Ada", "succeeded", servo.uid, "sensor_weak"), ("Bob", "unchanged", servo.uid, "sensor_weak"),
+        ("test", "succeeded", servo.uid, "motor_driver"),
+    ]  # fmt: skip
+    await inject(rig, servo, "sensor_weak", False)
+    assert await unacknowledged(rig) == 0
+    await inject(rig, servo, "sensor_weak")
+    again = await fault(rig, "sensor_weak")
+    assert (again["count"], again["acknowledged_at"], again["acknowledged_by"]) == (2, None, None)
+    assert await unacknowledged(rig) == 1
 
 
-def test_what_is_not_there_cannot_be_acknowledged() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        for key in ("sensor_weak", "nonsense"):
-            refused = await rig.call("POST", f"/servos/{servo.uid}/faults/{key}/acknowledge")
-            assert key in problem(refused, "unknown_fault", 404)["detail"]
-        for uid in ("f" * 32, "nobody"):
-            problem(await rig.call("GET", f"/servos/{uid}/faults"), "unknown_servo", 404)
-            problem(await rig.call("POST", f"/servos/{uid}/faults/acknowledge"), "unknown_servo", 404)
-        assert rig.host.store.audit.rows(action="acknowledge") == []
-
-    play(scene, HERE)
+@scene(HERE)
+async def test_what_is_not_there_cannot_be_acknowledged(rig: Rig, servo: Servo) -> None:
+    for key in ("sensor_weak", "nonsense"):
+        refused = await rig.call("POST", f"/servos/{servo.uid}/faults/{key}/acknowledge")
+        assert key in problem(refused, "unknown_fault", 404)["detail"]
+    for uid in ("f" * 32, "nobody"):
+        problem(await rig.call("GET", f"/servos/{uid}/faults"), "unknown_servo", 404)
+        problem(await rig.call("POST", f"/servos/{uid}/faults/acknowledge"), "unknown_servo", 404)
+    assert rig.host.store.audit.rows(action="acknowledge") == []
 
 
-def test_a_socket_hears_of_a_fault_and_of_its_acknowledgement_without_asking() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        socket = Socket(rig.app)
-        socket.say(type="subscribe", topics=["servos", "events"])
-        rig.sim(servo).faults.inject("motor_driver", True)
-        while (event := await socket.hear("event"))["code"] != "fault":
+@scene(HERE)
+async def test_a_socket_hears_of_a_fault_and_of_its_acknowledgement_without_asking(rig: Rig, servo: Servo) -> None:
+    socket = Socket(rig.app)
+    socket.say(type="subscribe", topics=["servos", "events"])
+    rig.sim(servo).faults.inject("motor_driver", True)
+    while (event := await socket.hear("event"))["code"] != "fault":
+        pass
+    assert (event["level"], event["uid"]) == ("failure", servo.uid)
+
+    async def shown(count: int) -> dict[str, Any]:
+        while (one := (await socket.hear("servos"))["servos"][0])["unacknowledged"] != count:
             pass
-        assert (event["level"], event["uid"]) == ("failure", servo.uid)
+        return one
 
-        async def shown(count: int) -> dict[str, Any]:
-            while (one := (await socket.hear("servos"))["servos"][0])["unacknowledged"] != count:
-                pass
-            return one
-
-        await asyncio.sleep(POLLED_S)
-        socket.heard()
-        rig.sim(servo).faults.inject("sensor_failure", True)
-        assert (await shown(2))["faults"]["failure"] == 0b100001
-        json(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge?by=Ada"))
-        async with asyncio.timeout(0.5):
-            await shown(0)
-        await socket.close()
-
-    play(scene, HERE)
+    await asyncio.sleep(POLLED_S)
+    socket.heard()
+    rig.sim(servo).faults.inject("sensor_failure", True)
+    assert (await shown(2))["faults"]["failure"] == 0b100001
+    json(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge?by=Ada"))
+    async with asyncio.timeout(0.5):
+        await shown(0)
+    await socket.close()
 
 
 def test_another_run_of_the_server_knows_the_faults_of_a_servo_that_is_off(tmp_path: Path) -> None:
@@ -385,19 +356,17 @@ def test_another_run_of_the_server_goes_on_where_a_servo_runs_on(tmp_path: Path)
     play(scene, HERE, store=str(tmp_path / "data"))
 
 
-def test_a_store_that_fails_keeps_nobody_from_seeing_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+@scene(HERE)
+async def test_a_store_that_fails_keeps_nobody_from_seeing_a_fault(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise StoreFailed("The disk is full. Make room.", cause=None)
 
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        monkeypatch.setattr(rig.host.store.faults, "keep", fail)
-        monkeypatch.setattr(rig.host.store.faults, "acknowledge", fail)
-        await inject(rig, servo, "motor_driver")
-        await inject(rig, servo, "sensor_weak")
-        assert [one["active"] for one in await faults(rig)] == [True, True]
-        assert len(rig.events("store_failed")) == 1
-        problem(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge"), "store_failed", 500)
-        assert await unacknowledged(rig) == 2
-
-    play(scene, HERE)
+    servo = (await rig.ready())[0]
+    monkeypatch.setattr(rig.host.store.faults, "keep", fail)
+    monkeypatch.setattr(rig.host.store.faults, "acknowledge", fail)
+    await inject(rig, servo, "motor_driver")
+    await inject(rig, servo, "sensor_weak")
+    assert [one["active"] for one in await faults(rig)] == [True, True]
+    assert len(rig.events("store_failed")) == 1
+    problem(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge"), "store_failed", 500)
+    assert await unacknowledged(rig) == 2

@@ -9,6 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from behaviour.rig import Rig, play
+from behaviour.scene import scene
 from hornbill.api import present
 from hornbill.api.live.event_log import EventLog
 from hornbill.api.live.messages import ServerMessage
@@ -51,62 +52,55 @@ async def stream(rig: Rig, seconds: float, hz: float = 100.0) -> None:
         await asyncio.sleep(1 / hz)
 
 
-def test_every_message_is_of_the_form_the_contract_gives_and_in_order() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        box = box_of(EventLog(rig.host, demo=False), "servos", "telemetry", "events", "jobs", "bus")
-        rig.host.hub.tell(ReadingChanged(servo.uid, "angle_p_gain"))
-        box.refuse(Busy("a reason", cause=None))
-        rig.host.restarting.start(servo, "restart")
-        await asyncio.sleep(2)
-        begun = rig.host.base.now()
-        taken = [box.hello(), *await taken_by(box)]
-        found = [MESSAGE.validate_json(one) for one in taken]
-        assert {one.type for one in found} >= {
-            "hello", "stop", "lease", "bus", "error", "job", "servos", "parameter", "event", "telemetry",
-        }  # fmt: skip
-        assert [one.seq for one in found] == list(range(1, len(found) + 1))
-        assert found[0].now == pytest.approx(begun)
-
-    play(scene)
+@scene()
+async def test_every_message_is_of_the_form_the_contract_gives_and_in_order(rig: Rig, servo: Servo) -> None:
+    box = box_of(EventLog(rig.host, demo=False), "servos", "telemetry", "events", "jobs", "bus")
+    rig.host.hub.tell(ReadingChanged(servo.uid, "angle_p_gain"))
+    box.refuse(Busy("a reason", cause=None))
+    rig.host.restarting.start(servo, "restart")
+    await asyncio.sleep(2)
+    begun = rig.host.base.now()
+    taken = [box.hello(), *await taken_by(box)]
+    found = [MESSAGE.validate_json(one) for one in taken]
+    assert {one.type for one in found} >= {
+        "hello", "stop", "lease", "bus", "error", "job", "servos", "parameter", "event", "telemetry",
+    }  # fmt: skip
+    assert [one.seq for one in found] == list(range(1, len(found) + 1))
+    assert found[0].now == pytest.approx(begun)
 
 
-def test_a_slow_reader_gets_fewer_and_larger_messages_and_no_other_waits_for_it() -> None:
-    async def scene(rig: Rig) -> None:
-        log = EventLog(rig.host, demo=False)
-        fast, slow = (box_of(log, "telemetry", uids=[UID]) for _ in range(2))
-        streaming = asyncio.create_task(stream(rig, 10))
-        got: dict[SocketQueue, list[dict[str, Any]]] = {fast: [], slow: []}
+@scene(connect=False)
+async def test_a_slow_reader_gets_fewer_and_larger_messages_and_no_other_waits_for_it(rig: Rig) -> None:
+    log = EventLog(rig.host, demo=False)
+    fast, slow = (box_of(log, "telemetry", uids=[UID]) for _ in range(2))
+    streaming = asyncio.create_task(stream(rig, 10))
+    got: dict[SocketQueue, list[dict[str, Any]]] = {fast: [], slow: []}
 
-        async def take(box: SocketQueue, every_s: float) -> None:
-            while not streaming.done():
-                await asyncio.sleep(every_s)
-                got[box] += telemetry(box.take())
-
-        await asyncio.gather(take(fast, BATCH_S), take(slow, 1.0))
-        for box in (fast, slow):
+    async def take(box: SocketQueue, every_s: float) -> None:
+        while not streaming.done():
+            await asyncio.sleep(every_s)
             got[box] += telemetry(box.take())
-            times = [t for message in got[box] for t in message["channels"]["current_angle"]["t"]]
-            assert times == sorted(times)
-            assert len(times) == pytest.approx(1000, abs=5)
-            assert not any(message["dropped"] for message in got[box])
-        assert len(got[slow]) < 13 < 200 < len(got[fast]) <= 10 / BATCH_S + 2
 
-    play(scene, connect=False)
+    await asyncio.gather(take(fast, BATCH_S), take(slow, 1.0))
+    for box in (fast, slow):
+        got[box] += telemetry(box.take())
+        times = [t for message in got[box] for t in message["channels"]["current_angle"]["t"]]
+        assert times == sorted(times)
+        assert len(times) == pytest.approx(1000, abs=5)
+        assert not any(message["dropped"] for message in got[box])
+    assert len(got[slow]) < 13 < 200 < len(got[fast]) <= 10 / BATCH_S + 2
 
 
-def test_a_reader_that_is_too_slow_is_told_how_many_samples_it_missed() -> None:
-    async def scene(rig: Rig) -> None:
-        log = EventLog(rig.host, demo=False)
-        box = box_of(log, "telemetry", uids=[UID])
-        other = box_of(log, "telemetry", uids=["0b" * 16])
-        await stream(rig, KEPT_S + 10)
-        (message,) = telemetry(box.take())
-        assert len(message["channels"]["current_angle"]["t"]) + message["dropped"] == pytest.approx(3000, abs=5)
-        assert message["dropped"] == pytest.approx(1000, abs=20)
-        assert telemetry(other.take()) == []
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_a_reader_that_is_too_slow_is_told_how_many_samples_it_missed(rig: Rig) -> None:
+    log = EventLog(rig.host, demo=False)
+    box = box_of(log, "telemetry", uids=[UID])
+    other = box_of(log, "telemetry", uids=["0b" * 16])
+    await stream(rig, KEPT_S + 10)
+    (message,) = telemetry(box.take())
+    assert len(message["channels"]["current_angle"]["t"]) + message["dropped"] == pytest.approx(3000, abs=5)
+    assert message["dropped"] == pytest.approx(1000, abs=20)
+    assert telemetry(other.take()) == []
 
 
 def test_ten_sockets_pack_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -139,57 +133,51 @@ def test_ten_sockets_pack_once(monkeypatch: pytest.MonkeyPatch) -> None:
     play(scene)
 
 
-def test_many_sockets_are_told_of_less_often_all_together() -> None:
-    async def scene(rig: Rig) -> None:
-        uids = [f"{number:032x}" for number in range(20)]
-        log = EventLog(rig.host, demo=False)
-        boxes = [box_of(log, "telemetry", uids=uids) for _ in range(10)]
-        sent = 0
-        loop = asyncio.get_running_loop()
-        for _ in range(200):
-            for uid in uids:
-                rig.host.hub.tell(Sampled(Uid(uid), "current_angle", loop.time(), 1.0))
-            await asyncio.sleep(0.02)
-            sent += sum(len(telemetry(box.take())) for box in boxes)
-        assert sent <= 4 * ALL_PER_S * 1.1 + 200
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_many_sockets_are_told_of_less_often_all_together(rig: Rig) -> None:
+    uids = [f"{number:032x}" for number in range(20)]
+    log = EventLog(rig.host, demo=False)
+    boxes = [box_of(log, "telemetry", uids=uids) for _ in range(10)]
+    sent = 0
+    loop = asyncio.get_running_loop()
+    for _ in range(200):
+        for uid in uids:
+            rig.host.hub.tell(Sampled(Uid(uid), "current_angle", loop.time(), 1.0))
+        await asyncio.sleep(0.02)
+        sent += sum(len(telemetry(box.take())) for box in boxes)
+    assert sent <= 4 * ALL_PER_S * 1.1 + 200
 
 
-def test_what_changes_with_a_crowd_is_sent_in_turns_and_all_of_it() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(60)
-        box = box_of(EventLog(rig.host, demo=False), "servos")
-        await taken_by(box)
-        told = {(servo.uid, key) for servo in servos for key in servo.registers}
-        for uid, key in told:
-            rig.host.hub.tell(ReadingChanged(uid, key))
-        seen: set[tuple[str, str]] = set()
-        goes = 0
-        while seen != told:
-            async with asyncio.timeout(1):
-                await box.waiting.wait()
-            messages = [orjson.loads(one) for one in box.take()]
-            readings = [one for one in messages if one["type"] == "parameter"]
-            assert len(readings) <= ENTRIES_A_TIME
-            assert all(len(one["servos"]) <= SERVOS_A_TIME for one in messages if one["type"] == "servos")
-            seen |= {(one["uid"], one["reading"]["key"]) for one in readings}
-            goes += 1
-        assert goes >= len(told) / ENTRIES_A_TIME
-
-    play(scene, *(Recipe("BLA21-06U-A0", "1.300", servo_id=1 + n, node_id=10 + n) for n in range(60)))
+@scene(*(Recipe("BLA21-06U-A0", "1.300", servo_id=1 + n, node_id=10 + n) for n in range(60)))
+async def test_what_changes_with_a_crowd_is_sent_in_turns_and_all_of_it(rig: Rig) -> None:
+    servos = await rig.ready(60)
+    box = box_of(EventLog(rig.host, demo=False), "servos")
+    await taken_by(box)
+    told = {(servo.uid, key) for servo in servos for key in servo.registers}
+    for uid, key in told:
+        rig.host.hub.tell(ReadingChanged(uid, key))
+    seen: set[tuple[str, str]] = set()
+    goes = 0
+    while seen != told:
+        async with asyncio.timeout(1):
+            await box.waiting.wait()
+        messages = [orjson.loads(one) for one in box.take()]
+        readings = [one for one in messages if one["type"] == "parameter"]
+        assert len(readings) <= ENTRIES_A_TIME
+        assert all(len(one["servos"]) <= SERVOS_A_TIME for one in messages if one["type"] == "servos")
+        seen |= {(one["uid"], one["reading"]["key"]) for one in readings}
+        goes += 1
+    assert goes >= len(told) / ENTRIES_A_TIME
 
 
-def test_a_socket_that_is_gone_costs_nothing_more() -> None:
-    async def scene(rig: Rig) -> None:
-        log = EventLog(rig.host, demo=False)
-        box = box_of(log, "telemetry", uids=[UID])
-        box.close()
-        await stream(rig, 1)
-        assert telemetry(box.take()) == []
-        box.subscribe(["telemetry"], [UID])
-        await stream(rig, 1)
-        (message,) = telemetry(box.take())
-        assert len(message["channels"]["current_angle"]["t"]) == pytest.approx(100, abs=5)
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_a_socket_that_is_gone_costs_nothing_more(rig: Rig) -> None:
+    log = EventLog(rig.host, demo=False)
+    box = box_of(log, "telemetry", uids=[UID])
+    box.close()
+    await stream(rig, 1)
+    assert telemetry(box.take()) == []
+    box.subscribe(["telemetry"], [UID])
+    await stream(rig, 1)
+    (message,) = telemetry(box.take())
+    assert len(message["channels"]["current_angle"]["t"]) == pytest.approx(100, abs=5)

@@ -6,187 +6,158 @@ import pytest
 
 from behaviour.losing import PAIR, back, commanded
 from behaviour.rig import PLAIN, Rig, json, play, problem
-from hornbill.servo.device.servo import State
+from behaviour.scene import scene
+from hornbill.servo.device.servo import Servo, State
 from hornbill.servo.runtime.hub import Change, ReadingChanged, StopChanged
 from hornbill.sim.bench.recipe import Recipe
 
 THREE = [Recipe("BLA21-06U-A0", "1.300", servo_id=n, node_id=10 + n) for n in (1, 2, 3)]
 
 
-def test_torque_goes_off_on_every_servo_within_milliseconds_and_the_latch_holds() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(3)
-        began = asyncio.get_running_loop().time()
-        state = json(await rig.call("POST", "/stop"))
-        assert state["latched"] is True
-        assert [one["confirmed"] for one in state["servos"]] == [True] * 3
-        assert asyncio.get_running_loop().time() - began < 0.060
-        for servo in servos:
-            assert rig.sim(servo).output == 1
-        assert json(await rig.call("GET", "/stop"))["latched"] is True
-
-    play(scene, *THREE)
-
-
-def test_motion_is_refused_until_it_is_cleared_and_clearing_turns_nothing_on() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        await rig.call("POST", "/stop")
-        path = f"/servos/{servo.uid}"
-        problem(await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease), "stopped", 423)
-        problem(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease), "stopped", 423)
-        problem(await rig.call("PUT", path + "/parameters/torque_mode", {"value": "on"}, lease=lease), "stopped", 423)
-        problem(await rig.call("POST", path + "/save"), "stopped", 423)
-        problem(await rig.call("POST", path + "/restart"), "stopped", 423)
-        json(await rig.call("DELETE", "/stop"))
-        await asyncio.sleep(1)
+@scene(*THREE)
+async def test_torque_goes_off_on_every_servo_within_milliseconds_and_the_latch_holds(rig: Rig) -> None:
+    servos = await rig.ready(3)
+    began = asyncio.get_running_loop().time()
+    state = json(await rig.call("POST", "/stop"))
+    assert state["latched"] is True
+    assert [one["confirmed"] for one in state["servos"]] == [True] * 3
+    assert asyncio.get_running_loop().time() - began < 0.060
+    for servo in servos:
         assert rig.sim(servo).output == 1
-        refused = await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease)
-        assert problem(refused, "torque_off", 409)["detail"].startswith("Torque is off")
-        json(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease))
-        json(await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease))
-
-    play(scene)
+    assert json(await rig.call("GET", "/stop"))["latched"] is True
 
 
-def test_brake_is_asked_for_by_name() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("POST", "/stop", {"mode": "brake"}))
-        assert rig.sim(servo).output == 2
-        assert servo.raw("torque_mode") == 2
-
-    play(scene)
-
-
-def test_a_servo_that_does_not_answer_is_named_and_asked_until_it_does() -> None:
-    async def scene(rig: Rig) -> None:
-        quiet, other, _ = await rig.ready(3)
-        rig.sim(quiet).conditions.drop_responses_pct = 100
-        state = json(await rig.call("POST", "/stop"))
-        told = {one["uid"]: one for one in state["servos"]}
-        assert told[quiet.uid]["confirmed"] is False
-        assert told[other.uid]["confirmed"] is True
-        asked = sum(node == quiet.node_id and name == "0x20" for node, name, _ in rig.writes())
-        assert asked >= 5
-        rig.sim(quiet).conditions.drop_responses_pct = 0
-        await asyncio.sleep(1)
-        state = json(await rig.call("GET", "/stop"))
-        assert all(one["confirmed"] for one in state["servos"])
-        asked = len(rig.writes())
-        await asyncio.sleep(2)
-        assert len(rig.writes()) == asked, "once answered, nothing more is sent"
-
-    play(scene, *THREE)
+@scene()
+async def test_motion_is_refused_until_it_is_cleared_and_clearing_turns_nothing_on(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    await rig.call("POST", "/stop")
+    path = f"/servos/{servo.uid}"
+    problem(await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease), "stopped", 423)
+    problem(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease), "stopped", 423)
+    problem(await rig.call("PUT", path + "/parameters/torque_mode", {"value": "on"}, lease=lease), "stopped", 423)
+    problem(await rig.call("POST", path + "/save"), "stopped", 423)
+    problem(await rig.call("POST", path + "/restart"), "stopped", 423)
+    json(await rig.call("DELETE", "/stop"))
+    await asyncio.sleep(1)
+    assert rig.sim(servo).output == 1
+    refused = await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease)
+    assert problem(refused, "torque_off", 409)["detail"].startswith("Torque is off")
+    json(await rig.call("POST", path + "/torque", {"mode": "on"}, lease=lease))
+    json(await rig.call("POST", path + "/command", {"type": "angle", "value": 5}, lease=lease))
 
 
-def test_a_servo_that_is_moving_coasts_out_and_stays_where_it_came_to_rest() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        command = {"type": "angle", "value": 150}
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", command, lease=lease))
-        await asyncio.sleep(0.15)
-        assert rig.sim(servo).speed_rpm > 20
-        await rig.call("POST", "/stop")
-        assert rig.sim(servo).output == 1
-        await asyncio.sleep(2)
-        where = rig.sim(servo).angle_deg
-        await asyncio.sleep(2)
-        assert rig.sim(servo).output == 1
-        assert abs(rig.sim(servo).angle_deg - where) < 0.5
-
-    play(scene)
+@scene()
+async def test_brake_is_asked_for_by_name(rig: Rig, servo: Servo) -> None:
+    json(await rig.call("POST", "/stop", {"mode": "brake"}))
+    assert rig.sim(servo).output == 2
+    assert servo.raw("torque_mode") == 2
 
 
-def test_a_command_that_waits_for_an_answer_is_not_carried_out_after_the_stop() -> None:
+@scene(*THREE)
+async def test_a_servo_that_does_not_answer_is_named_and_asked_until_it_does(rig: Rig) -> None:
+    quiet, other, _ = await rig.ready(3)
+    rig.sim(quiet).conditions.drop_responses_pct = 100
+    state = json(await rig.call("POST", "/stop"))
+    told = {one["uid"]: one for one in state["servos"]}
+    assert told[quiet.uid]["confirmed"] is False
+    assert told[other.uid]["confirmed"] is True
+    asked = sum(node == quiet.node_id and name == "0x20" for node, name, _ in rig.writes())
+    assert asked >= 5
+    rig.sim(quiet).conditions.drop_responses_pct = 0
+    await asyncio.sleep(1)
+    state = json(await rig.call("GET", "/stop"))
+    assert all(one["confirmed"] for one in state["servos"])
+    asked = len(rig.writes())
+    await asyncio.sleep(2)
+    assert len(rig.writes()) == asked, "once answered, nothing more is sent"
+
+
+@scene()
+async def test_a_servo_that_is_moving_coasts_out_and_stays_where_it_came_to_rest(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    command = {"type": "angle", "value": 150}
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", command, lease=lease))
+    await asyncio.sleep(0.15)
+    assert rig.sim(servo).speed_rpm > 20
+    await rig.call("POST", "/stop")
+    assert rig.sim(servo).output == 1
+    await asyncio.sleep(2)
+    where = rig.sim(servo).angle_deg
+    await asyncio.sleep(2)
+    assert rig.sim(servo).output == 1
+    assert abs(rig.sim(servo).angle_deg - where) < 0.5
+
+
+@scene()
+async def test_a_command_that_waits_for_an_answer_is_not_carried_out_after_the_stop(rig: Rig, servo: Servo) -> None:
     """Torque on and commands are under way to a deaf servo; then stop; nothing may energise it when it hears again."""
 
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-        rig.bus.loss(100)
-        waiting = asyncio.create_task(rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        await asyncio.sleep(0.03)
-        await rig.call("POST", "/stop")
-        rig.bus.loss(0)
-        problem(await waiting, "stopped", 423)
-        await asyncio.sleep(3)
-        assert rig.sim(servo).output == 1
-        assert servo.raw("torque_mode") == 1
-
-    play(scene)
+    lease = await rig.lease()
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    rig.bus.loss(100)
+    waiting = asyncio.create_task(rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    await asyncio.sleep(0.03)
+    await rig.call("POST", "/stop")
+    rig.bus.loss(0)
+    problem(await waiting, "stopped", 423)
+    await asyncio.sleep(3)
+    assert rig.sim(servo).output == 1
+    assert servo.raw("torque_mode") == 1
 
 
-def test_stop_overtakes_a_full_read_of_every_servo() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(3)
-        reading = [
-            asyncio.create_task(rig.call("GET", f"/servos/{servo.uid}/parameters?refresh=true")) for servo in servos
-        ]
-        await asyncio.sleep(0.01)
-        began = asyncio.get_running_loop().time()
-        state = json(await rig.call("POST", "/stop"))
-        assert all(one["confirmed"] for one in state["servos"])
-        assert asyncio.get_running_loop().time() - began < 0.020
-        for task in reading:
-            json(await task)
-
-    play(scene, *THREE)
+@scene(*THREE)
+async def test_stop_overtakes_a_full_read_of_every_servo(rig: Rig) -> None:
+    servos = await rig.ready(3)
+    reading = [asyncio.create_task(rig.call("GET", f"/servos/{servo.uid}/parameters?refresh=true")) for servo in servos]
+    await asyncio.sleep(0.01)
+    began = asyncio.get_running_loop().time()
+    state = json(await rig.call("POST", "/stop"))
+    assert all(one["confirmed"] for one in state["servos"])
+    assert asyncio.get_running_loop().time() - began < 0.020
+    for task in reading:
+        json(await task)
 
 
-def test_a_servo_that_restarts_while_stopped_is_stopped_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await rig.call("POST", "/stop")
-        sim = rig.sim(servo)
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(0.5)
-        rig.bench.power(servo.uid, True)
-        await asyncio.sleep(4)
-        assert sim.starts == 2
-        assert sim.output == 1, "it came up with torque on and must not stay so"
-        assert json(await rig.call("GET", "/stop"))["servos"][0]["confirmed"] is True
-
-    play(scene)
+@scene()
+async def test_a_servo_that_restarts_while_stopped_is_stopped_again(rig: Rig, servo: Servo) -> None:
+    await rig.call("POST", "/stop")
+    sim = rig.sim(servo)
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(0.5)
+    rig.bench.power(servo.uid, True)
+    await asyncio.sleep(4)
+    assert sim.starts == 2
+    assert sim.output == 1, "it came up with torque on and must not stay so"
+    assert json(await rig.call("GET", "/stop"))["servos"][0]["confirmed"] is True
 
 
-def test_stop_needs_no_bus_no_body_and_no_lease() -> None:
-    async def scene(rig: Rig) -> None:
-        state = json(await rig.call("POST", "/stop"))
-        assert (state["latched"], state["servos"]) == (True, [])
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_stop_needs_no_bus_no_body_and_no_lease(rig: Rig) -> None:
+    state = json(await rig.call("POST", "/stop"))
+    assert (state["latched"], state["servos"]) == (True, [])
 
 
-def test_torque_off_and_brake_never_need_a_lease_even_while_somebody_holds_one() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await rig.lease()
-        for mode, output in (("off", 1), ("brake", 2)):
-            reading = json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode}))
-            assert reading["value"] == mode
-            assert rig.sim(servo).output == output
-        assert servo.state is State.READY
-
-    play(scene, PLAIN)
+@scene(PLAIN)
+async def test_torque_off_and_brake_never_need_a_lease_even_while_somebody_holds_one(rig: Rig, servo: Servo) -> None:
+    await rig.lease()
+    for mode, output in (("off", 1), ("brake", 2)):
+        reading = json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": mode}))
+        assert reading["value"] == mode
+        assert rig.sim(servo).output == output
+    assert servo.state is State.READY
 
 
-def test_one_press_that_arrives_by_two_roads_is_one_stop() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        first = json(await rig.call("POST", "/stop?by=Page 1"))
-        second = json(await rig.call("POST", "/stop?by=Page 1"))
-        assert (first["at"], first["servos"]) == (second["at"], second["servos"])
-        assert len(rig.events("stopped")) == 1
-        await asyncio.sleep(2)
-        third = json(await rig.call("POST", "/stop?by=Page 1"))
-        assert third["at"] > first["at"]
-        assert all(one["confirmed"] for one in third["servos"])
-
-    play(scene)
+@scene()
+async def test_one_press_that_arrives_by_two_roads_is_one_stop(rig: Rig) -> None:
+    await rig.ready()
+    first = json(await rig.call("POST", "/stop?by=Page 1"))
+    second = json(await rig.call("POST", "/stop?by=Page 1"))
+    assert (first["at"], first["servos"]) == (second["at"], second["servos"])
+    assert len(rig.events("stopped")) == 1
+    await asyncio.sleep(2)
+    third = json(await rig.call("POST", "/stop?by=Page 1"))
+    assert third["at"] > first["at"]
+    assert all(one["confirmed"] for one in third["servos"])
 
 
 def test_a_restart_job_that_waits_does_not_restart_the_servo_after_a_stop() -> None:
@@ -204,95 +175,81 @@ def test_a_restart_job_that_waits_does_not_restart_the_servo_after_a_stop() -> N
     play(scene, far)
 
 
-def test_a_save_job_that_waits_does_not_save_the_stop() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
-        json(await rig.call("POST", "/stop"))
-        await asyncio.sleep(8)
-        assert rig.sim(servo).starts == 1
-        assert rig.sim(servo).memory.stored(0x20) == 0
-
-    play(scene)
+@scene()
+async def test_a_save_job_that_waits_does_not_save_the_stop(rig: Rig, servo: Servo) -> None:
+    json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+    json(await rig.call("POST", "/stop"))
+    await asyncio.sleep(8)
+    assert rig.sim(servo).starts == 1
+    assert rig.sim(servo).memory.stored(0x20) == 0
 
 
-def test_a_servo_stopped_while_it_starts_is_not_believed_to_have_torque_off_in_rom() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await rig.call("POST", "/stop")
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(0.5)
-        rig.bench.power(servo.uid, True)
-        await asyncio.sleep(6)
-        assert rig.sim(servo).output == 1
-        assert rig.sim(servo).memory.stored(0x20) == 0
-        assert servo.registers["torque_mode"].rom in (0, None)
-
-    play(scene)
-
-
-def test_a_new_servo_with_torque_on_is_shown_unconfirmed_until_it_is_stopped() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        await rig.call("POST", "/stop")
-        sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
-        await asyncio.sleep(6)
-        assert sim.output == 1
-        state = json(await rig.call("GET", "/stop"))
-        assert [one["confirmed"] for one in state["servos"]] == [True, True]
-
-    play(scene)
+@scene()
+async def test_a_servo_stopped_while_it_starts_is_not_believed_to_have_torque_off_in_rom(
+    rig: Rig, servo: Servo
+) -> None:
+    await rig.call("POST", "/stop")
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(0.5)
+    rig.bench.power(servo.uid, True)
+    await asyncio.sleep(6)
+    assert rig.sim(servo).output == 1
+    assert rig.sim(servo).memory.stored(0x20) == 0
+    assert servo.registers["torque_mode"].rom in (0, None)
 
 
-def test_a_servo_whose_rows_cannot_be_read_is_stopped_all_the_same() -> None:
+@scene()
+async def test_a_new_servo_with_torque_on_is_shown_unconfirmed_until_it_is_stopped(rig: Rig) -> None:
+    await rig.ready()
+    await rig.call("POST", "/stop")
+    sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
+    await asyncio.sleep(6)
+    assert sim.output == 1
+    state = json(await rig.call("GET", "/stop"))
+    assert [one["confirmed"] for one in state["servos"]] == [True, True]
+
+
+@scene()
+async def test_a_servo_whose_rows_cannot_be_read_is_stopped_all_the_same(rig: Rig) -> None:
     """It answers who it is, and then its answers to most reads are lost."""
 
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        await rig.call("POST", "/stop")
-        sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
-        async with asyncio.timeout(10):
-            while len(rig.host.fleet.all()) < 2:
-                await asyncio.sleep(0.0005)
-        sim.conditions.drop_responses_pct = 100
-        await asyncio.sleep(0.3)
-        assert sim.output == 1
-
-    play(scene)
+    await rig.ready()
+    await rig.call("POST", "/stop")
+    sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
+    async with asyncio.timeout(10):
+        while len(rig.host.fleet.all()) < 2:
+            await asyncio.sleep(0.0005)
+    sim.conditions.drop_responses_pct = 100
+    await asyncio.sleep(0.3)
+    assert sim.output == 1
 
 
-def test_a_servo_that_somebody_turns_on_again_is_no_longer_called_confirmed() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await rig.call("POST", "/stop")
-        seen: list[bool] = []
+@scene()
+async def test_a_servo_that_somebody_turns_on_again_is_no_longer_called_confirmed(rig: Rig, servo: Servo) -> None:
+    await rig.call("POST", "/stop")
+    seen: list[bool] = []
 
-        def watch(change: Change) -> None:
-            if isinstance(change, StopChanged) and rig.host.stop.latch is not None:
-                seen.append(rig.host.stop.latch.servos[servo.uid].confirmed)
+    def watch(change: Change) -> None:
+        if isinstance(change, StopChanged) and rig.host.stop.latch is not None:
+            seen.append(rig.host.stop.latch.servos[servo.uid].confirmed)
 
-        rig.host.hub.listen(watch)
-        rig.sim(servo).memory.put(0x20, 0)
-        rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
-        await asyncio.sleep(3)
-        assert seen == [False, True]
-        assert rig.sim(servo).output == 1
-
-    play(scene)
+    rig.host.hub.listen(watch)
+    rig.sim(servo).memory.put(0x20, 0)
+    rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+    await asyncio.sleep(3)
+    assert seen == [False, True]
+    assert rig.sim(servo).output == 1
 
 
-def test_a_second_press_is_sent_to_every_servo_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("POST", "/stop"))
-        rig.sim(servo).memory.put(0x20, 0)  # another tool turned it on
-        rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
-        assert rig.sim(servo).output == 0
-        json(await rig.call("POST", "/stop"))
-        await asyncio.sleep(0.01)
-        assert rig.sim(servo).output == 1
-
-    play(scene)
+@scene()
+async def test_a_second_press_is_sent_to_every_servo_again(rig: Rig, servo: Servo) -> None:
+    json(await rig.call("POST", "/stop"))
+    rig.sim(servo).memory.put(0x20, 0)  # another tool turned it on
+    rig.sim(servo)._device.commander.configured()  # pyright: ignore[reportPrivateUsage]
+    assert rig.sim(servo).output == 0
+    json(await rig.call("POST", "/stop"))
+    await asyncio.sleep(0.01)
+    assert rig.sim(servo).output == 1
 
 
 def test_a_failure_of_ours_does_not_end_the_repetition_of_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -314,34 +271,28 @@ def test_a_failure_of_ours_does_not_end_the_repetition_of_a_stop(monkeypatch: py
     play(scene)
 
 
-def test_clearing_a_stop_does_not_let_go_of_a_servo_that_has_not_answered_yet() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.bus.loss(100)
-        json(await rig.call("POST", "/stop"))
-        json(await rig.call("DELETE", "/stop"))
-        said = rig.events("stop_cleared")[0]
-        assert servo.title in said.text
-        rig.bus.loss(0)
-        await asyncio.sleep(1)
-        assert rig.sim(servo).output == 1
-
-    play(scene)
+@scene()
+async def test_clearing_a_stop_does_not_let_go_of_a_servo_that_has_not_answered_yet(rig: Rig, servo: Servo) -> None:
+    rig.bus.loss(100)
+    json(await rig.call("POST", "/stop"))
+    json(await rig.call("DELETE", "/stop"))
+    said = rig.events("stop_cleared")[0]
+    assert servo.title in said.text
+    rig.bus.loss(0)
+    await asyncio.sleep(1)
+    assert rig.sim(servo).output == 1
 
 
-def test_a_stop_with_the_brake_is_not_undone_by_a_torque_off_that_was_still_owed() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease(ttl_s=1)
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
-        rig.bus.loss(100)
-        await asyncio.sleep(1.5)
-        json(await rig.call("POST", "/stop", {"mode": "brake"}))
-        rig.bus.loss(0)
-        await asyncio.sleep(2)
-        assert rig.sim(servo).output == 2
-
-    play(scene)
+@scene()
+async def test_a_stop_with_the_brake_is_not_undone_by_a_torque_off_that_was_still_owed(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease(ttl_s=1)
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
+    rig.bus.loss(100)
+    await asyncio.sleep(1.5)
+    json(await rig.call("POST", "/stop", {"mode": "brake"}))
+    rig.bus.loss(0)
+    await asyncio.sleep(2)
+    assert rig.sim(servo).output == 2
 
 
 def test_a_stop_in_the_instant_of_an_answer_leaves_nothing_repeating() -> None:
@@ -381,122 +332,112 @@ async def _again(rig: Rig) -> None:
     await asyncio.sleep(2)
 
 
-def test_a_servo_that_never_answered_is_stopped_although_stop_was_pressed_anew_and_cleared_without_a_bus() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        await commanded(rig, servo)
-        rig.bus.loss(100)
-        json(await rig.call("POST", "/stop", {"mode": "off"}, By="one"))
-        json(await rig.call("DELETE", "/bus"))
-        stop = json(await rig.call("POST", "/stop", {"mode": "off"}, By="another"))
-        assert {one["uid"] for one in stop["servos"]} >= {servo.uid}, "it has not said that its torque is off"
-        json(await rig.call("DELETE", "/stop"))
-        assert servo.title in rig.events("stop_cleared")[0].text
-        assert rig.sim(servo).output == 0
-        await _again(rig)
-        assert rig.sim(servo).output == 1
-
-    play(scene, *PAIR)
+@scene(*PAIR)
+async def test_a_servo_that_never_answered_is_stopped_although_stop_was_pressed_anew_and_cleared_without_a_bus(
+    rig: Rig,
+) -> None:
+    servo = (await rig.ready(2))[0]
+    await commanded(rig, servo)
+    rig.bus.loss(100)
+    json(await rig.call("POST", "/stop", {"mode": "off"}, By="one"))
+    json(await rig.call("DELETE", "/bus"))
+    stop = json(await rig.call("POST", "/stop", {"mode": "off"}, By="another"))
+    assert {one["uid"] for one in stop["servos"]} >= {servo.uid}, "it has not said that its torque is off"
+    json(await rig.call("DELETE", "/stop"))
+    assert servo.title in rig.events("stop_cleared")[0].text
+    assert rig.sim(servo).output == 0
+    await _again(rig)
+    assert rig.sim(servo).output == 1
 
 
 @pytest.mark.parametrize("cleared", [False, True])
-def test_an_owed_torque_off_does_not_follow_the_brake_of_a_stop(cleared: bool) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        await commanded(rig, servo)
-        rig.bus.loss(100)
-        json(await rig.call("DELETE", "/bus"))
-        assert rig.host.torque_off.pending(servo.uid)
-        stop = json(await rig.call("POST", "/stop", {"mode": "brake"}, By="one"))
-        assert [one["confirmed"] for one in stop["servos"] if one["uid"] == servo.uid] == [False]
-        if cleared:
-            json(await rig.call("DELETE", "/stop"))
-        await _again(rig)
-        assert rig.sim(servo).output == 2
-
-    play(scene, *PAIR)
+@scene(*PAIR)
+async def test_an_owed_torque_off_does_not_follow_the_brake_of_a_stop(rig: Rig, cleared: bool) -> None:
+    servo = (await rig.ready(2))[0]
+    await commanded(rig, servo)
+    rig.bus.loss(100)
+    json(await rig.call("DELETE", "/bus"))
+    assert rig.host.torque_off.pending(servo.uid)
+    stop = json(await rig.call("POST", "/stop", {"mode": "brake"}, By="one"))
+    assert [one["confirmed"] for one in stop["servos"] if one["uid"] == servo.uid] == [False]
+    if cleared:
+        json(await rig.call("DELETE", "/stop"))
+    await _again(rig)
+    assert rig.sim(servo).output == 2
 
 
 @pytest.mark.parametrize("end", ["disconnect", "close"])
-def test_a_stop_that_has_not_been_answered_is_repeated_before_the_bus_is_left(end: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        await commanded(rig, servo)
-        rig.bus.loss(100)
-        rig.host.stop.now("off", "test", "")
-        await asyncio.sleep(0.01)
-        leaving = asyncio.create_task(getattr(rig.host, end)())
-        await asyncio.sleep(0.05)
-        rig.bus.loss(0)
-        await leaving
-        assert rig.sim(servo).output == 1
-
-    play(scene, *PAIR)
+@scene(*PAIR)
+async def test_a_stop_that_has_not_been_answered_is_repeated_before_the_bus_is_left(rig: Rig, end: str) -> None:
+    servo = (await rig.ready(2))[0]
+    await commanded(rig, servo)
+    rig.bus.loss(100)
+    rig.host.stop.now("off", "test", "")
+    await asyncio.sleep(0.01)
+    leaving = asyncio.create_task(getattr(rig.host, end)())
+    await asyncio.sleep(0.05)
+    rig.bus.loss(0)
+    await leaving
+    assert rig.sim(servo).output == 1
 
 
-def test_a_lease_that_lapses_is_noticed_although_looking_at_the_bus_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+@scene(*PAIR)
+async def test_a_lease_that_lapses_is_noticed_although_looking_at_the_bus_fails(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def fail() -> None:
         raise RuntimeError("a driver's surprise")
 
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        lease = await rig.lease(ttl_s=2)
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
-        monkeypatch.setattr(rig.host.watch, "look", fail)
-        await asyncio.sleep(3)
-        assert rig.sim(servo).output == 1
-
-    play(scene, *PAIR)
+    servo = (await rig.ready(2))[0]
+    lease = await rig.lease(ttl_s=2)
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
+    monkeypatch.setattr(rig.host.watch, "look", fail)
+    await asyncio.sleep(3)
+    assert rig.sim(servo).output == 1
 
 
-def test_an_impostor_on_its_node_id_confirms_no_stop_of_a_servo_that_was_away() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = next(one for one in await rig.ready(2) if one.node_id == 11)
-        await commanded(rig, servo)
-        await rig.cable.unplug()
-        await asyncio.sleep(5)
-        json(await rig.call("POST", "/stop", {"mode": "off"}))
-        lost = rig.sim(servo)
-        rig.bench.power(servo.uid, False)
-        rig.bench.add(Recipe("BLA21-06U-A0", "1.300", servo_id=7, node_id=11))
-        await asyncio.sleep(5)
-        await back(rig)
-        await asyncio.sleep(5)
-        stop = json(await rig.call("GET", "/stop"))
-        assert [one["confirmed"] for one in stop["servos"] if one["uid"] == servo.uid] == [False]
-        assert not lost.powered
-
-    play(scene, *PAIR)
+@scene(*PAIR)
+async def test_an_impostor_on_its_node_id_confirms_no_stop_of_a_servo_that_was_away(rig: Rig) -> None:
+    servo = next(one for one in await rig.ready(2) if one.node_id == 11)
+    await commanded(rig, servo)
+    await rig.cable.unplug()
+    await asyncio.sleep(5)
+    json(await rig.call("POST", "/stop", {"mode": "off"}))
+    lost = rig.sim(servo)
+    rig.bench.power(servo.uid, False)
+    rig.bench.add(Recipe("BLA21-06U-A0", "1.300", servo_id=7, node_id=11))
+    await asyncio.sleep(5)
+    await back(rig)
+    await asyncio.sleep(5)
+    stop = json(await rig.call("GET", "/stop"))
+    assert [one["confirmed"] for one in stop["servos"] if one["uid"] == servo.uid] == [False]
+    assert not lost.powered
 
 
-def test_a_controller_that_was_off_the_bus_between_two_looks_ends_commands_too() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        await commanded(rig, servo)
-        rig.cable.bus_off()
-        await asyncio.sleep(0.001)
-        rig.bus.recover(rig.cable.inner)
-        await asyncio.sleep(0.5)
-        assert not rig.host.motion.driven(servo.uid)
-        assert rig.sim(servo).output == 1
-        assert rig.events("bus_lost")
-
-    play(scene, *PAIR)
+@scene(*PAIR)
+async def test_a_controller_that_was_off_the_bus_between_two_looks_ends_commands_too(rig: Rig) -> None:
+    servo = (await rig.ready(2))[0]
+    await commanded(rig, servo)
+    rig.cable.bus_off()
+    await asyncio.sleep(0.001)
+    rig.bus.recover(rig.cable.inner)
+    await asyncio.sleep(0.5)
+    assert not rig.host.motion.driven(servo.uid)
+    assert rig.sim(servo).output == 1
+    assert rig.events("bus_lost")
 
 
-def test_a_brake_that_was_asked_for_and_not_answered_is_owed_as_the_brake() -> None:
+@scene(*PAIR)
+async def test_a_brake_that_was_asked_for_and_not_answered_is_owed_as_the_brake(rig: Rig) -> None:
     """Off in its place would let a load drop that the brake holds."""
 
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        await commanded(rig, servo)
-        rig.bus.loss(100)
-        problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}), "no_answer", 504)
-        assert rig.sim(servo).output == 0
-        rig.bus.loss(0)
-        await asyncio.sleep(0.3)
-        assert rig.sim(servo).output == 2
-        await asyncio.sleep(5)
-        assert rig.sim(servo).output == 2
-
-    play(scene, *PAIR)
+    servo = (await rig.ready(2))[0]
+    await commanded(rig, servo)
+    rig.bus.loss(100)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}), "no_answer", 504)
+    assert rig.sim(servo).output == 0
+    rig.bus.loss(0)
+    await asyncio.sleep(0.3)
+    assert rig.sim(servo).output == 2
+    await asyncio.sleep(5)
+    assert rig.sim(servo).output == 2

@@ -9,7 +9,8 @@ import pytest
 
 from behaviour.losing import PAIR, commanded, now
 from behaviour.rig import PLAIN, Rig, json, play
-from hornbill.servo.device.servo import State
+from behaviour.scene import scene
+from hornbill.servo.device.servo import Servo, State
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.sim.servo import SimulatedServo
 from hornbill.store.database import Database
@@ -111,42 +112,39 @@ def test_a_stop_that_was_cleared_does_not_come_back(tmp_path: Path) -> None:
     play(after, store=at(tmp_path), connect=False)
 
 
-def test_nothing_is_written_to_the_disk_before_every_frame_of_the_stop_has_left(
-    monkeypatch: pytest.MonkeyPatch,
+@scene(*PAIR)
+async def test_nothing_is_written_to_the_disk_before_every_frame_of_the_stop_has_left(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(2)
-        await commanded(rig, servos[0])
-        outputs: list[set[int]] = []
-        transaction = Database.transaction
+    servos = await rig.ready(2)
+    await commanded(rig, servos[0])
+    outputs: list[set[int]] = []
+    transaction = Database.transaction
 
-        def watched(self: Database) -> Any:
-            outputs.append({rig.sim(servo).output for servo in servos})
-            return transaction(self)
+    def watched(self: Database) -> Any:
+        outputs.append({rig.sim(servo).output for servo in servos})
+        return transaction(self)
 
-        monkeypatch.setattr(Database, "transaction", watched)
-        rig.host.stop.now("off", "test", "")
-        await asyncio.sleep(0.5)
-        assert outputs
-        assert all(one == {1} for one in outputs)
-
-    play(scene, *PAIR)
+    monkeypatch.setattr(Database, "transaction", watched)
+    rig.host.stop.now("off", "test", "")
+    await asyncio.sleep(0.5)
+    assert outputs
+    assert all(one == {1} for one in outputs)
 
 
-def test_a_store_that_fails_keeps_nobody_from_stopping_and_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
+@scene()
+async def test_a_store_that_fails_keeps_nobody_from_stopping_and_is_said(
+    rig: Rig, servo: Servo, monkeypatch: pytest.MonkeyPatch
+) -> None:
 
-        def fail(*_: object) -> None:
-            raise OSError("no space left on device")
+    def fail(*_: object) -> None:
+        raise OSError("no space left on device")
 
-        monkeypatch.setattr(rig.host.store.settings, "put", fail)
-        await press(rig)
-        await asyncio.sleep(0.5)
-        assert rig.sim(servo).output == 1
-        assert "would not know of it" in rig.events("store_failed")[0].text
-
-    play(scene)
+    monkeypatch.setattr(rig.host.store.settings, "put", fail)
+    await press(rig)
+    await asyncio.sleep(0.5)
+    assert rig.sim(servo).output == 1
+    assert "would not know of it" in rig.events("store_failed")[0].text
 
 
 LETS_GO = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
@@ -181,58 +179,50 @@ def _any_output(sim: SimulatedServo) -> None:
     sim.behaviour = replace(sim.behaviour, timeout_changes="any_output")
 
 
-def test_a_brake_that_the_servos_time_out_cannot_let_go_is_written_once() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await press(rig, "brake")
-        written = asked(rig, servo.node_id)
-        await asyncio.sleep(5)
-        assert asked(rig, servo.node_id) == written
-
-    play(scene, replace(PLAIN, rom={"timeout_action": 0}))
+@scene(replace(PLAIN, rom={"timeout_action": 0}))
+async def test_a_brake_that_the_servos_time_out_cannot_let_go_is_written_once(rig: Rig, servo: Servo) -> None:
+    await press(rig, "brake")
+    written = asked(rig, servo.node_id)
+    await asyncio.sleep(5)
+    assert asked(rig, servo.node_id) == written
 
 
-def test_a_brake_that_somebody_takes_off_by_name_is_not_put_on_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, other = await rig.ready(2)
-        await press(rig, "brake")
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-        await asyncio.sleep(3)
-        assert (rig.sim(servo).output, rig.sim(other).output) == (1, 2)
-
-    play(scene, *(replace(LETS_GO, servo_id=n, node_id=10 + n) for n in (1, 2)))
+@scene(*(replace(LETS_GO, servo_id=n, node_id=10 + n) for n in (1, 2)))
+async def test_a_brake_that_somebody_takes_off_by_name_is_not_put_on_again(rig: Rig) -> None:
+    servo, other = await rig.ready(2)
+    await press(rig, "brake")
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    await asyncio.sleep(3)
+    assert (rig.sim(servo).output, rig.sim(other).output) == (1, 2)
 
 
-def test_after_a_stop_without_the_brake_nothing_is_repeated() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await press(rig)
-        written = asked(rig, servo.node_id)
-        await asyncio.sleep(5)
-        assert asked(rig, servo.node_id) == written
-
-    play(scene)
+@scene()
+async def test_after_a_stop_without_the_brake_nothing_is_repeated(rig: Rig, servo: Servo) -> None:
+    await press(rig)
+    written = asked(rig, servo.node_id)
+    await asyncio.sleep(5)
+    assert asked(rig, servo.node_id) == written
 
 
-def test_a_servo_that_does_not_answer_is_named_in_an_event_after_a_second_and_again_when_it_does() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, other = await rig.ready(2)
-        rig.sim(servo).conditions.drop_responses_pct = 100
-        state = await press(rig)
-        assert {one["label"]: one["confirmed"] for one in state["servos"]} == {servo.title: False, other.title: True}
-        await asyncio.sleep(0.7)
-        assert not rig.events("no_answer")
-        await asyncio.sleep(2)
-        said = rig.events("no_answer")
-        assert len(said) == 1
-        assert servo.title in said[0].text
-        assert other.title not in said[0].text
-        assert said[0].uid == servo.uid
-        rig.sim(servo).conditions.drop_responses_pct = 0
-        await asyncio.sleep(0.5)
-        assert servo.title in rig.events("stopped_late")[0].text
-
-    play(scene, *PAIR)
+@scene(*PAIR)
+async def test_a_servo_that_does_not_answer_is_named_in_an_event_after_a_second_and_again_when_it_does(
+    rig: Rig,
+) -> None:
+    servo, other = await rig.ready(2)
+    rig.sim(servo).conditions.drop_responses_pct = 100
+    state = await press(rig)
+    assert {one["label"]: one["confirmed"] for one in state["servos"]} == {servo.title: False, other.title: True}
+    await asyncio.sleep(0.7)
+    assert not rig.events("no_answer")
+    await asyncio.sleep(2)
+    said = rig.events("no_answer")
+    assert len(said) == 1
+    assert servo.title in said[0].text
+    assert other.title not in said[0].text
+    assert said[0].uid == servo.uid
+    rig.sim(servo).conditions.drop_responses_pct = 0
+    await asyncio.sleep(0.5)
+    assert servo.title in rig.events("stopped_late")[0].text
 
 
 def test_twenty_servos_behind_a_lost_bus_are_named_in_one_event() -> None:
@@ -251,56 +241,51 @@ def test_twenty_servos_behind_a_lost_bus_are_named_in_one_event() -> None:
     play(scene, *twenty)
 
 
-def test_a_servo_switched_off_after_a_cleared_stop_is_asked_once_a_second_and_at_once_when_it_is_back() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        sim, node = rig.sim(servo), servo.node_id
-        rig.bench.power(servo.uid, False)
-        await press(rig)
-        json(await rig.call("DELETE", "/stop"))
-        await asyncio.sleep(10)
-        assert servo.state is State.OFFLINE
-        before = asked(rig, node)
-        await asyncio.sleep(60)
-        assert 55 <= asked(rig, node) - before <= 61
-        rig.bench.power(servo.uid, True)
-        async with asyncio.timeout(10):
-            while not sim.powered or not servo.online:
-                await asyncio.sleep(0.005)
-        await asyncio.sleep(0.05)
-        assert sim.output == 1
-        settled = asked(rig, node)
-        await asyncio.sleep(5)
-        assert asked(rig, node) == settled
-
-    play(scene, *PAIR)
-
-
-def test_a_servo_that_is_heard_and_does_not_answer_is_asked_four_times_a_second() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rig.sim(servo).conditions.drop_responses_pct = 100
-        await press(rig)
-        await asyncio.sleep(3)
-        before = asked(rig, servo.node_id)
-        await asyncio.sleep(10)
-        assert 33 <= asked(rig, servo.node_id) - before <= 41
-
-    play(scene)
+@scene(*PAIR)
+async def test_a_servo_switched_off_after_a_cleared_stop_is_asked_once_a_second_and_at_once_when_it_is_back(
+    rig: Rig,
+) -> None:
+    servo = (await rig.ready(2))[0]
+    sim, node = rig.sim(servo), servo.node_id
+    rig.bench.power(servo.uid, False)
+    await press(rig)
+    json(await rig.call("DELETE", "/stop"))
+    await asyncio.sleep(10)
+    assert servo.state is State.OFFLINE
+    before = asked(rig, node)
+    await asyncio.sleep(60)
+    assert 55 <= asked(rig, node) - before <= 61
+    rig.bench.power(servo.uid, True)
+    async with asyncio.timeout(10):
+        while not sim.powered or not servo.online:
+            await asyncio.sleep(0.005)
+    await asyncio.sleep(0.05)
+    assert sim.output == 1
+    settled = asked(rig, node)
+    await asyncio.sleep(5)
+    assert asked(rig, node) == settled
 
 
-def test_a_node_that_may_be_a_servo_keeps_the_brake_as_well() -> None:
+@scene()
+async def test_a_servo_that_is_heard_and_does_not_answer_is_asked_four_times_a_second(rig: Rig, servo: Servo) -> None:
+    rig.sim(servo).conditions.drop_responses_pct = 100
+    await press(rig)
+    await asyncio.sleep(3)
+    before = asked(rig, servo.node_id)
+    await asyncio.sleep(10)
+    assert 33 <= asked(rig, servo.node_id) - before <= 41
+
+
+@scene()
+async def test_a_node_that_may_be_a_servo_keeps_the_brake_as_well(rig: Rig) -> None:
     """It is not identified while nothing of it is answered but writes."""
 
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        await press(rig, "brake")
-        sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
-        _any_output(sim)
-        await asyncio.sleep(6)
-        assert sim.output == 2
-
-    play(scene)
+    await rig.ready()
+    await press(rig, "brake")
+    sim = rig.bench.add(Recipe("BLA21-12U-A0", "1.300", servo_id=2, node_id=12))
+    _any_output(sim)
+    await asyncio.sleep(6)
+    assert sim.output == 2
 
 
 def first_write(rig: Rig) -> float:
@@ -313,12 +298,10 @@ def first_write(rig: Rig) -> float:
     raise AssertionError("0x20 was never written")
 
 
-def test_the_first_frame_of_a_stop_leaves_before_anything_is_kept() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        pressed = now()
-        rig.host.stop.now("off", "test", "")
-        await asyncio.sleep(0.1)
-        assert first_write(rig) - pressed < 0.001
-
-    play(scene)
+@scene()
+async def test_the_first_frame_of_a_stop_leaves_before_anything_is_kept(rig: Rig) -> None:
+    await rig.ready()
+    pressed = now()
+    rig.host.stop.now("off", "test", "")
+    await asyncio.sleep(0.1)
+    assert first_write(rig) - pressed < 0.001

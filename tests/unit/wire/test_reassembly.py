@@ -1,8 +1,13 @@
 """Reassembly, case by case: what comes out, what is dropped, and which counter says why."""
 
 import logging
+from collections import Counter
+from dataclasses import fields
+from random import Random
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hornbill.wire import types
 from hornbill.wire.datatype import Kind
@@ -11,8 +16,10 @@ from hornbill.wire.identifier import make_anonymous_id, make_message_id, make_se
 from hornbill.wire.messages import ActuatorStatus, Mode, NodeHealth, NodeStatus
 from hornbill.wire.reassembly import Reassembler, ReassemblyCounters
 from hornbill.wire.services import EMPTY, GetSetRequest, GetSetResponse, integer
-from hornbill.wire.transfer import Transfer
-from unit.wire.structures import frames, transfer
+from hornbill.wire.transfer import Transfer, split
+from unit.wire.damage import damage
+from unit.wire.reference import transfers_in
+from unit.wire.structures import frames, structures, transfer
 
 STATUS = ActuatorStatus(1, 90.0, 0.0, 0.0, 127)
 ANSWER = GetSetResponse(integer(1234), EMPTY, EMPTY, EMPTY, "0x20")
@@ -216,3 +223,148 @@ def test_a_drop_is_logged_for_those_who_look(caplog: pytest.LogCaptureFixture) -
 def test_a_reassembler_that_could_not_work_is_refused(node_id: int, timeout: float, sessions: int) -> None:
     with pytest.raises(ValueError, match=r"Give|above 0"):
         Reassembler(node_id, timeout=timeout, max_sessions=sessions)
+
+
+identifiers = st.sampled_from([0x100BB4FF, 0x1001550B, 0x104E2314, 0x18000100, 0x1000_0080, 0x0000_01FF]) | st.integers(
+    0, (1 << 29) - 1
+)
+any_frames = st.lists(st.builds(Frame, identifiers, st.binary(max_size=8), st.floats(1.0, 9.0)), max_size=40)
+
+
+def test_a_wrong_toggle_bit_is_told_with_its_frame() -> None:
+    one, two, three = frames(GetSetRequest(0, integer(5), "0x2C"), at=1.0)
+    wrong = two._replace(data=two.data[:-1] + bytes((two.data[-1] ^ 0x20,)))
+    told: list[tuple[str, int, bytes]] = []
+    reassembler = Reassembler(on_drop=lambda reason, can_id, data: told.append((reason, can_id, data)))
+    assert reassembler.feed([one, wrong, three]) == []
+    assert told == [("bad_toggle", wrong.id, wrong.data), ("unexpected", three.id, three.data)]
+
+
+def test_nothing_is_told_of_a_good_bus() -> None:
+    told: list[str] = []
+    reassembler = Reassembler(on_drop=lambda reason, _id, _data: told.append(reason))
+    heard = [
+        *frames(NodeStatus(1, NodeHealth.OK, Mode.OPERATIONAL), at=1.0),
+        *frames(GetSetRequest(0, integer(5), "0x2C")),
+    ]
+    assert len(reassembler.feed(heard)) == 2
+    assert told == []
+
+
+@given(any_frames)
+def test_every_count_was_told(heard: list[Frame]) -> None:
+    told: Counter[str] = Counter()
+    reassembler = Reassembler(timeout=0.5, max_sessions=2, on_drop=lambda reason, _id, _data: told.update((reason,)))
+    for frame in heard:
+        reassembler.feed([frame])
+    counters = reassembler.counters
+    counted = {field.name: getattr(counters, field.name) for field in fields(ReassemblyCounters)}
+    del counted["frames"], counted["transfers"]
+    assert told == Counter(counted)
+
+
+MAX_SESSIONS = 4
+FRAME_S = 0.00014
+
+
+def frames_of(sent: Transfer) -> list[Frame]:
+    return split(sent, types.BY_KEY[bool(sent.kind), sent.type_id])
+
+
+@st.composite
+def senders(draw: st.DrawFn) -> list[list[Transfer]]:
+    """Up to five nodes with a few transfers each, one after the other, transfer ids counting up past 31."""
+    talks: list[list[Transfer]] = []
+    for source in range(1, 1 + draw(st.integers(1, 5))):
+        talk = draw(st.lists(structures, min_size=1, max_size=4))
+        first = draw(st.integers(0, 31))
+        talks.append([transfer(s, source=source, transfer_id=(first + n) % 32) for n, s in enumerate(talk)])
+    return talks
+
+
+def mix(draw: st.DrawFn, talks: list[list[Transfer]]) -> list[tuple[Transfer, Frame]]:
+    """All frames in one row; the frames of one node keep their order."""
+    rows = [[(sent, frame) for sent in talk for frame in frames_of(sent)] for talk in talks]
+    mixed: list[tuple[Transfer, Frame]] = []
+    while rows:
+        row = rows[draw(st.integers(0, len(rows) - 1))]
+        mixed.append(row.pop(0))
+        rows = [row for row in rows if row]
+    return mixed
+
+
+@given(st.data(), senders())
+@settings(max_examples=60)
+def test_mixed_transfers_all_come_out(data: st.DataObject, talks: list[list[Transfer]]) -> None:
+    mixed = data.draw(st.composite(mix)(talks))
+    received = Reassembler().feed([frame for _, frame in mixed])
+    assert [[t for t in received if t.source == n] for n in range(1, len(talks) + 1)] == talks
+
+
+@given(st.data(), senders())
+@settings(max_examples=60)
+def test_a_loss_costs_its_own_transfer_and_no_other(data: st.DataObject, talks: list[list[Transfer]]) -> None:
+    mixed = data.draw(st.composite(mix)(talks))
+    lost = data.draw(st.sets(st.integers(0, len(mixed) - 1), max_size=4))
+    hit = [mixed[n][0] for n in lost]
+    received = Reassembler().feed([frame for n, (_, frame) in enumerate(mixed) if n not in lost])
+    assert sorted(received) == sorted(t for talk in talks for t in talk if t not in hit)
+
+
+@given(st.data(), senders())
+@settings(max_examples=60)
+def test_repeated_frames_change_no_longer_transfer(data: st.DataObject, talks: list[list[Transfer]]) -> None:
+    mixed = data.draw(st.composite(mix)(talks))
+    times = data.draw(st.lists(st.integers(1, 3), min_size=len(mixed), max_size=len(mixed)))
+    received = Reassembler().feed([frame for (_, frame), count in zip(mixed, times, strict=True) for _ in range(count)])
+    sent = [t for talk in talks for t in talk]
+    longer = [t for t in received if len(t.payload) > 7]
+    assert sorted(longer) == sorted(t for t in sent if len(t.payload) > 7)
+    assert all(t in sent for t in received)
+
+
+@given(st.data(), senders(), st.integers(0, 1 << 32), st.integers(1, 8))
+@settings(max_examples=200)
+def test_of_damaged_frames_comes_what_a_plain_receiver_finds(
+    data: st.DataObject, talks: list[list[Transfer]], seed: int, times: int
+) -> None:
+    mixed = data.draw(st.composite(mix)(talks))
+    row = [frame._replace(at=100.0 + n * FRAME_S) for n, (_, frame) in enumerate(mixed)]
+    damage(row, Random(seed), times)
+    expected = transfers_in(row)
+    whole, single = Reassembler(), Reassembler()
+    assert whole.feed(row) == expected
+    assert [found for frame in row for found in single.feed([frame])] == expected
+    assert whole.counters.frames == len(row)
+    for found in expected:
+        types.decode(found)
+
+
+frames_of_garbage = st.builds(
+    Frame,
+    st.sampled_from([0x1003F301, 0x100B8A94, 0x100B948A, 0x10015501, 0x18058100]) | st.integers(-1, 1 << 32),
+    st.binary(max_size=8) | st.binary(max_size=70),
+    st.floats(allow_nan=True, allow_infinity=True) | st.just(0.0),
+)
+
+
+@given(st.lists(frames_of_garbage, max_size=60), st.none() | st.floats(), st.none() | st.integers(1, 127))
+@settings(max_examples=300)
+def test_garbage_never_raises(garbage: list[Frame], now: float | None, node_id: int | None) -> None:
+    reassembler = Reassembler(node_id, max_sessions=MAX_SESSIONS)
+    received = reassembler.feed(garbage, now)
+    for found in received:
+        types.decode(found)
+    assert reassembler.counters.frames == len(garbage)
+    assert reassembler.counters.transfers == len(received)
+    assert reassembler.sessions <= MAX_SESSIONS
+
+
+def test_identifiers_never_met_again_are_not_remembered_for_ever() -> None:
+    reassembler = Reassembler()
+    chance = Random(1)
+    most = 0
+    for _ in range(30):
+        reassembler.feed([Frame(chance.getrandbits(29), chance.randbytes(8), 1.0) for _ in range(1000)])
+        most = max(most, reassembler.routes)
+    assert 1000 < most <= 8192
