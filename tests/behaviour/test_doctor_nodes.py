@@ -151,7 +151,7 @@ async def test_a_node_for_which_no_node_id_is_left(rig: Rig) -> None:
     assert found["severity"] == "failure"
     assert found["uids"] == [servo.uid.hex()]
     await stays(rig, "allocation_refused", for_s=10)
-    table.forget(Uid(f"{77:032x}"))
+    table.drop(Uid(f"{77:032x}"))
     await well(rig, within_s=5)
 
 

@@ -55,10 +55,10 @@ def test_the_table_says_who_is_there_and_when_a_node_was_last_seen() -> None:
         gone_at = rig.host.base.utc_now()
         assert found["last_seen"] == pytest.approx(gone_at, abs=0.01)
         kept = rig.host.store.allocations
-        asked_at = kept.row(servo.uid).last_seen
+        asked_at = kept.get(servo.uid).last_seen
         kept._wall = rig.host.base.utc_now  # pyright: ignore[reportPrivateUsage] - the test's clock jumps
         await asyncio.sleep(61)
-        assert (kept.row(servo.uid).last_seen or 0) > (asked_at or 0)
+        assert (kept.get(servo.uid).last_seen or 0) > (asked_at or 0)
         gone_at = rig.host.base.utc_now()
         rig.bench.power(servo.uid, False)
         await asyncio.sleep(600)

@@ -21,7 +21,7 @@ CODED = [kind for kind in classes(errors.HornbillError) if kind.code != "interna
 
 @pytest.mark.parametrize("kind", CODED, ids=lambda kind: kind.__name__)
 def test_what_the_server_raises_is_what_the_program_catches(kind: type[errors.HornbillError]) -> None:
-    sent = kind("It went wrong.", limit=5)
+    sent = kind("It went wrong.", cause=None, limit=5)
     caught = raised(STATUS[sent.code], problem(sent).model_dump())
     assert type(caught) is kind
     assert (caught.code, caught.detail, caught.facts) == (sent.code, "It went wrong.", {"limit": 5})

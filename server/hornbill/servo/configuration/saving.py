@@ -295,7 +295,9 @@ class SaveSteps:
             return False, None
         except Stopped as stopped:
             stopped.extend(
-                after=f" Whether {servo.title} had got the SAVE by then, and what its ROM holds, is not known."
+                after=f" Whether {servo.title} had got the SAVE by then, and what its ROM holds, is not known.",
+                also="save_may_have_arrived",
+                servo=servo.title,
             )
             return False, stopped
         return True, None

@@ -113,7 +113,7 @@ class IdParking:
         if servo.uid in self._allocations.entries() and (
             servo.uid in run.pinned or not self._allocations.pinned(servo.uid)
         ):
-            self._allocations.forget(servo.uid)
+            self._allocations.drop(servo.uid)
         run.pinned.discard(servo.uid)
 
 

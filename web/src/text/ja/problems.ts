@@ -414,6 +414,8 @@ export const causes: Readonly<Record<string, Saying>> = {
   runs_on_defaults: p =>
     `${p.servo}は初期値で動いています。前回の起動で保存値を読み込めませんでした（警告ビット15）。そのため動かしません。スナップショットを復元して保存するか、今の値を保存してください。`,
   save_cancelled: p => `${p.servo}の保存は中止されました。ROMの値は不明です。`,
+  save_may_have_arrived: p =>
+    `その時点で${p.servo}がSAVEを受信していたか、ROMの内容がどうなっているかは不明です。`,
   save_refused: p => `${p.servo}が保存を拒否しました（ok = 0）。RAMの値は変わっていません。`,
   server_ended: () => `処理の途中でサーバーが終了しました。完了した手順は処理の記録で確認してください。`,
   server_silent: () =>

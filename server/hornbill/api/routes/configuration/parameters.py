@@ -74,7 +74,7 @@ def _whole_set(made: Routes, catalog: Catalog) -> None:
     whole_set = create_model(
         "Parameters",
         __base__=Parameters,
-        parameters=(Annotated[readings_type, Field(description="Readings by key.")], ...),
+        parameters=(readings_type, Field(description="Readings by key.")),
     )
     body_type = create_model("ParametersPatch", __base__=ParametersPatch, values=(values_type, ...))
 
