@@ -23,6 +23,9 @@ const startEarly: Plugin = {
   },
 };
 
+/** The folder of a page's module, or undefined. */
+const pageFolder = (file: string | null) => /\b(\w+)\/page\.\w+$/.exec(file ?? "")?.[1];
+
 export default defineConfig({
   // The server puts its own path in the place of the dot: it may be shown below any, by a proxy.
   base: "./",
@@ -36,11 +39,11 @@ export default defineConfig({
     chunkSizeWarningLimit: 300,
     rollupOptions: {
       output: {
-        // A page's script has the name of its folder; every page is called page.tsx.
-        chunkFileNames: ({ name, facadeModuleId }) => {
-          const folder = /\/(\w+)\/page\.tsx$/.exec(facadeModuleId ?? "")?.[1];
-          return `assets/${folder ?? name}-[hash].js`;
-        },
+        // Scripts and sheets of a page have the name of its folder; every page is called page.tsx.
+        chunkFileNames: ({ name, facadeModuleId }) =>
+          `assets/${pageFolder(facadeModuleId) ?? name}-[hash].js`,
+        assetFileNames: ({ originalFileNames }) =>
+          `assets/${pageFolder(originalFileNames[0] ?? null) ?? "[name]"}-[hash][extname]`,
       },
     },
   },

@@ -209,7 +209,7 @@ BREAKS = {
     "tune": ("servos/{uid}/tune", "TunePage"),
     "parameters": ("servos/{uid}/parameters", "ParametersPage"),
     "matrix": ("servos/matrix?uids={uid}", "MatrixPage"),
-    "api": ("api-page", "ApiPage"),
+    "requests": ("api-page", "ApiPage"),
 }
 
 
@@ -238,7 +238,7 @@ def test_each_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(chun
         ("angle-plot", "AnglePlot", "servos/{uid}/parameters#angle_limit_cw", "[data-testid=input-angle_limit_cw]"),
         ("angle-plot", "AnglePlot", "servos/{uid}/motion", "[data-testid=enable-motion]"),
         pytest.param(
-            "view-live",
+            "live",
             "ViewLive",
             "servos/{uid}/parameters#angle_limit_cw",
             "[data-testid=input-angle_limit_cw]",
