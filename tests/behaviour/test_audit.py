@@ -7,6 +7,7 @@ from typing import Any
 
 from behaviour.rig import Rig, json, play, problem
 from behaviour.scene import scene
+from hornbill.domain.note import Note
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 from hornbill.store.audit import NewAuditEntry
@@ -59,10 +60,12 @@ async def test_rows_come_newest_first_and_every_filter_holds_alone_and_together(
 @scene(connect=False)
 async def test_the_file_has_every_row_of_what_is_asked_for_and_no_formula(rig: Rig) -> None:
     rig.host.audit.note(
-        NewAuditEntry("=cmd|x", "label", "applied", Uid("1" * 32), after='@evil, "quoted"\nline', detail=" \t+1")
+        NewAuditEntry(
+            "=cmd|x", "label", "applied", Uid("1" * 32), after='@evil, "quoted"\nline', notes=Note.words(" \t+1")
+        )
     )
     rig.host.audit.note(*(NewAuditEntry("me", "write", "applied", key="k", before=-5, after=n) for n in range(2345)))
-    rig.host.audit.note(NewAuditEntry("me", "torque", "applied", after=True, detail="−5 °C"))
+    rig.host.audit.note(NewAuditEntry("me", "torque", "applied", after=True, notes=Note.words("−5 °C")))
     answer = await rig.http.get("/audit.csv")
     assert answer.headers["content-type"] == "text/csv; charset=utf-8"
     assert 'filename="hornbill-audit.csv"' in answer.headers["content-disposition"]

@@ -207,13 +207,15 @@ class AuditRow(TypedDict):
     by: str
     """Client that did it."""
     detail: str
-    """One sentence with the details."""
+    """Its notes as one text, in English."""
     id: int
     """ID, as used in paths."""
     job: str | None
     """ID of the job it was part of. Null if none."""
     key: str | None
     """Parameter key. Null if the action concerns no row."""
+    notes: list[Note]
+    """Details, each with a code for programs."""
     outcome: str
     """Result of the action."""
     requested: Any
@@ -1161,6 +1163,14 @@ class Node(TypedDict):
     """Unique ID of the servo, 32 hex digits. Null if it concerns none."""
     uptime_s: int
     """Time since its start, s."""
+
+
+class Note(TypedDict):
+    """One sentence for people, with its code and the values in it."""
+
+    code: NoteCode
+    params: dict[str, str | int | float | bool | list[str | int | float]]
+    text: str
 
 
 class NumberReading(TypedDict):
@@ -2319,6 +2329,7 @@ MarkReason: TypeAlias = Literal["failure", "stop", "lost", "bus_lost", "by_hand"
 MotionCode: TypeAlias = Literal["turns", "turn_count"]
 NoteCode: TypeAlias = Literal[
     "problem",
+    "text",
     "not_in_servo",
     "side_unknown",
     "identity_row",
@@ -2356,6 +2367,20 @@ NoteCode: TypeAlias = Literal[
     "disk_slow",
     "disk_full",
     "write_failed",
+    "reason",
+    "stop_reason",
+    "stop_of",
+    "stop_confirmed",
+    "lease_taken",
+    "lease_ended",
+    "profile_stored",
+    "profile_replaced",
+    "profile_deleted",
+    "ram_only",
+    "servo_id_zero",
+    "login_from",
+    "servo_forgotten",
+    "not_seen_for",
     "commissioned",
 ]
 ParameterKey: TypeAlias = Literal[

@@ -8,7 +8,7 @@ from typing_extensions import TypeAliasType
 
 from hornbill.domain.by_key import ParameterKey
 from hornbill.domain.fields import STRICT, Model, Param, Params
-from hornbill.domain.note import NoteCode
+from hornbill.domain.note import Note, NoteCode
 from hornbill.schema.scale import Value
 
 Verdict = Literal["planned", "applied", "clamped", "refused", "no_answer", "unchanged", "rolled_back"]
@@ -35,6 +35,13 @@ class Reason:
     text: str
     code: ReasonCode | None = None
     params: dict[str, Param] = Field(default_factory=dict[str, Param])
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """It as the audit has it."""
+        if self.code is None:
+            return Note.words(self.text)
+        return (Note(self.text, "reason", {"reason": self.code, **self.params}),)
 
 
 @dataclass(frozen=True, slots=True, config=STRICT)

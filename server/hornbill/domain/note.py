@@ -1,17 +1,19 @@
 """Notes: short sentences of the server beside a value, each with its code."""
 
-from typing import Literal
+from typing import Literal, Self
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 from typing_extensions import TypeAliasType
 
 from hornbill.domain.fields import Param
+from hornbill.errors import HornbillError
 
 NoteCode = TypeAliasType(
     "NoteCode",
     Literal[
         "problem",
+        "text",
         # rows left out
         "not_in_servo",
         "side_unknown",
@@ -55,11 +57,27 @@ NoteCode = TypeAliasType(
         "disk_slow",
         "disk_full",
         "write_failed",
+        # the audit
+        "reason",
+        "stop_reason",
+        "stop_of",
+        "stop_confirmed",
+        "lease_taken",
+        "lease_ended",
+        "profile_stored",
+        "profile_replaced",
+        "profile_deleted",
+        "ram_only",
+        "servo_id_zero",
+        "login_from",
+        "servo_forgotten",
+        "not_seen_for",
         # results of jobs
         "commissioned",
     ],
 )
-"""Code of a note; with its `params` a page words it in its language. `problem`: they are those of a problem."""
+"""Code of a note; with its `params` a page words it in its language. `problem`: they are those of a problem.
+`text`: the words of a user, or of an older hornbill."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,3 +87,13 @@ class Note:
     text: str
     code: NoteCode
     params: dict[str, Param] = Field(default_factory=dict[str, Param])
+
+    @classmethod
+    def of(cls, problem: HornbillError) -> Self:
+        """A problem as a note."""
+        return cls(problem.detail, "problem", problem.told)
+
+    @classmethod
+    def words(cls, text: str) -> tuple[Self, ...]:
+        """A user's own words, if there are any."""
+        return (cls(text, "text"),) if text else ()

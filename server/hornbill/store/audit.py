@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, cast
 
 from sqlalchemy import insert, select
 
+from hornbill.domain.note import Note
 from hornbill.store.database import Database
-from hornbill.store.tables import HIGHEST_ID, AuditRecord, Json
+from hornbill.store.tables import HIGHEST_ID, AuditRecord, Json, storable
 from hornbill.units import Uid
 
 
@@ -27,8 +28,13 @@ class NewAuditEntry:
     before: Json = None
     requested: Json = None
     after: Json = None
-    detail: str = ""
+    notes: tuple[Note, ...] = ()
     job: str | None = None
+
+    @property
+    def detail(self) -> str:
+        """The notes as one text, in English."""
+        return " ".join(note.text for note in self.notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +65,7 @@ class AuditLog:
                 "at": now, "by": one.by[:80], "action": one.action, "outcome": one.outcome, "uid": one.uid,
                 "key": None if one.key is None else one.key[:100],
                 "before": one.before, "requested": one.requested, "after": one.after,
-                "detail": one.detail, "job": one.job,
+                "notes": [_stored(note) for note in one.notes], "job": one.job,
             }
             for one in entries
         ]  # fmt: skip
@@ -96,6 +102,11 @@ class AuditLog:
 def _entry(row: AuditRecord) -> AuditEntry:
     entry = NewAuditEntry(
         row.by, row.action, row.outcome, None if row.uid is None else Uid(row.uid), row.key, row.before,
-        row.requested, row.after, row.detail, row.job,
+        row.requested, row.after, tuple(Note(**note) for note in row.notes), row.job,
     )  # fmt: skip
     return AuditEntry(row.id, row.at, entry)
+
+
+def _stored(note: Note) -> dict[str, Json]:
+    params = {name: storable(value) if isinstance(value, str) else value for name, value in note.params.items()}
+    return {"code": note.code, "params": cast("dict[str, Json]", params), "text": storable(note.text)}

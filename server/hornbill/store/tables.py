@@ -3,7 +3,7 @@
 Instants are float seconds since 1970 in UTC, everywhere in the database.
 """
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from sqlalchemy import JSON, BigInteger, Boolean, Float, Integer, LargeBinary, MetaData, String, TypeDecorator
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
@@ -16,6 +16,11 @@ HIGHEST_ID = 2**31 - 1
 _NEVER_AGAIN = {"sqlite_autoincrement": True}
 
 
+def storable(text: str) -> str:
+    """A text with U+FFFD for what PostgreSQL cannot keep: NUL, and half a surrogate pair."""
+    return text.replace("\0", "\ufffd").encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+
+
 class Words(TypeDecorator[str]):
     """Text as people and servos send it: what PostgreSQL cannot keep (NUL, half a surrogate pair) becomes U+FFFD."""
 
@@ -24,9 +29,7 @@ class Words(TypeDecorator[str]):
 
     def process_bind_param(self, value: str | None, dialect: object) -> str | None:
         """What is sent to the database."""
-        if value is None:
-            return None
-        return value.replace("\0", "\ufffd").encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+        return None if value is None else storable(value)
 
 
 class Table(DeclarativeBase):
@@ -135,8 +138,9 @@ class AuditRecord(Table):
     before: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
     requested: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
     after: Mapped[Json] = mapped_column(JSON(none_as_null=True), nullable=True)
-    detail: Mapped[str] = mapped_column(Words)
     job: Mapped[str | None] = mapped_column(Words(40))
+    notes: Mapped[Any] = mapped_column(JSON)
+    """Each with `code`, `params` and `text`."""
 
 
 class JobRow(Table):

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from hornbill.domain.note import Note
 from hornbill.store.audit import AuditEntry, NewAuditEntry
 from hornbill.store.store import Store
 from hornbill.store.tables import Json
@@ -26,7 +27,9 @@ def store(place: str, wall: Wall) -> Iterator[Store]:
 
 
 def test_everything_about_an_entry_comes_back(place: str, store: Store) -> None:
-    entry = NewAuditEntry("Ada", "write", "clamped", A, "origin", -90.0, 200, 180, "clamped by the servo", "0011")
+    entry = NewAuditEntry(
+        "Ada", "write", "clamped", A, "origin", -90.0, 200, 180, Note.words("clamped by the servo"), "0011"
+    )
     store.audit.add([entry])
     store.close()
     with Store(place) as again:
@@ -44,7 +47,7 @@ def test_any_value_comes_back_as_it_was(store: Store, value: Json) -> None:
 
 
 def test_rows_come_newest_first_page_by_page(store: Store) -> None:
-    store.audit.add(NewAuditEntry("Ada", "write", "applied", detail=str(n)) for n in range(5))
+    store.audit.add(NewAuditEntry("Ada", "write", "applied", notes=Note.words(str(n))) for n in range(5))
     page = store.audit.rows(limit=2)
     assert [row.entry.detail for row in page] == ["4", "3"]
     page = store.audit.rows(limit=2, before_id=page[-1].id)
@@ -82,7 +85,9 @@ def test_entries_of_one_deed_are_kept_together_or_not_at_all(store: Store) -> No
 
 
 def test_whatever_people_call_themselves_is_kept(store: Store) -> None:
-    store.audit.add([NewAuditEntry("a\0b\ud800 🐦" + "x" * 200, "label", "applied", A, key="k" * 200, detail="\0" * 3)])
+    store.audit.add(
+        [NewAuditEntry("a\0b\ud800 🐦" + "x" * 200, "label", "applied", A, key="k" * 200, notes=Note.words("\0" * 3))]
+    )
     (row,) = store.audit.rows()
     assert row.entry.by == "a\ufffdb\ufffd 🐦" + "x" * 74
     assert (row.entry.key, row.entry.detail) == ("k" * 100, "\ufffd" * 3)

@@ -1,6 +1,7 @@
 """Opening, migrating, sharing and losing a database."""
 
 import gc
+import json
 import os
 import sqlite3
 import subprocess
@@ -21,10 +22,12 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, create_engine, text
 
 import hornbill
+from hornbill.domain.note import Note
 from hornbill.errors import StoreFailed
 from hornbill.store import database as databases
 from hornbill.store import migrate
 from hornbill.store.allocations import AllocationEntry
+from hornbill.store.audit import NewAuditEntry
 from hornbill.store.database import FILE_NAME
 from hornbill.store.servos import ServoFacts, StoredServo
 from hornbill.store.store import Store
@@ -211,6 +214,42 @@ def test_reasons_of_older_snapshots_get_their_code(place: str) -> None:
     with Store(place) as store:
         found = {one.reason: (one.reason_code, one.reason_params) for one in store.snapshots.of(A)}
     assert found == reasons
+
+
+def test_details_of_an_older_audit_become_notes_and_its_numbers_stay(place: str) -> None:
+    older = [
+        ("write", "It was clamped.", None),
+        ("snapshot", "matrix", {"reason": "matrix"}),
+        ("save", "", None),
+        ("snapshot", "by Ann", None),
+    ]
+    with connected(place) as connection:
+        upgrade(connection, "0006")
+        for action, detail, requested in older:
+            connection.execute(
+                text(
+                    'INSERT INTO audit (at, "by", action, outcome, requested, detail)'
+                    " VALUES (1.5, 'Ada', :action, 'applied', :requested, :detail)"
+                ),
+                {"action": action, "detail": detail, "requested": requested and json.dumps(requested)},
+            )
+    with Store(place) as store:
+        found = [(row.id, row.entry.action, row.entry.requested, row.entry.notes) for row in store.audit.rows()][::-1]
+        store.audit.add([NewAuditEntry("Ada", "label", "applied")])
+        assert store.audit.rows()[0].id == 5
+    assert found == [
+        (1, "write", None, (Note("It was clamped.", "text"),)),
+        (2, "snapshot", None, (Note("matrix", "reason", {"reason": "matrix"}),)),
+        (3, "save", None, ()),
+        (4, "snapshot", None, (Note("by Ann", "text"),)),
+    ]
+    with connected(place) as connection:
+        config = Config()
+        config.set_main_option("script_location", str(Path(migrate.__file__).parent / "migrations"))
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0006")
+        details = connection.execute(text("SELECT detail FROM audit ORDER BY id")).scalars().all()
+    assert details == ["It was clamped.", "matrix", "", "by Ann", ""]
 
 
 def test_the_newest_migration_is_the_one_the_code_expects() -> None:

@@ -3438,7 +3438,7 @@ export interface components {
             before?: unknown;
             /** @description Client that did it. */
             by: string;
-            /** @description One sentence with the details. */
+            /** @description Its notes as one text, in English. */
             detail: string;
             /** @description ID, as used in paths. */
             id: number;
@@ -3446,6 +3446,8 @@ export interface components {
             job: string | null;
             /** @description Parameter key. Null if the action concerns no row. */
             key: string | null;
+            /** @description Details, each with a code for programs. */
+            notes: components["schemas"]["Note"][];
             /** @description Result of the action. */
             outcome: string;
             /** @description Requested value. */
@@ -5540,8 +5542,19 @@ export interface components {
              */
             value: number;
         };
+        /**
+         * Note
+         * @description One sentence for people, with its code and the values in it.
+         */
+        Note: {
+            code: components["schemas"]["NoteCode"];
+            params?: {
+                [key: string]: string | number | boolean | (string | number)[];
+            };
+            text: string;
+        };
         /** @enum {string} */
-        NoteCode: "problem" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "commissioned";
+        NoteCode: "problem" | "text" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.

@@ -1,7 +1,7 @@
 /** Words for what the server keeps as words of its own. */
 import { expect, test } from "vitest";
 import type { AuditRow } from "../api/config-types";
-import { auditedReason, auditWord, reasonText } from "./audit-text";
+import { auditedNotes, auditWord, reasonText } from "./audit-text";
 
 test.each([
   ["by_hand", {}, "Taken by hand"],
@@ -15,10 +15,17 @@ test.each([
   expect(reasonText("before the first flight", code, params)).toBe(words);
 });
 
-test("a row of the audit says it from its requested value, and a user's own words stay", () => {
-  const row = { detail: "matrix", requested: { reason: "matrix" } } as unknown as AuditRow;
-  expect(auditedReason(row)).toBe("Before a change of several servos");
-  expect(auditedReason({ detail: "by Ann", requested: null } as AuditRow)).toBe("by Ann");
+test("a row of the audit says its notes by their codes, and a user's own words stay", () => {
+  const notes: AuditRow["notes"] = [
+    { code: "reason", params: { reason: "matrix" }, text: "matrix" },
+    { code: "text", params: {}, text: "by Ann" },
+    { code: "stop_of", params: { by: "Ann" }, text: "Stop of Ann cleared." },
+  ];
+  expect(auditedNotes({ notes } as AuditRow)).toEqual([
+    "Before a change of several servos",
+    "by Ann",
+    "Stop of Ann cleared.",
+  ]);
 });
 
 test("words of the audit that are not known are shown without underscores", () => {

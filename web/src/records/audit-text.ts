@@ -2,6 +2,7 @@
 import type { AuditRow, ReasonCode } from "../api/config-types";
 import type { Params } from "../api/types";
 import { factsOf, type Saying } from "../bench/facts";
+import { noteText } from "../bench/note-text";
 import { records as words } from "../text/topics";
 
 const said: Readonly<Partial<Record<ReasonCode, Saying>>> = words.reasons;
@@ -11,10 +12,13 @@ export function reasonText(reason: string, code: ReasonCode | null, params: Para
   return (code && said[code]?.(factsOf(params))) ?? reason;
 }
 
-/** The same as a row of the audit has it. */
-export function auditedReason(row: AuditRow): string {
-  const { reason, ...params } = (row.requested ?? {}) as Params & { reason?: ReasonCode };
-  return reasonText(row.detail, reason ?? null, params);
+/** What a row of the audit says beyond its values. */
+export function auditedNotes(row: AuditRow): string[] {
+  return row.notes.map(({ code, params, text }) => {
+    if (code !== "reason") return noteText(text, code, params);
+    const { reason, ...values } = params ?? {};
+    return reasonText(text, reason as ReasonCode, values);
+  });
 }
 
 /** A word of the audit, for an action or for what came of it. */

@@ -15,7 +15,7 @@ import { Icon } from "../kit/icon";
 import { Choice, Empty, instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { records as words } from "../text/topics";
-import { auditedReason, auditWord } from "./audit-text";
+import { auditedNotes, auditWord } from "./audit-text";
 
 const said = words.audit;
 const PAGE = 200;
@@ -168,14 +168,16 @@ function Row({ one }: { one: AuditRow }) {
       <td class="r-values">
         {changed
           ? said.changed(show(one.before), show(one.after))
-          : one.requested != null && one.action !== "snapshot" && show(one.requested)}
+          : one.requested != null && show(one.requested)}
         {changed && one.requested != null && show(one.requested) !== show(one.after) && (
           <small>{said.asked(show(one.requested))}</small>
         )}
       </td>
       <td>
         <span class={WELL.has(one.outcome) ? "" : "strong"}>{auditWord(one.outcome)}</span>
-        {one.detail !== "" && <small>{one.action === "snapshot" ? auditedReason(one) : one.detail}</small>}
+        {auditedNotes(one).map(note => (
+          <small key={note}>{note}</small>
+        ))}
       </td>
     </tr>
   );

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import cast
 
 from hornbill.domain.change import Change, Reason, Verdict
+from hornbill.domain.note import Note
 from hornbill.errors import (
     BadRequest,
     Busy,
@@ -293,7 +294,7 @@ class Changes:
         except BadRequest:  # nothing was sent, or somebody else's stop came in between, which has its own row
             raise
         except HornbillError as error:
-            entry = NewAuditEntry(by, "torque", _verdict(error), servo.uid, KEY, shown, wanted, detail=error.detail)
+            entry = NewAuditEntry(by, "torque", _verdict(error), servo.uid, KEY, shown, wanted, notes=(Note.of(error),))
             self._audit.note(entry)
             raise
         self._audit.note(

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import cast
 
-from hornbill.domain.change import Reason
+from hornbill.domain.change import Reason, ReasonCode
+from hornbill.domain.fields import Param
 from hornbill.errors import Busy, NoAnswer
 from hornbill.servo.device.identification import read_rows
 from hornbill.servo.device.requests import ServoRequests
@@ -79,9 +80,9 @@ class History:
 def _entry(
     one: StoredSnapshot, by: str, outcome: str, *, before: int | None = None, after: int | None = None
 ) -> NewAuditEntry:
-    """A row of the audit; its requested value is the reason by code with its values, None for a user's own words."""
-    reason = None if one.reason_code is None else {"reason": one.reason_code, **(one.reason_params or {})}
-    return NewAuditEntry(by, "snapshot", outcome, one.uid, None, before, reason, after, one.reason)
+    code, params = cast("ReasonCode | None", one.reason_code), cast("dict[str, Param]", dict(one.reason_params or {}))
+    notes = Reason(one.reason, code, params).notes
+    return NewAuditEntry(by, "snapshot", outcome, one.uid, None, before, None, after, notes)
 
 
 def held(servo: Servo) -> dict[str, Raw]:

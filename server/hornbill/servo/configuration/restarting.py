@@ -4,6 +4,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import Literal, overload
 
 from hornbill.domain.change import ResetPreview, SavePreview
+from hornbill.domain.note import Note
 from hornbill.errors import BadRequest, Busy, HornbillError
 from hornbill.schema import scale
 from hornbill.servo.configuration import torque_in_rom
@@ -175,19 +176,19 @@ class Restarting:
         hub.tell(ServoChanged(servo.uid))
 
         async def whole(job: RunningJob) -> dict[str, object]:
-            outcome, detail = "cancelled", ""
+            outcome, notes = "cancelled", ()
             try:
                 result = await work(job)
                 outcome = "succeeded"
                 return result
             except HornbillError as error:
-                outcome, detail = "failed", error.detail
+                outcome, notes = "failed", (Note.of(error),)
                 raise
             finally:
                 servo.busy, servo.expected_rom = before, expected
                 servo.gives_up_ram = servo.gives_up_ram and before is not None
                 hub.tell(ServoChanged(servo.uid))
-                entry = NewAuditEntry(run.by, kind, outcome, servo.uid, before=run.snapshot, detail=detail, job=job.id)
+                entry = NewAuditEntry(run.by, kind, outcome, servo.uid, before=run.snapshot, notes=notes, job=job.id)
                 self._services.audit.note(*run.audit_rows(job, outcome), entry)
 
         return self._services.jobs.start(kind, servo.uid, [Step(*one) for one in steps.items()], whole)

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hornbill.domain.change import Change, Reason, SavePreview, Verdict
+from hornbill.domain.note import Note
 from hornbill.errors import BadRequest, BusDisconnected, HornbillError, NoAnswer, NotAsWanted, Refused
 from hornbill.schema import scale
 from hornbill.schema.parameter import Parameter
@@ -121,13 +122,13 @@ class Writing:
 
     def _note(self, servo: Servo, outcome: Outcome, by: str, options: WriteOptions) -> None:
         """One audit row a key that was written. Commands and keep-alives have none: a rig sends 1,000 a second."""
-        failure = "" if outcome.failure is None else outcome.failure.detail
-        detail = " ".join(part for part in (options.reason.text if options.reason else "", failure) if part)
+        failure = () if outcome.failure is None else (Note.of(outcome.failure),)
+        notes = (*(options.reason.notes if options.reason else ()), *failure)
         self._audit.note(
             *(
                 NewAuditEntry(
                     by, "torque" if one.key == KEY else "write", one.verdict, servo.uid, one.key,
-                    one.before, one.requested, one.after, detail, options.job,
+                    one.before, one.requested, one.after, notes, options.job,
                 )
                 for one in outcome.changes
                 if one.verdict != "unchanged"

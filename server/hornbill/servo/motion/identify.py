@@ -2,6 +2,7 @@
 
 import contextlib
 
+from hornbill.domain.note import Note
 from hornbill.errors import ConfigurationLost, HornbillError, Unknown
 from hornbill.servo.device import permission
 from hornbill.servo.device.services import HostServices
@@ -70,7 +71,7 @@ class Identify:
         return self._jobs.start("identify", servo.uid, steps, lambda job: self._work(job, servo, lease, own, by))
 
     async def _work(self, job: RunningJob, servo: Servo, lease: HeldLease, own: bool, by: str) -> dict[str, object]:
-        outcome, detail = "cancelled", ""
+        outcome, notes = "cancelled", ()
         try:
             async with servo.changing:
                 wiggling = IdentifyMotion(self._services, self._motion, self._runner, job, servo, lease, own=own)
@@ -78,12 +79,12 @@ class Identify:
             outcome = "succeeded"
             return result
         except HornbillError as error:
-            outcome, detail = "failed", error.detail
+            outcome, notes = "failed", (Note.of(error),)
             raise
         finally:
             self._end(lease, own=own)
             self._audit.note(
-                NewAuditEntry(by, "identify", outcome, servo.uid, after=_moved(job), detail=detail, job=job.id)
+                NewAuditEntry(by, "identify", outcome, servo.uid, after=_moved(job), notes=notes, job=job.id)
             )
 
     def _end(self, lease: HeldLease, *, own: bool) -> None:

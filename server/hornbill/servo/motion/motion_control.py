@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 
 from hornbill.domain.event import LeaseEnd, LeaseEndCode, because
 from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.errors import Busy, InvalidValue, Unknown
 from hornbill.servo.device.services import HostServices
 from hornbill.servo.motion.motion import Motion
@@ -84,8 +85,9 @@ class MotionControl:
         """A lease while nobody has one. Raises LeaseHeld, Busy."""
         lease = self._leases.grant(holder, ttl_s, self._base.now())
         self._hub.tell(LeaseChanged())
-        detail = f"Motion control for {lease.ttl_s:g} s from each sign of life."
-        self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", detail=detail))
+        text = f"Motion control for {lease.ttl_s:g} s from each heartbeat."
+        note = Note(text, "lease_taken", {"ttl_s": lease.ttl_s})
+        self._audit.note(NewAuditEntry(lease.holder, "lease", "taken", notes=(note,)))
         return lease
 
     def release(self, lease_id: str, why: LeaseEndCode) -> HeldLease:
@@ -239,7 +241,8 @@ class MotionControl:
             text = f"{why.text} Torque goes off on {', '.join(titles)}."
             self._hub.tell(Happened("notice", "lease_ended", text, params={**why.params, "servos": titles}))
         outcome = "lapsed" if lease.expires_at <= self._base.now() else "released"
-        self._audit_later(NewAuditEntry(lease.holder, "lease", outcome, detail=why.text))
+        note = Note(why.text, "lease_ended", why.params)
+        self._audit_later(NewAuditEntry(lease.holder, "lease", outcome, notes=(note,)))
 
     def _end(self, asked: TakeOverRequest, code: _Ended, text: str, **params: object) -> None:
         if asked.state != "waiting":
@@ -261,7 +264,8 @@ class MotionControl:
             self._hub.tell(Happened("warning", "lease_forced", text, params=params))
         else:
             self._hub.tell(Happened("notice", "lease_passed", text, params=params))
-        self._audit_later(NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, detail=reason))
+        notes = Note.words(reason)
+        self._audit_later(NewAuditEntry(lease.holder, "lease", how, before=before, after=lease.holder, notes=notes))
 
     def _audit_later(self, entry: NewAuditEntry) -> None:
         self._audit.later(asyncio.sleep(AUDITED_S), lambda: entry)

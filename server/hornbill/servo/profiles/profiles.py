@@ -109,7 +109,7 @@ class Profiles:
             "units": {one.key: one.unit for one in ordered if one.unit},
         }  # fmt: skip
         kept = _profile(await self._store.run(self._store.profiles.put, name, document))
-        how = "kept" if before is None else "replaced"
+        how = ("profile_stored", "stored") if before is None else ("profile_replaced", "replaced")
         self._audit.note(
             NewAuditEntry(
                 by,
@@ -117,7 +117,7 @@ class Profiles:
                 "succeeded",
                 before=before,
                 after=_json(values),
-                detail=f'"{name}" {how}, {len(values)} rows',
+                notes=(Note(f'"{name}" {how[1]}, {len(values)} rows', how[0], {"profile": name, "rows": len(values)}),),
             )
         )
         return kept
@@ -126,7 +126,8 @@ class Profiles:
         """Forget one. Raises Unknown (unknown_profile)."""
         before = _json(self.get(name).values)
         await self._store.run(self._store.profiles.drop, name)
-        self._audit.note(NewAuditEntry(by, "profile", "succeeded", before=before, detail=f'"{name}" dropped'))
+        note = Note(f'"{name}" deleted', "profile_deleted", {"profile": name})
+        self._audit.note(NewAuditEntry(by, "profile", "succeeded", before=before, notes=(note,)))
 
     async def from_servo(
         self,

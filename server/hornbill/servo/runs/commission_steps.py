@@ -6,6 +6,7 @@ from functools import partial
 from typing import Protocol
 
 from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.domain.profile import Profile
 from hornbill.errors import Conflict, NotAsWanted
 from hornbill.schema import scale
@@ -231,12 +232,16 @@ class CommissionSteps:
             "profile": record.profile,
         }
         outcome = "succeeded" if target.problem is None else "failed"
-        detail = record.problem_text or ("" if run.request.save else "RAM only: nothing is in ROM")
+        notes: tuple[Note, ...] = () if run.request.save else (Note("RAM only: nothing is in ROM.", "ram_only"),)
+        if target.problem is not None:
+            notes = (Note.of(target.problem),)
+        elif record.problem_text:
+            notes = (Note(record.problem_text, "servo_id_zero"),)
         wanted = asdict(target.wanted)
         requested = {key: value for key, value in wanted.items() if key != "uid" and value not in (None, "")}
         self._audit.note(
             NewAuditEntry(
-                run.by, "commissioning", outcome, target.uid, requested=requested, after=after, detail=detail,
+                run.by, "commissioning", outcome, target.uid, requested=requested, after=after, notes=notes,
                 job=run.job.id,
             )
         )  # fmt: skip

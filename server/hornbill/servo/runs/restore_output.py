@@ -6,6 +6,7 @@ from copy import copy
 from dataclasses import dataclass
 
 from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.errors import (
     BusDisconnected,
     Busy,
@@ -307,10 +308,10 @@ class RestoreOutputJobs:
 
     def _entry(self, run: OutputRun, target: OutputTarget) -> NewAuditEntry:
         outcome = "succeeded" if target.outcome == "on" else "failed"
-        detail = "" if target.problem is None else target.problem.detail
+        notes = () if target.problem is None else (Note.of(target.problem),)
         after = "on" if target.outcome == "on" else None
         return NewAuditEntry(
-            run.by, "restore_output", outcome, target.uid, KEY, after=after, detail=detail, job=run.job.id
+            run.by, "restore_output", outcome, target.uid, KEY, after=after, notes=notes, job=run.job.id
         )  # fmt: skip
 
 

@@ -4,6 +4,8 @@ import asyncio
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
+from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.errors import Stopped
 from hornbill.servo.device.fleet import Fleet
 from hornbill.servo.device.output import KEY, ON
@@ -210,9 +212,9 @@ class StopControl:
             text += f" Not confirmed: {open_ones}. Torque may still be on there; it is turned off when it answers."
         params: dict[str, object] = {"by": by, "unconfirmed": unconfirmed}
         self._hub.tell(Happened("warning" if open_ones else "notice", "stop_cleared", text, params=params))
-        detail = f"Stop of {latch.by} cleared. {_confirmed(latch)}"
+        notes = (Note(f"Stop of {latch.by} cleared.", "stop_of", {"by": latch.by}), _confirmed(latch))
         self._audit.later(
-            self._retries.acknowledged(AUDITED_S), lambda: NewAuditEntry(by, "stop", "cleared", detail=detail)
+            self._retries.acknowledged(AUDITED_S), lambda: NewAuditEntry(by, "stop", "cleared", notes=notes)
         )
 
     def _begin(self, servo: Servo, latch: Latch, *, anew: bool = True) -> None:
@@ -275,13 +277,16 @@ class StopControl:
 
 
 def _pressed(latch: Latch) -> NewAuditEntry:
-    reason = f"{latch.reason.rstrip('.')}. " if latch.reason else ""
-    return NewAuditEntry(latch.by, "stop", "pressed", requested=latch.mode, detail=reason + _confirmed(latch))
+    notes = (_confirmed(latch),)
+    if latch.reason:
+        notes = (Note(f"{latch.reason.rstrip('.')}.", "stop_reason", {"reason": latch.reason}), *notes)
+    return NewAuditEntry(latch.by, "stop", "pressed", requested=latch.mode, notes=notes)
 
 
-def _confirmed(latch: Latch) -> str:
+def _confirmed(latch: Latch) -> Note:
     every = [*latch.servos.values(), *latch.nodes.values()]
     took = max((one.ms for one in every if one.ms is not None), default=None)
     count = sum(one.confirmed for one in every)
     within = "" if took is None else f" within {took:.0f} ms"
-    return f"{count} of {len(every)} confirmed{within}."
+    params = known(confirmed=count, of=len(every), within_ms=took)
+    return Note(f"{count} of {len(every)} confirmed{within}.", "stop_confirmed", params)

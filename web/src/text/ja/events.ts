@@ -1,9 +1,8 @@
 /** What happened, in Japanese, by code: the lines of the event log, and what a bundle was written for. tests/contract holds it complete. */
 import type { Facts } from "../../bench/facts";
-import { live } from "../../motion/text.ja";
-import { readable } from "../holder-name";
 import type { Text } from "../language";
 import { notes } from "./notes";
+import { because, LEASE_END, STOP_CAUSE, who } from "./said";
 import { table } from "./table";
 
 const DISK = "データフォルダーとディスクを確認してください。";
@@ -15,16 +14,8 @@ const UNIT: Readonly<Record<string, string>> = {
   degree: "度",
   tenth_degree: "0.1度",
 };
-/** Of this page's own causes of a stop. */
-const CAUSE: Readonly<Record<string, string>> = {
-  "Stop button": "停止ボタン",
-  Esc: "Escキー",
-  Space: "Spaceキー",
-};
 
-const who = (name: string | undefined) => readable(name ?? "他の人", live.motion.holder);
 const mode = (p: Facts) => MODE[p.mode ?? ""] ?? p.mode ?? "";
-const because = (p: Facts) => (p.reason ? `: ${p.reason.replace(/[。.\s]+$/, "")}。` : "。");
 const trouble = (p: Facts) =>
   p.problem ?? `${p.address}を使用できません。アダプターとケーブルを確認してください。`;
 const again = (p: Facts) => (p.retry ? "自動で開き直します。" : "");
@@ -48,15 +39,6 @@ const UNSTORED: Readonly<Record<string, string>> = {
   position_unit: `位置の単位を保存できませんでした。${DISK}`,
 };
 
-const LEASE_END: Readonly<Record<string, (p: Facts) => string>> = {
-  ran_out: p => `${who(p.holder)}の動作権が時間切れになりました。`,
-  given_back: p => `${who(p.holder)}が動作権を返しました。`,
-  page_closed: p => `${who(p.holder)}のページが閉じられました。`,
-  job_ended: p => `${who(p.holder)}が終了しました。`,
-  passed: p => `要求していた${who(p.holder)}に動作権が移ります。`,
-  forced: p => `${who(p.holder)}が動作権を強制的に取りました${because(p)}`,
-};
-
 /** What a node ID cannot be given for. */
 export const refusals = {
   table_failed: () => "割り当て表を読み書きできません。データフォルダーを確認してください。",
@@ -67,7 +49,7 @@ export const refusals = {
 
 /** Why a bundle is written. */
 export const marks = {
-  stop: p => `${who(p.by)}が停止${p.why ? `: ${CAUSE[p.why] ?? p.why}` : ""}`,
+  stop: p => `${who(p.by)}が停止${p.why ? `: ${STOP_CAUSE[p.why] ?? p.why}` : ""}`,
   failure: p => `${p.servo}の故障: ${faultNames(p.faults)}`,
   lost: p =>
     p.node_id === undefined ? `${p.servo}の通信途絶` : `${p.servo}のノードID ${p.node_id}を別のノードが使用`,

@@ -1,5 +1,6 @@
 /** What the server notes beside a value, in Japanese, by code. tests/contract holds it complete. */
 import type { Text } from "../language";
+import { LEASE_END, STOP_CAUSE, who } from "./said";
 
 const STATE: Readonly<Record<string, string>> = {
   identifying: "識別中",
@@ -69,6 +70,21 @@ export const notes = {
   disk_slow: p => `ディスクが${p.within_s}以内に最後まで書き込めませんでした。`,
   disk_full: () => "ディスクに空きがありません。データフォルダーのあるディスクを空けてください。",
   write_failed: p => `書き込めませんでした（${p.error}）。`,
+
+  stop_reason: p => `理由: ${STOP_CAUSE[p.reason ?? ""] ?? p.reason}`,
+  stop_of: p => `${who(p.by)}による停止を解除しました。`,
+  stop_confirmed: p =>
+    `${p.of}台中${p.confirmed}台が確認しました${p.within_ms === undefined ? "" : `（${p.within_ms}以内）`}。`,
+  lease_taken: p => `動作権は最後の通信から${p.ttl_s}有効です。`,
+  lease_ended: p => LEASE_END[p.why ?? ""]?.(p) ?? "動作権が終わりました。",
+  profile_stored: p => `プロファイル「${p.profile}」（${p.rows}項目）を保存しました。`,
+  profile_replaced: p => `プロファイル「${p.profile}」（${p.rows}項目）を置き換えました。`,
+  profile_deleted: p => `プロファイル「${p.profile}」を削除しました。`,
+  ram_only: () => "RAMだけの変更です。ROMには書き込んでいません。",
+  servo_id_zero: () => "サーボIDを元に戻していないため、RAMでは0です。処理を再開するか、再起動してください。",
+  login_from: p => `${p.address}から`,
+  servo_forgotten: p => `${p.model ?? "機種不明"}、スナップショット${p.snapshots}件を削除しました。`,
+  not_seen_for: p => `${p.idle_s}以上受信していません。`,
 
   commissioned: p =>
     `${p.servos}台中${p.done}台の初期設定が完了しました。${p.saved ? "" : "ROMには書き込んでいないため、再起動すると失われます。"}`,

@@ -144,7 +144,7 @@ async def pin_allocation(host: TheHost, uid: UidPath, body: Pin, lease: LeaseHea
     if (fixed := _fixed_id(host, uid)) is not None:
         text = f"It has the fixed node id {fixed} (0x46) and asks for none. The pin counts once 0x46 is 0."
         note = Note(text, "pin_after_fixed", {"node_id": fixed})
-    _note(host, lease, "pin", uid, before, body.node_id, note.text)
+    _note(host, lease, "pin", uid, before, body.node_id, note)
     return _change(host, host.store.allocations.get(Uid(uid)), note)
 
 
@@ -153,7 +153,7 @@ async def forget_allocation(host: TheHost, uid: UidPath, lease: LeaseHeader = No
     """Free a node's id, and take its pin away. A node that is online keeps its id until it starts anew."""
     entry = host.store.allocations.get(Uid(uid))
     note = await host.allocating.forget(Uid(uid), _why_busy(host, uid))
-    _note(host, lease, "forget", uid, entry.node_id, None, note.text)
+    _note(host, lease, "forget", uid, entry.node_id, None, note)
     return _change(host, entry, note)
 
 
@@ -163,8 +163,9 @@ async def recycle_allocations(host: TheHost, body: Recycle, lease: LeaseHeader =
     rows = {entry.uid: _allocation(host, entry) for entry in host.store.allocations.rows()}
     spared = {uid for uid, row in rows.items() if row.online or _why_busy(host, uid) is not None}
     freed = await host.allocating.recycle(body.idle_longer_than_s, spared)
+    note = Note(f"Not seen for {body.idle_longer_than_s:g} s.", "not_seen_for", {"idle_s": body.idle_longer_than_s})
     for uid in freed:
-        _note(host, lease, "forget", uid, rows[uid].node_id, None, f"not seen for {body.idle_longer_than_s:g} s")
+        _note(host, lease, "forget", uid, rows[uid].node_id, None, note)
     free = host.allocating.allocator.free(host.base.now())
     return Recycled(freed=[rows[uid] for uid in freed], free=free)
 
@@ -177,20 +178,18 @@ async def set_allocator(host: TheHost, body: AllocatorMode, lease: LeaseHeader =
     """
     before = host.allocating.allocator.mode
     await host.allocating.choose(AllocationMode(body.mode))
-    _note(host, lease, "allocator", None, before.value, body.mode, "")
+    _note(host, lease, "allocator", None, before.value, body.mode)
     return present.allocator(host)
 
 
 def _note(
     host: Host, lease: str | None, action: str, uid: str | None, before: int | str | None, after: int | str | None,
-    detail: str,
+    *notes: Note,
 ) -> None:  # fmt: skip
     """Keep in the audit what was decided about node ids."""
     by, key = host.leases.who(lease, host.base.now()), "mode" if uid is None else "node_id"
     host.audit.note(
-        NewAuditEntry(
-            by, action, "applied", None if uid is None else Uid(uid), key, before, after, after, detail=detail
-        )
+        NewAuditEntry(by, action, "applied", None if uid is None else Uid(uid), key, before, after, after, notes)
     )
 
 

@@ -12,6 +12,7 @@ from hornbill.api.security.access import COOKIE, WHO, Access, Identity, cookie
 from hornbill.api.security.roles import ANYBODY, Role, RoleName
 from hornbill.api.security.sessions import LASTING_S, TICKET_S
 from hornbill.domain.fields import Model
+from hornbill.domain.note import Note
 from hornbill.errors import Conflict, Unauthorized
 from hornbill.servo.host import Host
 from hornbill.store.audit import NewAuditEntry
@@ -103,7 +104,8 @@ async def log_in(request: Request, response: Response, access: TheAccess, host: 
         COOKIE, secret, max_age=round(LASTING_S), path=_path(request), httponly=True, samesite="strict",
         secure=request.url.scheme == "https",
     )  # fmt: skip
-    host.audit.note(NewAuditEntry(by=who.name, action="login", outcome="succeeded", detail=f"from {address}"))
+    note = Note(f"from {address}", "login_from", {"address": address})
+    host.audit.note(NewAuditEntry(by=who.name, action="login", outcome="succeeded", notes=(note,)))
     return SessionState(required=access.required, name=who.name, role=who.role.word, expires_in_s=LASTING_S)
 
 

@@ -17,6 +17,7 @@ from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
 from hornbill.domain.fields import Model, UidField, Utc
+from hornbill.domain.note import Note
 from hornbill.servo.host import Host
 from hornbill.servo.profiles.comparing import HIGHEST_ID
 from hornbill.store.audit import AuditEntry
@@ -38,7 +39,8 @@ class AuditRow(Model):
     before: Any = Field(default=None, description="Value before.")
     requested: Any = Field(default=None, description="Requested value.")
     after: Any = Field(default=None, description="Value afterwards.")
-    detail: str = Field(description="One sentence with the details.")
+    detail: str = Field(description="Its notes as one text, in English.")
+    notes: list[Note] = Field(description="Details, each with a code for programs.")
     job: str | None = Field(description="ID of the job it was part of. Null if none.")
 
 
@@ -125,4 +127,4 @@ def _value(value: object) -> object:
 
 
 def _row(one: AuditEntry) -> AuditRow:
-    return AuditRow(id=one.id, at=one.at, **asdict(one.entry))
+    return AuditRow(id=one.id, at=one.at, detail=one.entry.detail, **asdict(one.entry))

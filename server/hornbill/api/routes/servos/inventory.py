@@ -14,7 +14,8 @@ from hornbill.api.routes.servos.servos import ServoPatch
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
-from hornbill.domain.fields import Model, UidField
+from hornbill.domain.fields import Model, UidField, known
+from hornbill.domain.note import Note
 from hornbill.errors import Busy
 from hornbill.schema import scale
 from hornbill.schema.catalog import Catalog
@@ -118,8 +119,9 @@ async def forget_servo(
     dropped = await host.store.run(host.store.snapshots.drop_all, kept.uid) if history else 0
     if history:
         await host.faults.forget(kept.uid)
-    by, detail = host.leases.who(lease, host.base.now()), f"{kept.facts.model}, {dropped} snapshots dropped"
-    host.audit.note(NewAuditEntry(by, "forget", "succeeded", kept.uid, before=kept.label, detail=detail))
+    by, params = host.leases.who(lease, host.base.now()), known(model=kept.facts.model, snapshots=dropped)
+    note = Note(f"{kept.facts.model}, {dropped} snapshots deleted", "servo_forgotten", params)
+    host.audit.note(NewAuditEntry(by, "forget", "succeeded", kept.uid, before=kept.label, notes=(note,)))
 
 
 def _kept(host: Host, uid: str) -> StoredServo:

@@ -1,0 +1,23 @@
+/** What events and notes say alike, in Japanese: who, why a stop was pressed, why a lease ended. */
+import type { Facts } from "../../bench/facts";
+import { live } from "../../motion/text.ja";
+import { readable } from "../holder-name";
+
+export const who = (name: string | undefined) => readable(name ?? "他の人", live.motion.holder);
+export const because = (p: Facts) => (p.reason ? `: ${p.reason.replace(/[。.\s]+$/, "")}。` : "。");
+
+/** Of this page's own causes of a stop. */
+export const STOP_CAUSE: Readonly<Record<string, string>> = {
+  "Stop button": "停止ボタン",
+  Esc: "Escキー",
+  Space: "Spaceキー",
+};
+
+export const LEASE_END: Readonly<Record<string, (p: Facts) => string>> = {
+  ran_out: p => `${who(p.holder)}の動作権が時間切れになりました。`,
+  given_back: p => `${who(p.holder)}が動作権を返しました。`,
+  page_closed: p => `${who(p.holder)}のページが閉じられました。`,
+  job_ended: p => `${who(p.holder)}が終了しました。`,
+  passed: p => `要求していた${who(p.holder)}に動作権が移ります。`,
+  forced: p => `${who(p.holder)}が動作権を強制的に取りました${because(p)}`,
+};
