@@ -111,7 +111,7 @@ language."""
 class HornbillError(Exception):
     """Anything hornbill raises on purpose; `detail` is a text for people, `facts` are for programs.
 
-    `summary` is the same without requests of the API, which a page has buttons for.
+    What a program sends next, a route say, is added at the edge: `api.remedies`.
     """
 
     code: str = "internal"
@@ -123,22 +123,10 @@ class HornbillError(Exception):
         self,
         detail: str,
         *,
-        request: str | None = None,
-        summary: str | None = None,
         cause: Cause | None,
         **facts: object,
     ) -> None:
-        """`cause` is one of the facts; None in programs alone, whose errors no page words, and of an older server.
-
-        `request` ends the detail with what a program sends: a sentence, or the end of one (": GET /servos").
-
-        A request in the middle of the detail takes a `summary` of its own.
-        """
-        self.summary = detail if summary is None else summary
-        if request is not None:
-            detail = (
-                detail.removesuffix(".") + request if request.startswith((":", ",", " ")) else f"{detail} {request}"
-            )
+        """`cause` is one of the facts; None in programs alone, whose errors no page words, and of an older server."""
         super().__init__(detail)
         self.detail = detail
         self.facts: dict[str, Any] = facts if cause is None else {**facts, "cause": cause}
@@ -153,7 +141,6 @@ class HornbillError(Exception):
         """Say more: words before and after what is said already, with their space; `also` is the code of them."""
         self.facts = {**self.facts, **facts, "also": [*self.facts.get("also", []), also]}
         self.detail = f"{before}{self.detail}{after}"
-        self.summary = f"{before}{self.summary}{after}"
 
     @property
     def params(self) -> dict[str, str | int | float | list[Any]]:
@@ -162,8 +149,8 @@ class HornbillError(Exception):
 
     @property
     def told(self) -> dict[str, Any]:
-        """It as values in another text: its code is the value `problem`, its text without requests is `summary`."""
-        return {**self.params, "problem": self.code, "summary": self.summary}
+        """It as values in another text: its code is the value `problem`, its text is `summary`."""
+        return {**self.params, "problem": self.code, "summary": self.detail}
 
 
 def _is_plain(fact: object) -> bool:
@@ -284,12 +271,10 @@ class Unknown(BadRequest):
         code: str,
         detail: str,
         *,
-        request: str | None = None,
-        summary: str | None = None,
         cause: Cause | None,
         **facts: object,
     ) -> None:
-        super().__init__(detail, request=request, summary=summary, cause=cause, **facts)
+        super().__init__(detail, cause=cause, **facts)
         self.code = code
 
 

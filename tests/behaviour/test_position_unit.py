@@ -194,7 +194,7 @@ def test_what_was_measured_is_kept_over_a_start_of_the_server_unless_the_firmwar
     async def again(rig: Rig) -> tuple[str, str, str]:
         (servo,) = await rig.ready()
         await asyncio.sleep(1)
-        return servo.position_unit.state, servo.position_unit.unit, servo.position_unit.evidence
+        return servo.position_unit.state, servo.position_unit.unit, servo.position_unit.evidence.text
 
     play(measure, speaking("radian"), store=store)
     state, unit, evidence = play(again, speaking("radian", 0.0, firmware=firmware), store=store)
@@ -331,7 +331,11 @@ def test_the_setting_forces_a_unit_on_all_but_those_that_were_given_their_own(mo
         await host.connect("memory:second", 1_000_000)
         await asyncio.sleep(5)
         shown = {
-            servo.uid: (servo.position_unit.unit, servo.position_unit.state, host.position_units.evidence(servo)[:21])
+            servo.uid: (
+                servo.position_unit.unit,
+                servo.position_unit.state,
+                host.position_units.evidence(servo).text[:21],
+            )
             for servo in host.fleet.all()
         }
         await host.close()

@@ -74,7 +74,6 @@ def never_seen(uid: str) -> Unknown:
     return Unknown(
         "unknown_servo",
         f"No servo {uid!r} was ever met.",
-        request="GET /api/v1/inventory lists them.",
         uid=uid,
         cause="never_met",
     )

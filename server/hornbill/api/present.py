@@ -116,7 +116,11 @@ def activity(host: Host, one: Servo) -> Activity:
 def position_unit(host: Host, one: Servo) -> PositionUnitState:
     """What its positions mean, and how that is known."""
     estimate = one.position_unit
-    return PositionUnitState(unit=estimate.unit, state=estimate.state, evidence=host.position_units.evidence(one))
+    evidence = host.position_units.evidence(one)
+    return PositionUnitState(
+        unit=estimate.unit, state=estimate.state,
+        evidence=evidence.text, evidence_code=evidence.code, evidence_params=evidence.params,
+    )  # fmt: skip
 
 
 def job(one: RunningJob) -> Job:

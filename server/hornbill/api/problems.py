@@ -10,6 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from hornbill import errors
+from hornbill.api import remedies
 from hornbill.domain.problem import Problem
 
 STATUS: dict[str, int] = {
@@ -115,7 +116,8 @@ def problem(error: errors.HornbillError) -> Problem:
     facts = {key: value for key, value in error.facts.items() if key not in Problem.model_fields}
     return Problem(
         type=f"urn:hornbill:{error.code}", title=error.title, status=status, code=error.code,
-        detail=error.detail, summary=error.summary, params=error.params, cause=error.facts.get("cause"), **facts,
+        detail=remedies.detail(error), summary=error.detail, params=error.params,
+        cause=error.facts.get("cause"), **facts,
     )  # fmt: skip
 
 

@@ -1169,8 +1169,10 @@ class Note(TypedDict):
     """One sentence for people, with its code and the values in it."""
 
     code: NoteCode
-    params: dict[str, str | int | float | bool | list[str | int | float]]
+    """Code of `text`."""
+    params: Params
     text: str
+    """One sentence for users."""
 
 
 class NumberReading(TypedDict):
@@ -1385,6 +1387,9 @@ class PositionUnitState(TypedDict):
 
     evidence: str
     """Evidence, one sentence for users."""
+    evidence_code: NoteCode
+    """Code of `evidence`."""
+    evidence_params: Params
     state: Literal["assumed", "confirmed", "forced", "conflict"]
     """assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in
     another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client"""
@@ -2367,6 +2372,11 @@ NoteCode: TypeAlias = Literal[
     "disk_slow",
     "disk_full",
     "write_failed",
+    "unit_unchecked",
+    "unit_agreed",
+    "unit_changed",
+    "unit_none_fits",
+    "unit_forced",
     "reason",
     "stop_reason",
     "stop_of",

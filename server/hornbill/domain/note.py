@@ -6,7 +6,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 from typing_extensions import TypeAliasType
 
-from hornbill.domain.fields import Param
+from hornbill.domain.fields import Param, Params
 from hornbill.errors import HornbillError
 
 NoteCode = TypeAliasType(
@@ -57,6 +57,12 @@ NoteCode = TypeAliasType(
         "disk_slow",
         "disk_full",
         "write_failed",
+        # the unit of positions
+        "unit_unchecked",
+        "unit_agreed",
+        "unit_changed",
+        "unit_none_fits",
+        "unit_forced",
         # the audit
         "reason",
         "stop_reason",
@@ -84,9 +90,9 @@ NoteCode = TypeAliasType(
 class Note:
     """One sentence for people, with its code and the values in it."""
 
-    text: str
-    code: NoteCode
-    params: dict[str, Param] = Field(default_factory=dict[str, Param])
+    text: str = Field(description="One sentence for users.")
+    code: NoteCode = Field(description="Code of `text`.")
+    params: Params = Field(default_factory=dict[str, Param])
 
     @classmethod
     def of(cls, problem: HornbillError) -> Self:

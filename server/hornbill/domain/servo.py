@@ -118,6 +118,8 @@ class PositionUnitState(Model):
         )
     )
     evidence: str = Field(description="Evidence, one sentence for users.")
+    evidence_code: NoteCode = Field(description="Code of `evidence`.")
+    evidence_params: Params = Field(default_factory=dict[str, Param])
 
 
 class FaultWords(Model):

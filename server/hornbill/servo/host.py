@@ -396,9 +396,7 @@ class Host:
     def connected(self) -> Connection:
         """The connection. Raises BusDisconnected when there is none, or the adapter is lost."""
         if self.connection is None:
-            raise BusDisconnected(
-                "No bus is connected. Connect an adapter.", request=": PUT /api/v1/bus.", cause="no_bus"
-            )
+            raise BusDisconnected("No bus is connected. Connect an adapter.", cause="no_bus")
         port = self.connection.port
         if port.state in GONE:
             if port.trouble is not None:

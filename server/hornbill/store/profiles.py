@@ -48,7 +48,6 @@ class ProfileTable(Repository[ProfileRow, StoredProfile]):
         return Unknown(
             "unknown_profile",
             f'There is no profile "{key[:80]}".',
-            request="GET /api/v1/profiles lists them.",
             cause="no_such_profile",
             name=key[:80],
         )

@@ -52,7 +52,6 @@ class Runs(Repository[RunRow, Run]):
         return Unknown(
             "unknown_run",
             f"There is no run {key}.",
-            request="GET /api/v1/runs lists them.",
             run=key,
             cause="no_such_run",
         )

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
-from sqlalchemy import bindparam, delete, func, insert, select
+from sqlalchemy import Row, bindparam, delete, func, insert, select
 
 from hornbill.errors import Unknown
 from hornbill.store.database import Database
@@ -34,7 +34,7 @@ class StoredSnapshot:
     ram: Mapping[str, int]
     rom: Mapping[str, int]
     reason_code: str | None = None
-    reason_params: Mapping[str, Json] | None = field(default_factory=dict[str, "Json"])
+    reason_params: Mapping[str, Json] = field(default_factory=dict[str, "Json"])
 
 
 _ADD: Final = insert(SnapshotRow)
@@ -92,6 +92,9 @@ class Snapshots(Repository[SnapshotRow, StoredSnapshot]):
                 unpruned = 0
         self._unpruned[uid] = unpruned
         return replace(made, id=int(number[0]))
+
+    def _fact(self, row: SnapshotRow | Row[Any]) -> StoredSnapshot:
+        return replace(super()._fact(row), reason_params=row.reason_params or {})  # null in rows of older versions
 
     def of(self, uid: Uid, *, limit: int = 1000) -> list[StoredSnapshot]:
         """A servo's snapshots, newest first."""

@@ -84,7 +84,7 @@ class Tokens(Repository[TokenRow, Token]):
     def _unknown(self, key: str) -> Unknown:
         return Unknown(
             "unknown_token",
-            f"There is no token {key[:40]!r}. 'hornbill token list' shows them.",
+            f"There is no token {key[:40]!r}.",
             cause="no_such_token",
             name=key[:40],
         )

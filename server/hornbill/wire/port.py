@@ -148,7 +148,7 @@ def not_connected(address: str, trouble: PortError | None) -> BusDisconnected:
     if trouble is None:
         text = f"{address} is not connected. Connect a bus and try again."
         return BusDisconnected(text, cause="not_connected", address=address)
-    facts: dict[str, Any] = {"address": address, **trouble.facts}
+    facts: dict[str, Any] = {"cause": "not_connected", "address": address, **trouble.facts}
     return BusDisconnected(f"{address} is not connected. {trouble.detail}", **facts)
 
 

@@ -52,7 +52,7 @@ IDENTITIES = [
 def test_a_mistake_in_an_overlay(refusal: Refusal, file: str, row: str, line: str, named: str, words: str) -> None:
     places = {SERIES: (rf"(?m)^{row} .*$", line), MODEL: (r"\[rows\]", f"[rows]\n{line}")}
     error = refusal(file, *places[file])
-    assert error.facts == {"file": file, "row": named}
+    assert error.facts == {"cause": "table_wrong", "file": file, "row": named}
     assert error.detail.startswith(f"{file}, row {named}: ")
     assert words in error.detail
 
@@ -62,5 +62,5 @@ def test_a_mistake_in_what_a_model_is(
     refusal: Refusal, file: str, pattern: str, replacement: str, blamed: str, row: str | None, words: str
 ) -> None:
     error = refusal(file, pattern, replacement)
-    assert error.facts == {"file": blamed, "row": row}
+    assert error.facts == {"cause": "table_wrong", "file": blamed, "row": row}
     assert words in error.detail

@@ -50,13 +50,13 @@ EFFECTS = [
 @pytest.mark.parametrize(("old", "new", "row", "words"), FAULTS)
 def test_a_mistake_in_a_fault_bit(refusal: Refusal, old: str, new: str, row: str, words: str) -> None:
     error = refusal("faults.toml", re.escape(old), new)
-    assert error.facts == {"file": "faults.toml", "row": row}
+    assert error.facts == {"cause": "table_wrong", "file": "faults.toml", "row": row}
     assert words in error.detail
 
 
 def test_a_detail_bit_of_a_register_that_holds_no_bits(refusal: Refusal) -> None:
     error = refusal("parameters.toml", r'(key = "fault_warning"\n(?:.+\n)*?)kind = "bits"', r'\g<1>kind = "number"')
-    assert error.facts == {"file": "faults.toml", "row": "sensor_weak"}
+    assert error.facts == {"cause": "table_wrong", "file": "faults.toml", "row": "sensor_weak"}
     assert "there is no fault parameter fault_warning" in error.detail
 
 

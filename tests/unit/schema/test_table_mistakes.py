@@ -75,7 +75,7 @@ PLACES = [
 def test_a_mistake_in_a_row(refusal: Refusal, row: str, old: str, new: str, words: str) -> None:
     inside = rf'(?s)(\nkey = "{row}"\n(?:(?!\n\[\[).)*?){re.escape(old)}'
     error = refusal(FILE, inside, rf"\g<1>{new}")
-    assert error.facts == {"file": FILE, "row": row}
+    assert error.facts == {"cause": "table_wrong", "file": FILE, "row": row}
     assert error.detail.startswith(f"{FILE}, row {row}: ")
     assert words in error.detail
 
@@ -83,7 +83,7 @@ def test_a_mistake_in_a_row(refusal: Refusal, row: str, old: str, new: str, word
 @pytest.mark.parametrize(("pattern", "replacement", "row", "words"), PLACES)
 def test_a_mistake_in_the_file(refusal: Refusal, pattern: str, replacement: str, row: str | None, words: str) -> None:
     error = refusal(FILE, pattern, replacement)
-    assert error.facts == {"file": FILE, "row": row}
+    assert error.facts == {"cause": "table_wrong", "file": FILE, "row": row}
     assert error.detail.startswith(f"{FILE}, row {row}: " if row else f"{FILE}: ")
     assert words in error.detail
 

@@ -11,13 +11,13 @@ from hornbill.errors import Busy, HornbillError, LeaseHeld, LeaseRequired, Unkno
 from hornbill.servo.runtime.actor import act_as
 from hornbill.servo.runtime.leases import Leases
 
-HELD = (LeaseHeld, {"holder": "Rig 3", "expires_in_s": 17.877})
+HELD = (LeaseHeld, {"cause": "lease_of_another", "holder": "Rig 3", "expires_in_s": 17.877})
 PROMISED = (Busy, {"cause": "passing_to", "by": "Page 2"})
 NONE = (LeaseRequired, {"cause": "no_lease"})
 OVER = (LeaseRequired, {"cause": "lease_over"})
 UNKNOWN = (Unknown, {"cause": "lease_over"})
 IS_HELD = "Rig 3 has motion control for 18 s more. Ask for it, or wait."
-ENDED = "This lease has ended. Ask for a new one: POST /api/v1/leases."
+ENDED = "This lease has ended. Ask for a new one."
 OTHER = "0" * 32
 
 
@@ -37,10 +37,11 @@ REFUSED: tuple[tuple[float, Callable[[Leases], object], Refusal, str], ...] = (
     (20, lambda leases: leases.allow_write(OTHER, 102.1234), HELD, IS_HELD),
     (20, lambda leases: leases.renew(OTHER, 102.1234), UNKNOWN, ENDED),
     (20, lambda leases: leases.release(OTHER, 102.1234), UNKNOWN, ENDED),
-    (2.5, lambda leases: leases.grant("Page 1", 3.0, 102.0), (LeaseHeld, {"holder": "Rig 3", "expires_in_s": 0.5}),
+    (2.5, lambda leases: leases.grant("Page 1", 3.0, 102.0),
+     (LeaseHeld, {"cause": "lease_of_another", "holder": "Rig 3", "expires_in_s": 0.5}),
      "Rig 3 has motion control for 1 s more. Ask for it, or wait."),
     (2, lambda leases: leases.require(None, 102.0), NONE,
-     "Motion needs a live lease. POST /api/v1/leases, then send its id in the header 'Lease'."),
+     "Motion needs a live lease."),
     (2, lambda leases: leases.require(OTHER, 102.0), OVER,
      "This lease has ended, and torque is off on what it commanded. Ask for a new one."),
     (2, lambda leases: leases.renew(OTHER, 102.0), UNKNOWN, ENDED),

@@ -75,7 +75,7 @@ def test_a_horn_that_rests_off_zero_is_enough_whatever_is_rounded(
     watch(estimate, still(degrees), unit, rounding=rounding)
     assert (estimate.measured, estimate.state) == (unit, "confirmed" if unit == LITERAL else "conflict")
     assert estimate.sure is (unit == LITERAL)
-    assert f"{HELD} times" in estimate.evidence
+    assert f"{HELD} times" in estimate.evidence.text
 
 
 @settings(max_examples=200)
@@ -174,7 +174,7 @@ def test_pairs_that_fit_no_unit_are_a_conflict_and_status_is_not_shown(position:
     assert estimate.state == "conflict"
     assert estimate.shown(position) is None
     assert not estimate.sure
-    assert "no unit" in estimate.evidence
+    assert "no unit" in estimate.evidence.text
 
 
 @given(UNITS, UNITS)

@@ -5547,14 +5547,14 @@ export interface components {
          * @description One sentence for people, with its code and the values in it.
          */
         Note: {
+            /** @description Code of `text`. */
             code: components["schemas"]["NoteCode"];
-            params?: {
-                [key: string]: string | number | boolean | (string | number)[];
-            };
+            params?: components["schemas"]["Params"];
+            /** @description One sentence for users. */
             text: string;
         };
         /** @enum {string} */
-        NoteCode: "problem" | "text" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned";
+        NoteCode: "problem" | "text" | "not_in_servo" | "side_unknown" | "identity_row" | "torque_row" | "torque_never_on" | "too_many_dots" | "no_syntax" | "nested_too_deeply" | "no_object" | "no_table" | "too_many_entries" | "no_value" | "unknown_field" | "no_text" | "too_long" | "half_character" | "other_tables" | "unit_no_text" | "unit_without_value" | "pin_kept" | "pin_at_start" | "pin_after_fixed" | "id_free" | "id_kept_until_start" | "no_status" | "this_server" | "another_hornbill" | "asking_for_id" | "no_model_number" | "no_parameters" | "no_info" | "not_pollable_yet" | "polled_when_ready" | "log_limit" | "disk_slow" | "disk_full" | "write_failed" | "unit_unchecked" | "unit_agreed" | "unit_changed" | "unit_none_fits" | "unit_forced" | "reason" | "stop_reason" | "stop_of" | "stop_confirmed" | "lease_taken" | "lease_ended" | "profile_stored" | "profile_replaced" | "profile_deleted" | "ram_only" | "servo_id_zero" | "login_from" | "servo_forgotten" | "not_seen_for" | "commissioned";
         /**
          * NumberReading
          * @description One parameter as last read from RAM, with its ROM value and this model's limits.
@@ -5932,6 +5932,9 @@ export interface components {
         PositionUnitState: {
             /** @description Evidence, one sentence for users. */
             evidence: string;
+            /** @description Code of `evidence`. */
+            evidence_code: components["schemas"]["NoteCode"];
+            evidence_params?: components["schemas"]["Params"];
             /**
              * @description assumed: the maker's unit, not checked yet; confirmed: Status and 0x08 agree in it; conflict: they agree in another unit, in none, or in two, and no angle is sent by ArrayCommand; forced: set by a client
              * @enum {string}

@@ -37,8 +37,13 @@ export function problemText(problem: Problem): string {
 }
 
 /** The same of what a job, an entry of a list or a message of the socket failed with. */
-export function failureText(body: { code: string; summary: string; params?: Params }): string {
-  return problemText(new Problem(body.code, 0, body.summary, { ...body }));
+export function failureText(body: {
+  code: string;
+  summary?: string;
+  detail?: string;
+  params?: Params;
+}): string {
+  return problemText(new Problem(body.code, 0, body.summary ?? body.detail ?? "", { ...body }));
 }
 
 /** What a port says is wrong, in the page's language. */

@@ -1,14 +1,19 @@
 /** Mark at an angle whose position unit is in conflict: shape, tooltip, and a word for screen readers. */
 import type { Servo } from "../api/types";
+import { noteText } from "../bench/note-text";
 import { text } from "../text";
 
 /** Nothing unless Status and 0x08 disagree. */
 export function UnitMark({ one }: { one: Servo }) {
-  const { state, evidence } = one.position_unit;
+  const { state, evidence, evidence_code, evidence_params } = one.position_unit;
   if (!one.online || state !== "conflict") return null;
   const said = text.servos.unitConflict;
   return (
-    <span class="unit-mark" title={`${said} ${evidence}`} data-testid={`unit-${one.uid}`}>
+    <span
+      class="unit-mark"
+      title={`${said} ${noteText(evidence, evidence_code, evidence_params)}`}
+      data-testid={`unit-${one.uid}`}
+    >
       <span aria-hidden="true">!</span>
       <span class="hidden-text">{said}</span>
     </span>

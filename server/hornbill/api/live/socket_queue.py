@@ -6,6 +6,7 @@ from itertools import chain, islice
 
 import orjson
 
+from hornbill.api import remedies
 from hornbill.api.live import messages
 from hornbill.api.live.event_log import ALWAYS, EVENTS_KEPT, REFRESH, SERVOS_A_TIME, Cursor, EventLog, LogEntry
 from hornbill.api.live.frames import FrameWatch
@@ -101,7 +102,7 @@ class SocketQueue:
         """Reply that one of this socket's messages failed."""
         self._replies.append(
             messages.ErrorMessage(
-                type="error", seq=0, code=error.code, detail=error.detail, summary=error.summary,
+                type="error", seq=0, code=error.code, detail=remedies.detail(error), summary=error.detail,
                 params=error.params, uid=uid,
             )
         )  # fmt: skip

@@ -28,8 +28,7 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
     if takes_file(scope["method"], path):
         if media in _FORMS:
             raise WrongMediaType(
-                f"A file is not of the type {media}.",
-                request="Name its own type in Content-Type.",
+                f"A file is not of the type {media}. Name its own type in Content-Type.",
                 cause="type_of_form",
                 media=media,
             )
@@ -37,8 +36,7 @@ async def ready(scope: Scope, path: str, receive: Receive) -> Receive:
         return receive
     if path.startswith("/api/") and not (media == "application/json" or media.endswith("+json")):
         raise WrongMediaType(
-            f"The body is {media[:60] or 'of no type'}.",
-            request="Send it with 'Content-Type: application/json'.",
+            f"The body is {media[:60] or 'of no type'}. Send it with 'Content-Type: application/json'.",
             cause="no_json_type",
             media=media[:60],
         )

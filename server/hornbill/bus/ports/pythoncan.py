@@ -159,7 +159,8 @@ class PythonCanPort:
         if self._state is PortState.LOST:
             trouble = self.trouble
             assert trouble is not None
-            raise BusDisconnected(f"{trouble.detail} Then connect again.", **trouble.facts)
+            facts: dict[str, Any] = {"cause": "not_connected", **trouble.facts}
+            raise BusDisconnected(f"{trouble.detail} Then connect again.", **facts)
         check(frames)
         now = time.monotonic()
         with self._work:

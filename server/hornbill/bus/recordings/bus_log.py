@@ -114,7 +114,6 @@ class BusLog:
         if self._status.phase is LogPhase.RUNNING:
             raise Busy(
                 f"{self._status.name} is being written already. Stop it first.",
-                request=": DELETE /api/v1/bus/log.",
                 cause="log_runs",
                 name=self._status.name or "",
             )
@@ -157,7 +156,6 @@ class BusLog:
         if self._status.phase is LogPhase.RUNNING and self._status.name == name:
             raise Busy(
                 f"{name} is being written. Stop it first.",
-                request=": DELETE /api/v1/bus/log.",
                 cause="log_runs",
                 name=name,
             )

@@ -32,8 +32,6 @@ class FileKind:
     name_hint: str
     unknown: str
     """Error code for a name that is not in the folder."""
-    listed: str
-    """Operation that lists the folder."""
     most: int | None = None
     """Files kept; None for all."""
     most_bytes: int | None = None
@@ -45,12 +43,12 @@ class FileKind:
 LOGS: Final = FileKind(
     "log", tuple(ENDINGS.values()), 80,
     "Give 1 to 80 letters, digits, dots, dashes and underscores, a letter or digit first.",
-    "unknown_log", "GET /api/v1/bus/logs",
+    "unknown_log",
 )  # fmt: skip
 BUNDLES: Final = FileKind(
     "bundle", (".zip",), 100,
     "Give up to 100 letters, digits, dots, dashes and underscores, a letter or digit first, and .zip at the end.",
-    "unknown_bundle", "GET /api/v1/recorder/bundles", most=50, most_bytes=500_000_000,
+    "unknown_bundle", most=50, most_bytes=500_000_000,
 )  # fmt: skip
 
 
@@ -102,7 +100,6 @@ class RecordingFolder:
             raise Unknown(
                 kind.unknown,
                 f"There is no {kind.word} {name[:90]!r}.",
-                request=f"{kind.listed} lists them.",
                 cause="no_such_file",
                 name=name[:90],
             )

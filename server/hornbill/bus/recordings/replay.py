@@ -173,7 +173,6 @@ class ReplayPort:
         raise BusReadOnly(
             f"{self.address} is a recording: nothing can be read from it or written to it, and nothing moves. "
             "Connect an adapter for that.",
-            request=": PUT /api/v1/bus.",
             cause="only_a_recording",
             address=self.address,
         )
@@ -214,7 +213,7 @@ class ReplayPort:
             text = "The recording is over: nothing comes any more. Play it again, or connect a bus."
             self.trouble = PortError(text, cause="recording_over", address=self.address)
         except LogFailed as error:
-            self._state, self.trouble = PortState.LOST, PortError(error.detail, **error.facts)
+            self._state, self.trouble = PortState.LOST, PortError(error.detail, **{"cause": None, **error.facts})
         except Exception:
             log.exception("%s cannot be played on", self.address)
             text = f"{self.address} cannot be played on. Connect it again."

@@ -81,7 +81,6 @@ class Changes:
         if not_a_key(key):
             raise ForbiddenParameter(
                 f"{key[:20]} is a register nothing in hornbill reads or writes.",
-                request="GET /api/v1/schema lists the keys.",
                 key=key[:20],
                 cause="never_touched",
             )
@@ -154,7 +153,6 @@ class Changes:
         if row.group == "command":
             raise InvalidValue(
                 f"{row.key} moves the horn, so it is no configuration.",
-                request=f"Use POST /api/v1/servos/{servo.uid}/command.",
                 key=row.key,
                 cause="a_command",
             )

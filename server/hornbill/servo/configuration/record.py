@@ -96,7 +96,7 @@ def problem_document(error: HornbillError) -> dict[str, object]:
     plain: dict[str, object] = {
         key: one for key, one in error.facts.items() if isinstance(one, str | int | float | list | dict)
     }
-    return {**plain, "code": error.code, "title": error.title, "detail": error.detail, "summary": error.summary}
+    return {**plain, "code": error.code, "title": error.title, "detail": error.detail}
 
 
 def of_result(result: Mapping[str, object] | None) -> dict[Uid, ServoRecord]:

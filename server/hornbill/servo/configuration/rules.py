@@ -77,7 +77,6 @@ def check_turns(rows: Rows, now: Raws, wanted: Mapping[str, Raw], confirm: Colle
         raise NeedsConfirmation(
             f"{row.label} {scale.to_text(row, limit)} is {turns:g} turns. Beyond ±180° the servo counts turns, and the "
             "count is lost at power-off.",
-            request=f'To allow it, send it again with confirm: ["{MULTI_TURN}"].',
             confirm=MULTI_TURN, key=key, requested=limit / row.per_unit, turns=turns, unit=row.unit,
             cause="beyond_half_turn",
         )  # fmt: skip
@@ -96,7 +95,6 @@ def _check_side(row: Parameter, shown: Parameter, limits: Limits, side: int, lim
     raise NeedsConfirmation(
         f"{row.label} {scale.to_text(row, limit)} could switch the output off here and now: "
         f"{shown.label.lower()} {seen}.{remedy}",
-        request=f'{", or send it" if remedy else "Send it"} again with confirm: ["{limits.confirm}"].',
         confirm=limits.confirm, key=row.key, requested=limit / row.per_unit,
         reading=None if reading is None else reading / shown.per_unit, margin=margin / shown.per_unit, unit=shown.unit,
         cause="could_switch_off",

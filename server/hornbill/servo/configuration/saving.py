@@ -326,8 +326,6 @@ def _switched(servo: Servo) -> TorqueOff:
 def _node_taken(servo: Servo, node: Raw | None, holder: Claim) -> Conflict:
     return Conflict(
         f"{servo.title} would come back on node ID {node}, where {holder.title} still is. Nothing was "
-        "saved. Save that one first, or let POST /api/v1/commissioning exchange them.",
-        summary=f"{servo.title} would come back on node ID {node}, where {holder.title} still is. Nothing was "
         "saved. Save that one first, or exchange them by commissioning.",
         key="node_id", requested=node, owner=holder.owner, owner_title=holder.title,
         cause="node_id_held", servo=servo.title,

@@ -62,9 +62,7 @@ def decide(
     if wanted is None:
         raise NeedsConfirmation(
             f"What ROM of {servo.title} holds as torque mode (0x20) is not known, so a save cannot keep it. Choose: "
-            f'torque at every start (confirm: ["{ON_WORD}"]), or none until it is turned on (confirm: ["{OFF_WORD}"]).',
-            summary=f"What ROM of {servo.title} holds as torque mode (0x20) is not known, so a save cannot keep it. "
-            "Choose: torque at every start, or none until it is turned on.",
+            "torque at every start, or none until it is turned on.",
             confirm=OFF_WORD, choices=[ON_WORD, OFF_WORD], key=KEY, requested=None,
             cause="torque_in_rom_unknown", servo=servo.title,
         )  # fmt: skip
@@ -73,7 +71,6 @@ def decide(
         raise NeedsConfirmation(
             f"A save would write torque mode {scale.to_text(row, wanted).lower()} to {servo.title}, and ROM {held}: "
             "from then on it holds nothing after a start until torque is turned on.",
-            request=f'If that is meant, send it again with confirm: ["{OFF_WORD}"].',
             confirm=OFF_WORD, choices=[OFF_WORD], key=KEY, requested=scale.to_value(row, wanted),
             cause="torque_into_rom", servo=servo.title,
         )  # fmt: skip

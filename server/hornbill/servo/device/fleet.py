@@ -103,7 +103,6 @@ class Fleet:
             raise Unknown(
                 "unknown_servo",
                 f"There is no servo {uid!r}.",
-                request="GET /api/v1/servos lists them.",
                 uid=uid,
                 cause="never_met",
             )

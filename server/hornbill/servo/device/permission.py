@@ -138,7 +138,6 @@ def _check_recorded(servo: Servo) -> None:
     if servo.recorded:
         raise BusReadOnly(
             f"{servo.title} is one of a recording: nothing moves. Connect its bus.",
-            request=": PUT /api/v1/bus.",
             cause="recorded_servo",
             servo=servo.title,
         )
@@ -148,10 +147,7 @@ def _check_loaded(servo: Servo) -> None:
     if servo.rom_lost:
         raise ConfigurationLost(
             f"{servo.title} runs on defaults: what was saved could not be loaded at its last start (warning bit 15). "
-            "So it is not moved. Restore a snapshot "
-            f"(POST /api/v1/servos/{servo.uid}/snapshots/{{id}}/restore) and save, or save what it holds now.",
-            summary=f"{servo.title} runs on defaults: what was saved could not be loaded at its last start "
-            "(warning bit 15). So it is not moved. Restore a snapshot and save, or save what it holds now.",
+            "So it is not moved. Restore a snapshot and save, or save what it holds now.",
             cause="runs_on_defaults",
             servo=servo.title,
         )
@@ -192,7 +188,6 @@ def check_mode(servo: Servo, kind: str) -> None:
     if kind != "angle" and servo.raw("speed_torque_control") != 1:
         raise ModeOff(
             f"{servo.title} ignores {kind} commands: speed and torque control (0x25) is off. Switch it on first.",
-            request=f": PUT /api/v1/servos/{servo.uid}/parameters/speed_torque_control.",
             key="speed_torque_control",
             cause="mode_off",
             servo=servo.title,
@@ -201,7 +196,6 @@ def check_mode(servo: Servo, kind: str) -> None:
     if servo.raw("torque_mode") != 0:
         raise TorqueOff(
             f"Torque is off on {servo.title}, so it would not move. Turn it on first.",
-            request=f': POST /api/v1/servos/{servo.uid}/torque {{"mode": "on"}}.',
             cause="torque_is_off",
             servo=servo.title,
         )

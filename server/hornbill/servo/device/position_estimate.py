@@ -4,6 +4,8 @@ import math
 from collections import deque
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+from hornbill.domain.fields import known
+from hornbill.domain.note import Note
 from hornbill.domain.servo import PositionUnit
 from hornbill.units import Instant
 
@@ -96,7 +98,7 @@ class Estimate:
         """The firmware it is measured on (0x52)."""
         self.clash = False
         """Pairs fit no unit, or two."""
-        self.evidence = "The maker's unit, not checked yet: at 0° every unit reads the same."
+        self.evidence = Note("The maker's unit, not checked yet: at 0° every unit reads the same.", "unit_unchecked")
         """How that is known, for people; of what was measured, not of what is forced."""
         self._against = 0
         self.borne_out = False
@@ -184,12 +186,15 @@ class Estimate:
         if self.clash or not (moved or len(run) >= HELD) or (unit is not None and unit == self.measured):
             return False
         pairs = f"{len(run)} times in a row, last {position:.6g} in Status beside {degrees:.1f}° in 0x08"
+        values = known(times=len(run), position=f"{position:.6g}", angle_deg=round(degrees, 1), unit=unit)
         if unit is None:
-            self.evidence = f"Status and 0x08 agree in no unit that is known: {pairs}."
+            self.evidence = Note(f"Status and 0x08 agree in no unit that is known: {pairs}.", "unit_none_fits", values)
         elif self.measured is not None:
-            self.evidence = f"Measured as {NAMES[self.measured]} before, and as {NAMES[unit]} now: {pairs}."
+            text = f"Measured as {NAMES[self.measured]} before, and as {NAMES[unit]} now: {pairs}."
+            self.evidence = Note(text, "unit_changed", {**values, "before": self.measured})
         else:
-            self.measured, self.evidence = unit, f"Status and 0x08 agreed on {NAMES[unit]} {pairs}."
+            self.measured = unit
+            self.evidence = Note(f"Status and 0x08 agreed on {NAMES[unit]} {pairs}.", "unit_agreed", values)
             return True
         self.clash = True
         return True

@@ -2,9 +2,12 @@
 
 import asyncio
 import logging
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Final
 
+from pydantic import TypeAdapter, ValidationError
+
+from hornbill.domain.note import Note
 from hornbill.errors import HornbillError
 from hornbill.servo.device.position_estimate import (
     DEGREES,
@@ -26,6 +29,7 @@ from hornbill.store.settings import SettingTable
 from hornbill.store.tables import Json
 from hornbill.units import Instant, Uid
 
+_NOTE: Final = TypeAdapter(Note)
 log = logging.getLogger(__name__)
 
 LOOK: Final = Patience(priority=27, timeout_s=0.12, tries=2, kind="poll")
@@ -140,13 +144,14 @@ class PositionUnits:
         )
         self._hub.tell(ServoChanged(servo.uid))
 
-    def evidence(self, servo: Servo) -> str:
+    def evidence(self, servo: Servo) -> Note:
         """How the unit is known, for people."""
         estimate = servo.position_unit
         if estimate.forced is None:
             return estimate.evidence
-        which = "this servo" if servo.uid in self._own else "all servos by a setting"
-        return f"Forced for {which}. {estimate.evidence}"
+        own = servo.uid in self._own
+        which = "this servo" if own else "all servos by a setting"
+        return Note(f"Forced for {which}. {estimate.evidence.text}", "unit_forced", {"this_servo": own})
 
     def forget(self, uid: Uid) -> None:
         """Drop what is known of a servo."""
@@ -196,26 +201,28 @@ class PositionUnits:
         estimate = servo.position_unit
         measured = estimate.measured
         record: Json = {
-            "measured": measured, "clash": estimate.clash, "evidence": estimate.evidence,
+            "measured": measured, "clash": estimate.clash, "evidence": asdict(estimate.evidence),
             "firmware": estimate.firmware,
         }  # fmt: skip
         self._keep(servo.uid, "measured", record)
-        log.info("%s: position unit %s, %s: %s", servo.title, estimate.unit, estimate.state, estimate.evidence)
-        remedy = f"Force the unit: PUT /api/v1/servos/{servo.uid}/position-unit."
+        log.info("%s: position unit %s, %s: %s", servo.title, estimate.unit, estimate.state, estimate.evidence.text)
+        remedy = "Force the unit."
         params: dict[str, object] = {"servo": servo.title}
         if estimate.clash:
-            text = f"It is not clear what positions of {servo.title} mean. {estimate.evidence} "
+            text = f"It is not clear what positions of {servo.title} mean. {estimate.evidence.text} "
             text += "Its angle is read from 0x08, and no angle is sent by ArrayCommand. " + remedy
             params["what"] = "unclear"
             self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced not in (None, measured):
             text = f"Positions of {servo.title} were forced to be in {NAMES[estimate.unit]}, and seem to be in "
-            text += f"{NAMES[measured]}. {estimate.evidence} {remedy}"
+            text += f"{NAMES[measured]}. {estimate.evidence.text} {remedy}"
             params |= {"what": "forced_otherwise", "unit": estimate.unit, "measured": measured}
             self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
         elif measured is not None and estimate.forced is None and measured != LITERAL:
-            text = f"Positions of {servo.title} are in {NAMES[measured]}, not in {NAMES[LITERAL]}. {estimate.evidence} "
-            text += "Its angle is shown by that, and no angle is sent by ArrayCommand. " + remedy
+            text = f"Positions of {servo.title} are in {NAMES[measured]}, not in {NAMES[LITERAL]}. "
+            text += (
+                f"{estimate.evidence.text} Its angle is shown by that, and no angle is sent by ArrayCommand. " + remedy
+            )
             params |= {"what": "another", "unit": LITERAL, "measured": measured}
             self._hub.tell(Happened("warning", "position_unit", text, servo.uid, params))
         self._hub.tell(ServoChanged(servo.uid))
@@ -230,7 +237,7 @@ class PositionUnits:
         firmware = kept.get("firmware")
         estimate = Estimate(forced=forced, firmware=firmware if isinstance(firmware, int) else None)
         estimate.measured, estimate.clash = _unit(kept.get("measured")), kept.get("clash") is True
-        estimate.evidence = str(kept.get("evidence"))
+        estimate.evidence = _note(kept.get("evidence"))
         return estimate
 
     def _held(self, uid: Uid, what: str) -> Json:
@@ -257,3 +264,11 @@ def _key(uid: Uid, what: str) -> str:
 
 def _unit(word: Json) -> PositionUnit | None:
     return word if isinstance(word, str) and word in DEGREES else None
+
+
+def _note(kept: Json) -> Note:
+    """Evidence as it was kept; an older hornbill kept its text alone."""
+    try:
+        return _NOTE.validate_python(kept)
+    except ValidationError:
+        return Note(str(kept), "text")

@@ -19,8 +19,8 @@ _FAR: Final = 0.025
 """Sample points differ in their third digit with an adapter's clock; beyond two points and a half frames get lost."""
 
 
-CHECK: Final = "Check the adapter and its cable, then connect again: PUT /api/v1/bus."
-CHECK_TIMING: Final = "Check bit rate, wiring and termination, then connect again: PUT /api/v1/bus."
+CHECK: Final = "Check the adapter and its cable, then connect again."
+CHECK_TIMING: Final = "Check bit rate, wiring and termination, then connect again."
 
 _KINDS: Final[Mapping[str, tuple[FindingCode, str]]] = {
     "interface_down": ("interface_down", "is down"),
@@ -47,7 +47,7 @@ def no_connection(failure: tuple[str, PortError] | None) -> Finding:
             "failure",
             "No bus is connected",
             "hornbill runs without an adapter.",
-            'Choose one of GET /api/v1/bus/adapters, and connect it: PUT /api/v1/bus {"address": "socketcan:can0"}.',
+            "Choose an adapter, and connect it.",
             advice="connect_adapter",
         )
     address, error = failure
@@ -199,5 +199,4 @@ def _timing_remedy(address: str) -> tuple[str, str | None]:
         options = f"type can bitrate {BITRATE} sample-point {SAMPLE_POINT}"
         command = f"sudo ip link set {channel} down && sudo ip link set {channel} up {options}"
         return command, command
-    text = f'Connect again at the right one: PUT /api/v1/bus {{"address": "{address}", "bitrate": {BITRATE}}}.'
-    return text, None
+    return f"Connect again at {BITRATE} bit/s.", None

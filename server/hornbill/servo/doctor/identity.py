@@ -36,7 +36,7 @@ def own_node_id(record: Record) -> list[Finding]:
         "ours_gives_ids": record.allocator.state not in (AllocatorStatus.STANDING_DOWN, AllocatorStatus.OFF),
         "other_id": 126 if own != 126 else 127,
     }  # fmt: skip
-    restart = f"give hornbill another node id: HORNBILL_NODE_ID={126 if own != 126 else 127} hornbill serve."
+    restart = f"start hornbill with another node ID, {values['other_id']}."
     if shared.is_makers_program:
         return [
             Finding(

@@ -88,7 +88,6 @@ class Faults:
         if key is not None and (key not in known or key not in self._by_key):
             raise Unknown(
                 "unknown_fault", f"This servo never showed a fault {key[:60]!r}.",
-                request="GET …/faults lists those it did.",
                 uid=uid, key=key[:60], cause="never_showed",
             )  # fmt: skip
         wanted = [one for one in known if key is None or one == key]

@@ -184,9 +184,7 @@ class Bursts:
         if own is None or not 1 <= own <= 254:
             raise Conflict(
                 f"{servo.title} has servo id {own}, which ArrayCommand cannot address. Give it one of its own, 1 to "
-                f"254 (parameter servo_id), or command it by itself: POST /api/v1/servos/{servo.uid}/command.",
-                summary=f"{servo.title} has servo id {own}, which ArrayCommand cannot address. Give it one of its own, "
-                "1 to 254, or command it by itself.",
+                "254 (parameter servo_id), or command it alone.",
                 key="servo_id", requested=own, owner=None, owner_title=None,
                 cause="id_not_addressable", servo=servo.title,
             )  # fmt: skip
@@ -194,9 +192,7 @@ class Bursts:
             if other is not servo and other.online and other.servo_id == own:
                 raise Conflict(
                     f"{servo.title} and {other.title} share servo id {own}: both would move. Give each its own "
-                    f"(parameter servo_id), or command it by itself: POST /api/v1/servos/{servo.uid}/command.",
-                    summary=f"{servo.title} and {other.title} share servo id {own}: both would move. Give each its "
-                    "own, or command it by itself.",
+                    "(parameter servo_id), or command it alone.",
                     key="servo_id", requested=own, owner=other.uid, owner_title=other.title,
                     cause="shared_servo_id", servo=servo.title,
                 )  # fmt: skip
@@ -258,7 +254,6 @@ def _part(servo: Servo, kind: str, target: Target) -> Part:
             raise InvalidValue(
                 f"{number:g}° is beyond ±{HALF_TURN_DEG:g}°: an ArrayCommand carries no turns. Command {servo.title} "
                 "alone.",
-                request=f": POST /api/v1/servos/{servo.uid}/command.",
                 requested=number, minimum=-HALF_TURN_DEG, maximum=HALF_TURN_DEG, uid=servo.uid,
                 cause="beyond_array_command", servo=servo.title,
             )  # fmt: skip
@@ -273,10 +268,8 @@ def _part(servo: Servo, kind: str, target: Target) -> Part:
 def _check_unit(servo: Servo) -> None:
     if not servo.position_unit.sure:
         raise PositionUnitUnknown(
-            f"Status of {servo.title} disagrees with register 0x08 about the unit of a position. Command it by itself "
-            f"(POST /api/v1/servos/{servo.uid}/command), or force the unit: PUT …/position-unit.",
-            summary=f"Status of {servo.title} disagrees with register 0x08 about the unit of a position. Command it by "
-            "itself, or force the unit.",
+            f"Status of {servo.title} disagrees with register 0x08 about the unit of a position. Command it alone, "
+            "or force the unit.",
             uid=servo.uid, state=servo.position_unit.state, cause="unit_in_conflict", servo=servo.title,
         )  # fmt: skip
 
@@ -297,8 +290,5 @@ def _together(needed: Sequence[NeedsConfirmation]) -> NeedsConfirmation:
         assert isinstance(found, list)
         words += [str(word) for word in found if word not in words]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     detail = " ".join(error.detail for error in needed[:3])
-    summary = " ".join(error.summary for error in needed[:3])
     servos = [str(error.facts["servo"]) for error in needed]
-    return NeedsConfirmation(
-        detail, summary=summary, cause="turns_of_several", confirm=words[0], words=words, servos=servos
-    )
+    return NeedsConfirmation(detail, cause="turns_of_several", confirm=words[0], words=words, servos=servos)

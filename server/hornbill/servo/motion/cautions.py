@@ -53,9 +53,8 @@ def require(servo: Servo, said: Sequence[Caution], confirmed: Collection[str]) -
     if missing:
         words: list[Cause] = [one.confirm for one in missing if one.confirm is not None]
         facts: dict[str, Any] = {name: value for one in missing for name, value in one.params.items()}
-        listed = ", ".join(f'"{word}"' for word in words)
         raise NeedsConfirmation(
-            " ".join(one.text for one in missing), request=f"To do it, send it again with confirm: [{listed}].",
+            " ".join(one.text for one in missing),
             confirm=words[0], words=words, cause=words[0], also=words[1:], servo=servo.title,
             **facts,
         )  # fmt: skip

@@ -154,7 +154,6 @@ class MotionControl:
             raise Unknown(
                 "unknown_lease",
                 "This request is not known any more. Ask anew.",
-                request=": POST /api/v1/leases/requests.",
                 cause="request_over",
             )
         asked.seen_at = self._base.now()

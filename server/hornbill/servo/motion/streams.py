@@ -90,7 +90,7 @@ class SetpointStream(PeriodicSource):
             self._go_on()
             sent = self.bursts.send(self.lease_id, self.prepared)
         except HornbillError as error:
-            self.ended_summary = error.summary
+            self.ended_summary = error.detail
             raise
         self.sent += 1
         self.totals.sent += 1
@@ -149,7 +149,6 @@ class Streams:
             raise Unknown(
                 "unknown_stream",
                 f"There is no stream {stream_id[:40]!r}.",
-                request="GET /api/v1/streams lists them.",
                 cause="no_such_stream",
                 stream=stream_id[:40],
             )
@@ -250,7 +249,6 @@ class Streams:
             raise BusBudget(
                 f"{len(prepared.parts)} servos at {rate_hz:g} Hz take {share:.0%} of the bus, and "
                 f"{max(0.0, left):.0%} is left for streams. {_remedy(possible)}",
-                request=" (PUT …/telemetry)." if possible < 1 else None,
                 bus_share=round(share, 4), left=round(max(0.0, left), 4), possible_hz=possible,
                 cause="stream_too_fast", servos=len(prepared.parts), rate_hz=rate_hz,
             )  # fmt: skip
@@ -259,7 +257,7 @@ class Streams:
 
 def _other_stream(servo: Servo) -> Busy:
     text = f"{servo.title} is commanded by another stream. End that first."
-    return Busy(text, request=": DELETE /api/v1/streams/ID.", cause="other_stream", servo=servo.title)
+    return Busy(text, cause="other_stream", servo=servo.title)
 
 
 def _remedy(possible_hz: int) -> str:

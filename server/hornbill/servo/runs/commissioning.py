@@ -262,7 +262,6 @@ def _anew(record: ServoRecord) -> ServoRecord:
 def _needs_save() -> Conflict:
     return Conflict(
         "A node ID that is asked for is in use by another servo of this request, which leaves it only when it is "
-        "saved.",
-        request="Ask with save: true.",
+        "saved. Save it in the same request.",
         cause="node_id_leaves_later",
     )

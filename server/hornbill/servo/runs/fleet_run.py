@@ -252,7 +252,7 @@ class FleetJob(FleetRun[T]):
         assert first is not None
         uids = [one.uid for one in failed]
         error = (
-            HornbillError(first.detail, summary=first.summary, **first.facts)
+            HornbillError(first.detail, **{"cause": None, **first.facts})
             if isinstance(first, Unknown | Interrupted)
             else copy(first)
         )

@@ -87,7 +87,6 @@ class IdParking:
                 raise Conflict(
                     f"{servo.title} was to give node ID {move.before} up, and got it again. Another tool may give node "
                     "IDs here.",
-                    request=": see GET /api/v1/bus.",
                     key="node_id", requested=move.before, owner=servo.uid, owner_title=servo.title,
                     cause="node_id_came_back", servo=servo.title,
                 )  # fmt: skip

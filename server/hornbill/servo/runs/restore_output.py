@@ -342,10 +342,8 @@ def _require_lease(servos: Sequence[Servo]) -> None:
     if servos:
         titles = ", ".join(one.title for one in servos)
         raise LeaseRequired(
-            f"{titles}: the servo's own timeout (0x26, 0x27) would switch the output off again. Take motion control "
-            "(POST /api/v1/leases) and send its ID in the header 'Lease': then the output is kept on until it ends.",
-            summary=f"{titles}: the servo's own timeout (0x26, 0x27) would switch the output off again. Take motion "
-            "control: then the output is kept on until it ends.",
+            f"{titles}: the servo's own timeout (0x26, 0x27) would switch the output off again. Take motion control: "
+            "then the output is kept on until it ends.",
             uids=[one.uid for one in servos],
             cause="timeout_needs_lease",
             servos=[one.title for one in servos],
@@ -358,7 +356,6 @@ def _require_word(servos: Sequence[Servo]) -> None:
         raise NeedsConfirmation(
             f"The horn may be under load on {titles}: braked, turning, or with more than {LOADED_PCT} % torque. It is "
             "held where it stands.",
-            request=f'If that is safe, send it again with confirm: ["{WORD}"].',
             confirm=WORD, uids=[one.uid for one in servos],
             cause="loaded_horns", servos=[one.title for one in servos], load_pct=LOADED_PCT,
         )  # fmt: skip

@@ -83,7 +83,6 @@ class Leases:
             raise Unknown(
                 "unknown_lease",
                 "This lease has ended. Ask for a new one.",
-                request=": POST /api/v1/leases.",
                 cause="lease_over",
             )
         lease.expires_at = now + lease.ttl_s
@@ -116,8 +115,7 @@ class Leases:
         if lease is not None:
             raise self._held(lease, now)
         if lease_id is None:
-            request = "POST /api/v1/leases, then send its id in the header 'Lease'."
-            raise LeaseRequired("Motion needs a live lease.", request=request, cause="no_lease")
+            raise LeaseRequired("Motion needs a live lease.", cause="no_lease")
         raise LeaseRequired(
             "This lease has ended, and torque is off on what it commanded. Ask for a new one.", cause="lease_over"
         )

@@ -77,7 +77,6 @@ def write(steps: list[Step], result: Mapping[str, object] | None, error: Hornbil
             "class": type(error).__name__,
             "code": error.code,
             "detail": error.detail,
-            "summary": error.summary,
             "facts": error.facts,
         },
     }
@@ -95,8 +94,8 @@ def _error(kept: Mapping[str, Any] | None) -> HornbillError | None:
     kind = getattr(errors, kept["class"], None)
     facts = {"cause": None, **kept["facts"]}
     if not (isinstance(kind, type) and issubclass(kind, HornbillError)):
-        return HornbillError(kept["detail"], summary=kept.get("summary"), **facts)
+        return HornbillError(kept["detail"], **facts)
     error = kind.__new__(kind)  # past its own __init__: each class may want other arguments
-    HornbillError.__init__(error, kept["detail"], summary=kept.get("summary"), **facts)
+    HornbillError.__init__(error, kept["detail"], **facts)
     error.code = kept["code"]
     return error

@@ -115,7 +115,6 @@ class StopControl:
         if self.latch is not None:
             raise Stopped(
                 f"Stopped by {self.latch.by}. Nothing moves until the stop is cleared.",
-                request=": DELETE /api/v1/stop.",
                 mode=self.latch.mode,
                 cause="stopped",
                 by=self.latch.by,

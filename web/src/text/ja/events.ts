@@ -2,18 +2,12 @@
 import type { Facts } from "../../bench/facts";
 import type { Text } from "../language";
 import { notes } from "./notes";
-import { because, LEASE_END, STOP_CAUSE, who } from "./said";
+import { because, LEASE_END, STOP_CAUSE, UNIT, who } from "./said";
 import { table } from "./table";
 
 const DISK = "データフォルダーとディスクを確認してください。";
 const CUT = "動く可能性があれば電源を切ってください。";
 const MODE: Readonly<Record<string, string>> = { on: "オン", off: "オフ", brake: "ブレーキ" };
-const UNIT: Readonly<Record<string, string>> = {
-  hundred_degrees: "100度",
-  radian: "ラジアン",
-  degree: "度",
-  tenth_degree: "0.1度",
-};
 
 const mode = (p: Facts) => MODE[p.mode ?? ""] ?? p.mode ?? "";
 const trouble = (p: Facts) =>

@@ -1,6 +1,7 @@
 /** What the server notes beside a value, in Japanese, by code. tests/contract holds it complete. */
+import type { Facts } from "../../bench/facts";
 import type { Text } from "../language";
-import { LEASE_END, STOP_CAUSE, who } from "./said";
+import { LEASE_END, STOP_CAUSE, UNIT, who } from "./said";
 
 const STATE: Readonly<Record<string, string>> = {
   identifying: "識別中",
@@ -9,6 +10,9 @@ const STATE: Readonly<Record<string, string>> = {
   updating: "ソフトウェアの更新中",
   offline: "通信途絶",
 };
+/** What showed it: so many pairs of Status and 0x08, and the last of them. */
+const pairs = (p: Facts) => `連続${p.times}回、最後はStatus ${p.position}、0x08 ${p.angle_deg}`;
+const unit = (code: string | undefined) => UNIT[code ?? ""] ?? code;
 /** Who may be a servo in spite of it. */
 const perhaps = (yes: string | undefined) =>
   yes
@@ -70,6 +74,12 @@ export const notes = {
   disk_slow: p => `ディスクが${p.within_s}以内に最後まで書き込めませんでした。`,
   disk_full: () => "ディスクに空きがありません。データフォルダーのあるディスクを空けてください。",
   write_failed: p => `書き込めませんでした（${p.error}）。`,
+
+  unit_unchecked: () => "メーカーの単位です。0度ではどの単位も同じ値のため、まだ確認していません。",
+  unit_agreed: p => `Statusと0x08が${unit(p.unit)}で一致しました（${pairs(p)}）。`,
+  unit_changed: p => `以前の測定は${unit(p.before)}、今回は${unit(p.unit)}です（${pairs(p)}）。`,
+  unit_none_fits: p => `Statusと0x08が既知のどの単位でも一致しません（${pairs(p)}）。`,
+  unit_forced: p => (p.this_servo ? "このサーボに指定されています。" : "指定されています。"),
 
   stop_reason: p => `理由: ${STOP_CAUSE[p.reason ?? ""] ?? p.reason}`,
   stop_of: p => `${who(p.by)}による停止を解除しました。`,

@@ -21,3 +21,11 @@ export const LEASE_END: Readonly<Record<string, (p: Facts) => string>> = {
   passed: p => `要求していた${who(p.holder)}に動作権が移ります。`,
   forced: p => `${who(p.holder)}が動作権を強制的に取りました${because(p)}`,
 };
+
+/** Units of a position, by code. */
+export const UNIT: Readonly<Record<string, string>> = {
+  hundred_degrees: "100度",
+  radian: "ラジアン",
+  degree: "度",
+  tenth_degree: "0.1度",
+};

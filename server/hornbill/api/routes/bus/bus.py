@@ -1,12 +1,13 @@
 """Routes of the bus and of the server's own health."""
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
 from fastapi import Query, Request
 from pydantic import Field
 
 from hornbill import __version__
-from hornbill.api import present
+from hornbill.api import present, remedies
 from hornbill.api.dependencies import TheAdapters, TheHost
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import HERE, Role
@@ -73,7 +74,7 @@ async def examine_bus(
     host: TheHost, all: Annotated[bool, Query(description="Include checks without findings.")] = False
 ) -> list[Finding]:
     """What is wrong with the bus, the worst first; empty when nothing is. `all`: also what was found well."""
-    return list(host.doctor.findings(everything=all))
+    return [replace(one, remedy=remedies.remedy(one)) for one in host.doctor.findings(everything=all)]
 
 
 @routes.delete("/bus", Role.CONFIGURE)

@@ -232,8 +232,7 @@ def _form(content_type: str) -> Form:
         if media == known:
             return form
     raise InvalidValue(
-        "A file is TOML or JSON.",
-        request="Send Content-Type: application/toml or application/json.",
+        "A file is TOML or JSON. Send Content-Type: application/toml or application/json.",
         cause="file_toml_or_json",
     )
 

@@ -210,7 +210,7 @@ def _accept(path: Path) -> None:
             bundle.about()
             bundle.check()
     except LogFailed as error:
-        facts: dict[str, Any] = {**error.facts, "name": path.name.removesuffix(".part")}
+        facts: dict[str, Any] = {"cause": None, **error.facts, "name": path.name.removesuffix(".part")}
         raise InvalidValue(error.detail.replace(".part", ""), **facts) from error
 
 

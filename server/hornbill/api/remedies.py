@@ -1,0 +1,81 @@
+"""Requests that remedy a problem or a finding: what a program sends next. The layers below know no routes."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from hornbill.domain.bus import Advice, Finding
+from hornbill.errors import Cause, HornbillError
+
+REQUESTS: Final[Mapping[Cause, str]] = {
+    "a_command": "POST /api/v1/servos/{uid}/command",
+    "beyond_array_command": "POST /api/v1/servos/{uid}/command",
+    "id_not_addressable": "POST /api/v1/servos/{uid}/command",
+    "lease_over": "POST /api/v1/leases",
+    "log_runs": "DELETE /api/v1/bus/log",
+    "mode_off": "PUT /api/v1/servos/{uid}/parameters/speed_torque_control",
+    "never_met": "GET /api/v1/inventory",
+    "never_showed": "GET /api/v1/servos/{uid}/faults",
+    "never_touched": "GET /api/v1/schema",
+    "no_bus": "PUT /api/v1/bus",
+    "no_lease": "POST /api/v1/leases, then its ID in the header 'Lease'",
+    "no_such_profile": "GET /api/v1/profiles",
+    "no_such_run": "GET /api/v1/runs",
+    "no_such_stream": "GET /api/v1/streams",
+    "node_id_came_back": "GET /api/v1/bus",
+    "node_id_held": "POST /api/v1/commissioning",
+    "only_a_recording": "PUT /api/v1/bus",
+    "other_stream": "DELETE /api/v1/streams/{stream_id}",
+    "recorded_servo": "PUT /api/v1/bus",
+    "request_over": "POST /api/v1/leases/requests",
+    "runs_on_defaults": "POST /api/v1/servos/{uid}/snapshots/{snapshot_id}/restore",
+    "shared_servo_id": "POST /api/v1/servos/{uid}/command",
+    "stopped": "DELETE /api/v1/stop",
+    "timeout_needs_lease": "POST /api/v1/leases, then its ID in the header 'Lease'",
+    "torque_is_off": 'POST /api/v1/servos/{uid}/torque {"mode": "on"}',
+    "unit_in_conflict": "PUT /api/v1/servos/{uid}/position-unit",
+}
+"""By the cause of a problem. Parts of a path in braces are those of the OpenAPI document."""
+
+_ADVISED: Final[Mapping[Advice, str]] = {
+    "change_own_node_id": "HORNBILL_NODE_ID",
+    "check_adapter": "PUT /api/v1/bus",
+    "check_timing_and_wiring": "PUT /api/v1/bus",
+    "close_program": "HORNBILL_NODE_ID",
+    "connect_adapter": 'GET /api/v1/bus/adapters, PUT /api/v1/bus {"address": "socketcan:can0"}',
+    "free_node_id": "GET /api/v1/allocations, DELETE /api/v1/allocations/{uid}",
+    "keep_one_allocator": 'PUT /api/v1/bus/allocator {"mode": "off"}',
+    "turn_allocator_on": 'PUT /api/v1/bus/allocator {"mode": "on"}',
+}
+"""By the advice of a finding: requests, or the setting of the server."""
+
+
+def detail(error: HornbillError) -> str:
+    """The text of a problem, ending in the request that remedies it."""
+    asked = _confirmation(error) or _named(REQUESTS.get(error.facts.get("cause")))  # pyright: ignore[reportArgumentType]
+    return error.detail + asked
+
+
+def remedy(finding: Finding) -> str | None:
+    """What to do about a finding, ending in the request that does it."""
+    if finding.remedy is None or finding.advice is None:
+        return finding.remedy
+    return finding.remedy + _named(_ADVISED.get(finding.advice))
+
+
+def _named(request: str | None) -> str:
+    return "" if request is None else f" API: {request}."
+
+
+def _confirmation(error: HornbillError) -> str:
+    """How a program confirms what it is asked: every word, or one of several choices."""
+    if error.code != "needs_confirmation":
+        return ""
+    choices: list[str] = error.facts.get("choices") or []
+    if len(choices) > 1:
+        return f" Send it again with confirm: {' or '.join(map(_list, choices))}."
+    words: list[str] = error.facts.get("words") or [*filter(None, [error.facts.get("confirm")])]
+    return f" To confirm, send it again with confirm: {_list(*words)}." if words else ""
+
+
+def _list(*words: str) -> str:
+    return "[" + ", ".join(f'"{word}"' for word in words) + "]"
