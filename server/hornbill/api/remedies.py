@@ -21,6 +21,7 @@ REQUESTS: Final[Mapping[Cause, str]] = {
     "no_such_profile": "GET /api/v1/profiles",
     "no_such_run": "GET /api/v1/runs",
     "no_such_stream": "GET /api/v1/streams",
+    "no_such_token": "GET /api/v1/tokens",
     "node_id_came_back": "GET /api/v1/bus",
     "node_id_held": "POST /api/v1/commissioning",
     "only_a_recording": "PUT /api/v1/bus",

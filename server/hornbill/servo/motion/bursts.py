@@ -184,15 +184,15 @@ class Bursts:
         if own is None or not 1 <= own <= 254:
             raise Conflict(
                 f"{servo.title} has servo id {own}, which ArrayCommand cannot address. Give it one of its own, 1 to "
-                "254 (parameter servo_id), or command it alone.",
+                "254, or command it alone.",
                 key="servo_id", requested=own, owner=None, owner_title=None,
                 cause="id_not_addressable", servo=servo.title,
             )  # fmt: skip
         for other in self._live():
             if other is not servo and other.online and other.servo_id == own:
                 raise Conflict(
-                    f"{servo.title} and {other.title} share servo id {own}: both would move. Give each its own "
-                    "(parameter servo_id), or command it alone.",
+                    f"{servo.title} and {other.title} share servo id {own}: both would move. Give each its own, "
+                    "or command it alone.",
                     key="servo_id", requested=own, owner=other.uid, owner_title=other.title,
                     cause="shared_servo_id", servo=servo.title,
                 )  # fmt: skip

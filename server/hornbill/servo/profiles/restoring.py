@@ -23,7 +23,7 @@ from hornbill.servo.profiles.profiles import left_out, not_in
 from hornbill.units import Raw
 
 _NEVER_ON: Final = Note(
-    'A restore never turns torque on. Save with it, or turn it on: POST …/torque {"mode": "on"}.', "torque_never_on"
+    "A restore never turns torque on. Save with it, or turn torque on separately.", "torque_never_on"
 )
 
 
