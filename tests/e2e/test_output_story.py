@@ -1,6 +1,7 @@
 """Output is session state: what Stop or motion switched off never reaches ROM, by touch or keyboard."""
 
 from collections.abc import Callable, Iterator
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -18,10 +19,14 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield one
 
 
+NODE_IDS = count(20)
+"""One for each servo that is no new one."""
+
+
 def made(server: Server, servo_id: int = 0, **rom: int) -> str:
     """A servo of its own, ready; `rom` as raw values."""
-    # its node id is its own, too, unless it is new: asking for one takes a second
-    body = {"model": "BLA21-06U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": servo_id, "rom": rom}
+    node_id = next(NODE_IDS) if servo_id else 0  # asking for one takes a second
+    body = {"model": "BLA21-06U-A0", "firmware": "1.300", "servo_id": servo_id, "node_id": node_id, "rom": rom}
     uid = str(server.api.post("/sim/servos", json=body).json()["uid"])
 
     def ready() -> bool:
