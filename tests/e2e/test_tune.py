@@ -99,7 +99,9 @@ def test_two_gains_are_compared_on_the_tune_page_and_the_way_back_is_one_press(
     assert len(demo.api.get("/runs", params={"uid": servo}).json()) == 1
     page.get_by_role("link", name="Records").click()
     wait_for(lambda: demo.api.get("/leases").json() == [], 5, "motion control was not given back")
-    assert demo.api.get(f"/servos/{servo}/parameters").json()["parameters"]["torque_mode"]["value"] == "off"
+    # the lease ends first, then torque off is written and read
+    torque = f"/servos/{servo}/parameters/torque_mode"
+    wait_for(lambda: demo.api.get(torque).json()["value"] == "off", 1, "torque is still on")
 
 
 def test_typing_starts_no_step_test_and_one_press_of_enter_sends_one_request(
