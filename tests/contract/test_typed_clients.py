@@ -93,4 +93,4 @@ def test_a_python_client_knows_the_type_of_each_row(tmp_path: Path) -> None:
     (tmp_path / "snippet.py").write_text(PYTHON, encoding="utf-8")
     settings = {"include": ["snippet.py"], "typeCheckingMode": "strict", "reportMissingModuleSource": False}
     (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings), encoding="utf-8")
-    run("pyright", "--pythonpath", sys.executable, cwd=tmp_path)
+    run(generated("pyright"), "--pythonpath", sys.executable, cwd=tmp_path)

@@ -1,5 +1,6 @@
 """Requests that remedy a problem or a finding: what a program sends next. The layers below know no routes."""
 
+import re
 from collections.abc import Mapping
 from typing import Final
 
@@ -35,36 +36,41 @@ REQUESTS: Final[Mapping[Cause, str]] = {
     "torque_is_off": 'POST /api/v1/servos/{uid}/torque {"mode": "on"}',
     "unit_in_conflict": "PUT /api/v1/servos/{uid}/position-unit",
 }
-"""By the cause of a problem. Parts of a path in braces are those of the OpenAPI document."""
+"""By the cause of a problem. Parts in braces are facts of the problem, or stay as in the OpenAPI document."""
 
 _ADVISED: Final[Mapping[Advice, str]] = {
-    "change_own_node_id": "HORNBILL_NODE_ID",
+    "change_own_node_id": "HORNBILL_NODE_ID={other_id} hornbill serve",
     "check_adapter": "PUT /api/v1/bus",
     "check_timing_and_wiring": "PUT /api/v1/bus",
-    "close_program": "HORNBILL_NODE_ID",
+    "close_program": "HORNBILL_NODE_ID={other_id} hornbill serve",
     "connect_adapter": 'GET /api/v1/bus/adapters, PUT /api/v1/bus {"address": "socketcan:can0"}',
     "free_node_id": "GET /api/v1/allocations, DELETE /api/v1/allocations/{uid}",
     "keep_one_allocator": 'PUT /api/v1/bus/allocator {"mode": "off"}',
     "turn_allocator_on": 'PUT /api/v1/bus/allocator {"mode": "on"}',
 }
-"""By the advice of a finding: requests, or the setting of the server."""
+"""By the advice of a finding: requests, or how to start the server."""
+
+
+_PART: Final = re.compile(r"\{(\w+)\}")
 
 
 def detail(error: HornbillError) -> str:
     """The text of a problem, ending in the request that remedies it."""
-    asked = _confirmation(error) or _named(REQUESTS.get(error.facts.get("cause")))  # pyright: ignore[reportArgumentType]
-    return error.detail + asked
+    request = REQUESTS.get(error.facts.get("cause"))  # pyright: ignore[reportArgumentType]
+    return error.detail + (_confirmation(error) or _named(request, error.facts))
 
 
 def remedy(finding: Finding) -> str | None:
     """What to do about a finding, ending in the request that does it."""
     if finding.remedy is None or finding.advice is None:
         return finding.remedy
-    return finding.remedy + _named(_ADVISED.get(finding.advice))
+    return finding.remedy + _named(_ADVISED.get(finding.advice), finding.params)
 
 
-def _named(request: str | None) -> str:
-    return "" if request is None else f" API: {request}."
+def _named(request: str | None, values: Mapping[str, object]) -> str:
+    if request is None:
+        return ""
+    return f" Use: {_PART.sub(lambda part: str(values.get(part[1], part[0])), request)}."
 
 
 def _confirmation(error: HornbillError) -> str:

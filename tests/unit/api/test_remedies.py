@@ -8,12 +8,15 @@ import pytest
 
 from hornbill.api.remedies import REQUESTS, detail, remedy
 from hornbill.domain.bus import Finding
-from hornbill.errors import BusDisconnected, NeedsConfirmation, Unknown
+from hornbill.errors import BusDisconnected, NeedsConfirmation, TorqueOff, Unknown
 
 
 def test_a_problem_ends_in_the_request_that_remedies_it() -> None:
     assert detail(BusDisconnected("No bus is connected.", cause="no_bus")) == (
-        "No bus is connected. API: PUT /api/v1/bus."
+        "No bus is connected. Use: PUT /api/v1/bus."
+    )
+    assert detail(TorqueOff("Torque is off.", cause="torque_is_off", uid="00ff")) == (
+        'Torque is off. Use: POST /api/v1/servos/00ff/torque {"mode": "on"}.'
     )
     assert detail(Unknown("unknown_log", "There is no log.", cause="no_such_file")) == "There is no log."
 
@@ -32,7 +35,7 @@ def test_what_asks_for_confirmation_names_the_words(facts: dict[str, object], en
 
 def test_the_remedy_of_a_finding_ends_in_its_request() -> None:
     found = Finding("allocator_off", "warning", "It waits.", "For 9 s.", "Switch it on.", advice="turn_allocator_on")
-    assert remedy(found) == 'Switch it on. API: PUT /api/v1/bus/allocator {"mode": "on"}.'
+    assert remedy(found) == 'Switch it on. Use: PUT /api/v1/bus/allocator {"mode": "on"}.'
     assert remedy(Finding("no_traffic", "ok", "Frames come in", "9 a second.", None)) is None
 
 

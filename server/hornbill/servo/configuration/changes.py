@@ -154,6 +154,7 @@ class Changes:
             raise InvalidValue(
                 f"{row.key} moves the horn, so it is no configuration.",
                 key=row.key,
+                uid=servo.uid,
                 cause="a_command",
             )
         if not row.writable:

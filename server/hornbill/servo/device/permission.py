@@ -150,6 +150,7 @@ def _check_loaded(servo: Servo) -> None:
             "So it is not moved. Restore a snapshot and save, or save what it holds now.",
             cause="runs_on_defaults",
             servo=servo.title,
+            uid=servo.uid,
         )
 
 
@@ -191,6 +192,7 @@ def check_mode(servo: Servo, kind: str) -> None:
             key="speed_torque_control",
             cause="mode_off",
             servo=servo.title,
+            uid=servo.uid,
             kind=kind,
         )
     if servo.raw("torque_mode") != 0:
@@ -198,6 +200,7 @@ def check_mode(servo: Servo, kind: str) -> None:
             f"Torque is off on {servo.title}, so it would not move. Turn it on first.",
             cause="torque_is_off",
             servo=servo.title,
+            uid=servo.uid,
         )
 
 

@@ -186,7 +186,7 @@ class Bursts:
                 f"{servo.title} has servo id {own}, which ArrayCommand cannot address. Give it one of its own, 1 to "
                 "254, or command it alone.",
                 key="servo_id", requested=own, owner=None, owner_title=None,
-                cause="id_not_addressable", servo=servo.title,
+                cause="id_not_addressable", servo=servo.title, uid=servo.uid,
             )  # fmt: skip
         for other in self._live():
             if other is not servo and other.online and other.servo_id == own:
@@ -194,7 +194,7 @@ class Bursts:
                     f"{servo.title} and {other.title} share servo id {own}: both would move. Give each its own, "
                     "or command it alone.",
                     key="servo_id", requested=own, owner=other.uid, owner_title=other.title,
-                    cause="shared_servo_id", servo=servo.title,
+                    cause="shared_servo_id", servo=servo.title, uid=servo.uid,
                 )  # fmt: skip
 
     def _check(self, lease_id: str | None, prepared: Prepared) -> HeldLease:
