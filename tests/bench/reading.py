@@ -121,8 +121,14 @@ async def with_host(scene: Callable[[Host], Awaitable[T]], port: Callable[[], Ca
     async def open_port(_address: str, _bitrate: int) -> CanPort:
         return port()
 
-    kept = Store("sqlite://")
-    host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
+    loop, epoch = asyncio.get_running_loop(), time.time()
+    began = loop.time()
+
+    def wall() -> float:
+        return epoch + loop.time() - began  # goes with a clock that jumps
+
+    kept = Store("sqlite://", wall=wall)
+    host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)), wall=wall)
     try:
         await host.connect("canned:", 1_000_000)
         return await scene(host)

@@ -194,9 +194,13 @@ class Requests:
                 exchange.done.set_exception(error())
             self._release(exchange)
 
-    def pump(self) -> None:
-        """Send the next few requests, if the port is ready for them. Call it whenever the bus has moved."""
-        self._pumping = False
+    def pump(self, scheduled: bool = False) -> None:
+        """Send the next few requests, if the port is ready for them. Call it whenever the bus has moved.
+
+        `scheduled` is for the call that `_pump_soon` has put on the loop.
+        """
+        if scheduled:
+            self._pumping = False
         if not self._lanes:
             return
         if self._is_port_idle():
@@ -216,7 +220,7 @@ class Requests:
         """When everybody who is about to ask has asked: what is sent together costs the port one wake-up."""
         if not self._pumping:
             self._pumping = True
-            asyncio.get_running_loop().call_soon(self.pump)
+            asyncio.get_running_loop().call_soon(self.pump, True)
 
     def _pump_again(self) -> None:
         self._pump_timer = None

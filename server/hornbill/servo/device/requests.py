@@ -1,9 +1,9 @@
 """The one place that reads, writes and commands a servo, with each operation's own patience."""
 
 from collections import Counter, defaultdict
-from collections.abc import Awaitable, Callable, Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias, TypedDict
 
 from hornbill.errors import BusDisconnected, NoAnswer, Refused
@@ -40,7 +40,7 @@ class Sending(TypedDict):
     urgent: bool
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Patience:
     """How an operation is sent: CAN priority (0 highest), seconds a try may take, and how many tries.
 
@@ -53,7 +53,7 @@ class Patience:
     urgent: bool = False
     kind: str = "read"
 
-    @property
+    @cached_property
     def sending(self) -> Sending:
         """The arguments of Participant.request."""
         return {"priority": self.priority, "timeout": self.timeout_s, "tries": self.tries, "urgent": self.urgent}
@@ -88,7 +88,7 @@ class ServoRequests:
     ) -> None:
         """`participant` gives our node on the bus that is connected now."""
         self._hub = hub
-        self._base = base
+        self.base = base
         self._participant = participant
         self._before_write = before_write
         self.asked: Counter[tuple[str, str]] = Counter()
@@ -102,7 +102,7 @@ class ServoRequests:
         """RAM's raw value of one row, and remember it. Raises NoAnswer, Refused, BusDisconnected."""
         node_id, request = _node(servo), GetSetRequest(0, EMPTY, parameter.name)
         try:
-            with self._counted(node_id, servo.title, patience):
+            with _Counted(self, node_id, servo, patience):
                 response = await self.connected().request(node_id, request, **patience.sending)
         except NoAnswer as error:
             error.facts["key"] = parameter.key
@@ -118,11 +118,11 @@ class ServoRequests:
         if servo.of_unknown_series and not _lets_go(parameter, raw):
             raise unknown_series(servo)
         node_id = _node(servo)  # what cannot be sent is not noted as written
-        servo.note_write(parameter.key, raw, self._base.now())
+        servo.note_write(parameter.key, raw, self.base.now())
         try:
             if (prepare := self._before_write.get(parameter.key)) is not None:
                 await prepare(servo, raw)
-            with self._counted(node_id, servo.title, patience):
+            with _Counted(self, node_id, servo, patience):
                 request = GetSetRequest(0, integer(raw), parameter.name)
                 response = await self.connected().request(node_id, request, **patience.sending)
         except BaseException as error:
@@ -135,14 +135,12 @@ class ServoRequests:
             raise
         finally:
             if parameter.key == output.KEY or parameter.key in COMMANDS:
-                servo.output.commanded(
-                    self._base.now()
-                )  # an answer that is lost may be that to a command which was not
+                servo.output.commanded(self.base.now())  # an answer that is lost may be that to a command which was not
         return self._taken(servo, parameter, response, patience, "write")
 
     async def probe(self, node_id: int, parameter: Parameter, patience: Patience = READ) -> Raw | None:
         """One row of a node not yet known as a servo; None when it refuses. Raises NoAnswer, BusDisconnected."""
-        with self._counted(node_id, f"node {node_id}", patience):
+        with _Counted(self, node_id, None, patience):
             request = GetSetRequest(0, EMPTY, parameter.name)
             response = await self.connected().request(node_id, request, **patience.sending)
         return self._integer_of(response, parameter, patience)
@@ -152,14 +150,14 @@ class ServoRequests:
 
         Raises NoAnswer, BusDisconnected.
         """
-        with self._counted(node_id, f"node {node_id}", patience):
+        with _Counted(self, node_id, None, patience):
             request = GetSetRequest(0, integer(raw), parameter.name)
             response = await self.connected().request(node_id, request, **patience.sending)
         return self._integer_of(response, parameter, patience)
 
     async def node_info(self, node_id: int, patience: Patience = READ) -> GetNodeInfoResponse:
         """Identity of a node (uavcan.protocol.GetNodeInfo). Raises NoAnswer, BusDisconnected."""
-        with self._counted(node_id, f"node {node_id}", patience):
+        with _Counted(self, node_id, None, patience):
             return await self.connected().request(node_id, GetNodeInfoRequest(), **patience.sending)
 
     async def opcode(self, servo: Servo, opcode: int) -> bool:
@@ -167,7 +165,7 @@ class ServoRequests:
         NotInThisModel for a servo of an unknown series."""
         check_series(servo)
         node_id = _node(servo)
-        with self._counted(node_id, servo.title, ONCE):
+        with _Counted(self, node_id, servo, ONCE):
             return (await self.connected().request(node_id, ExecuteOpcodeRequest(opcode), **ONCE.sending)).ok
 
     async def restart(self, servo: Servo, magic: int) -> bool:
@@ -175,7 +173,7 @@ class ServoRequests:
         NotInThisModel for a servo of an unknown series."""
         check_series(servo)
         node_id = _node(servo)
-        with self._counted(node_id, servo.title, ONCE):
+        with _Counted(self, node_id, servo, ONCE):
             return (await self.connected().request(node_id, RestartNodeRequest(magic), **ONCE.sending)).ok
 
     def burst(self, commands: list[ActuatorCommand], priority: int = COMMAND.priority) -> None:
@@ -192,7 +190,7 @@ class ServoRequests:
             return
         self._remember(servo, parameter, raw)
         if parameter.key == "current_angle":
-            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self._base.now()
+            servo.angle_deg, servo.angle_at = raw / parameter.per_unit, self.base.now()
             servo.angle_polled_at = servo.angle_at
 
     def _taken(
@@ -213,37 +211,16 @@ class ServoRequests:
         return raw
 
     def _remember(self, servo: Servo, parameter: Parameter, raw: Raw) -> None:
-        now, register = self._base.now(), servo.registers.get(parameter.key)
-        known = register is not None and register.at is not None
+        now = self.base.now()
+        first = parameter.key == output.KEY and servo.raw(output.KEY) is None
         changed = servo.note(parameter.key, raw, now)
-        if parameter.key == output.KEY and (changed or not known):
+        if first or (changed and parameter.key == output.KEY):
             self._hub.tell(ServoChanged(servo.uid))
         if parameter.kind == "number":
             value = None if parameter.dummy and raw == DUMMY else raw / parameter.per_unit
             self._hub.tell(Sampled(servo.uid, parameter.key, now, value))
         if changed and parameter.group != "status":
             self._hub.tell(ReadingChanged(servo.uid, parameter.key))
-
-    @contextmanager
-    def _counted(self, node_id: int, title: str, patience: Patience) -> Generator[None]:
-        """Count the request made in this block, and name in a NoAnswer who did not answer."""
-        kind, began, outcome = patience.kind, self._base.now(), "failed"
-        try:
-            yield
-            outcome = "answered"
-            self.took[kind].add(self._base.now() - began)
-        except NoAnswer:
-            outcome = "no_answer"
-            tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
-            raise NoAnswer(
-                f"{title} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
-                "Check its supply and the wiring.",
-                node_id=node_id,
-                cause="silent_servo",
-                servo=title,
-            ) from None
-        finally:
-            self.asked[kind, outcome] += 1
 
     def _integer_of(self, response: GetSetResponse, parameter: Parameter, patience: Patience) -> Raw | None:
         raw = _integer_of(response, parameter)
@@ -262,6 +239,42 @@ class ServoRequests:
     def participant(self) -> Participant | None:
         """Our node on the bus; None without one."""
         return self._participant()
+
+
+class _Counted:
+    """Counts the request made in its block, and names in a NoAnswer who did not answer.
+
+    A class, since a generator would cost as much as a fiftieth of a read.
+    """
+
+    __slots__ = ("_began", "_node_id", "_patience", "_requests", "_servo")
+
+    def __init__(self, requests: ServoRequests, node_id: int, servo: Servo | None, patience: Patience) -> None:
+        """`servo` is who is asked, None for a node not yet known as one."""
+        self._requests, self._node_id, self._servo, self._patience = requests, node_id, servo, patience
+
+    def __enter__(self) -> None:
+        self._began = self._requests.base.now()
+
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        requests, patience = self._requests, self._patience
+        if error is None:
+            requests.asked[patience.kind, "answered"] += 1
+            requests.took[patience.kind].add(requests.base.now() - self._began)
+            return
+        if not isinstance(error, NoAnswer):
+            requests.asked[patience.kind, "failed"] += 1
+            return
+        requests.asked[patience.kind, "no_answer"] += 1
+        title = f"node {self._node_id}" if self._servo is None else self._servo.title
+        tries = "1 try" if patience.tries == 1 else f"{patience.tries} tries"
+        raise NoAnswer(
+            f"{title} did not answer in {tries} of {patience.timeout_s * 1000:.0f} ms. "
+            "Check its supply and the wiring.",
+            node_id=self._node_id,
+            cause="silent_servo",
+            servo=title,
+        ) from None
 
 
 def _lets_go(parameter: Parameter, raw: Raw) -> bool:
