@@ -66,7 +66,7 @@ test: setup web/dist/index.html chromium      ## every test a change can break
 	$(NPM) run --silent test
 	@$(BIN)/python tests/run.py $(TEST_ARGS)
 
-test-release: setup web/dist/index.html docs  ## the wheel in fresh environments, the image
+test-release: setup web/dist/index.html docs  ## the wheel in fresh environments, the image, other browsers
 	@$(BIN)/python tests/run.py release $(TEST_ARGS)
 
 mutate: setup                                 ## do the tests notice defects in what must not break: NAME=guard for one entry

@@ -42,7 +42,7 @@ TEST: Final = (
     Stage("browser, side by side", ("tests/e2e", "-m", "not alone"), ("-n", "2", "--dist", "loadfile")),
     Stage("browser, one at a time", ("tests/e2e", "-m", "alone")),
 )
-RELEASE: Final = (Stage("fresh environments, image", ("tests/release",)),)
+RELEASE: Final = (Stage("fresh environments, image, other browsers", ("tests/release",)),)
 
 
 def run(stage: Stage, *, retry: bool, further: list[str]) -> str:
