@@ -190,10 +190,15 @@ def test_a_page_that_breaks_takes_nothing_with_it_and_can_be_shown_again(context
 @pytest.mark.parametrize(
     ("endpoint", "where", "says", "works"),
     [
-        ("**/api/v1/bus/doctor*", "bus", ".doctor .refusal", "[data-testid=frames]"),
-        ("**/api/v1/inventory", "records", ".c-note.bad", "[data-testid=records-page] h1"),
-        ("**/api/v1/audit*", "records#audit", ".c-note.bad", "[data-testid=audit-servo]"),
-        ("**/api/v1/commissioning/candidates", "commission", ".notice-line, .refusal", "[data-testid=commission-page]"),
+        ("**/api/v1/bus/doctor*", "bus", ".doctor .says-failure", "[data-testid=frames]"),
+        ("**/api/v1/inventory", "records", ".note-line.says-failure", "[data-testid=records-page] h1"),
+        ("**/api/v1/audit*", "records#audit", ".note-line.says-failure", "[data-testid=audit-servo]"),
+        (
+            "**/api/v1/commissioning/candidates",
+            "commission",
+            ".notice-line, .note-line",
+            "[data-testid=commission-page]",
+        ),
     ],
 )
 def test_an_endpoint_that_fails_is_told_where_it_matters_and_nowhere_else(

@@ -10,6 +10,7 @@ import { up } from "../bench/link";
 import { changeChoices, go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { bus as words } from "../text/topics";
 import { told } from "./finding";
@@ -56,15 +57,11 @@ export function Findings({ list }: { list: readonly Finding[] }) {
   const complaints = list.filter(one => one.severity !== "ok").length;
   return (
     <>
-      {doctorProblem.value !== null && (
-        <p class="refusal part-line" role="alert">
-          <Glyph kind="failure" size={14} /> {said.failed(doctorProblem.value)}
-        </p>
-      )}
+      {doctorProblem.value !== null && <Note band>{said.failed(doctorProblem.value)}</Note>}
       {list.length > 0 && complaints === 0 && (
-        <p class="part-line calm" data-testid="doctor-well">
-          <Glyph kind="ok" /> {said.well(grouped(list.length))}
-        </p>
+        <Note kind="ok" band testid="doctor-well">
+          {said.well(grouped(list.length))}
+        </Note>
       )}
       <ul class={old ? "findings old" : "findings"}>
         {list.map((one, place) => (

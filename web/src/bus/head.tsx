@@ -1,15 +1,15 @@
 /** The head of the bus page: what is connected and how it is, and the ways to change that. */
 
 import { useSignal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
+import { ask } from "../api/client";
 import type { Bus } from "../api/types";
 import { bus } from "../bench/bench";
 import { channelOf, retryIn } from "../bench/bus-now";
 import { connectOpen } from "../bench/connect-open";
-import { problemText, troubleText } from "../bench/facts";
+import { troubleText } from "../bench/facts";
 import { number, size, withUnit } from "../bench/format";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { text } from "../text";
@@ -136,50 +136,22 @@ function Trouble({ state }: { state: Bus }) {
 }
 
 function DisconnectDialog({ name, onClose }: { name: string; onClose: () => void }) {
-  const busy = useSignal(false);
-  const problem = useSignal<string | null>(null);
   const said = words.disconnectDialog;
-  const disconnect = async () => {
-    busy.value = true;
-    problem.value = null;
-    try {
-      bus.value = await ask<Bus>("DELETE", "/bus");
-      onClose();
-    } catch (error) {
-      problem.value = problemText(problemOf(error));
-      busy.value = false;
-    }
-  };
   return (
-    <Dialog
+    <Confirm
       title={said.title(name)}
+      verb={said.confirm(name)}
+      danger
       testid="disconnect-dialog"
+      actId="disconnect-confirm"
+      act={async () => {
+        bus.value = await ask<Bus>("DELETE", "/bus");
+      }}
       onClose={onClose}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={onClose}>{text.cancel}</Button>
-          </span>
-          <Button
-            look="danger"
-            live
-            testid="disconnect-confirm"
-            disabled={busy.value}
-            onClick={() => void disconnect()}
-          >
-            {said.confirm(name)}
-          </Button>
-        </>
-      }
     >
       <p class="strong">{said.first}</p>
       <p>{said.after}</p>
       <p class="second">{said.stays}</p>
-      {problem.value !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {problem.value}
-        </p>
-      )}
-    </Dialog>
+    </Confirm>
   );
 }

@@ -2,15 +2,12 @@
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocationChange } from "../api/bus-types";
-import { ask, problemOf } from "../api/client";
+import { ask } from "../api/client";
 import { ownerName } from "../bench/allocations";
-import { problemText } from "../bench/facts";
 import { noteText } from "../bench/note-text";
 import { wholeNumber } from "../bench/number";
-import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
-import { Glyph } from "../kit/glyph";
-import { text } from "../text";
+import { Confirm } from "../kit/confirm";
+import { TextField } from "../kit/field";
 import { bus as words } from "../text/topics";
 
 const said = words.ids;
@@ -25,73 +22,24 @@ interface Props {
 
 export function PinDialog({ one, table, onClose }: Props & { table: readonly Allocation[] }) {
   const typed = useSignal(String(one.node_id));
-  const refused = useSignal<string | null>(null);
-  const busy = useSignal(false);
   const wrong = wrongId(typed.value, one, table);
-  const pin = async () => {
-    if (wrong !== null || busy.peek()) return;
-    busy.value = true;
-    try {
-      const body = { node_id: wholeNumber(typed.peek()) };
-      onClose(noteOf(await ask<AllocationChange>("PUT", `/allocations/${one.uid}`, { body })));
-    } catch (error) {
-      refused.value = problemText(problemOf(error));
-      busy.value = false;
-    }
-  };
-  const why = wrong ?? refused.value;
   return (
-    <Dialog
+    <Confirm
       title={said.pinTitle(ownerName(one.uid))}
       subtitle={<span class="mono">{one.uid}</span>}
+      verb={wrong === null ? said.pinConfirm(typed.value.trim()) : said.pinPlain}
+      ready={wrong === null}
       testid="pin-dialog"
-      onClose={() => onClose(null)}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={() => onClose(null)}>{text.cancel}</Button>
-          </span>
-          <Button
-            look="primary"
-            live
-            testid="pin-confirm"
-            disabled={wrong !== null || busy.value}
-            onClick={() => void pin()}
-          >
-            {wrong === null ? said.pinConfirm(typed.value.trim()) : said.pinPlain}
-          </Button>
-        </>
-      }
+      actId="pin-confirm"
+      act={async () => {
+        const body = { node_id: wholeNumber(typed.peek()) };
+        return noteOf(await ask<AllocationChange>("PUT", `/allocations/${one.uid}`, { body }));
+      }}
+      onClose={onClose}
     >
       <p class="second">{said.pinText}</p>
-      <form
-        class="field-row"
-        onSubmit={event => {
-          event.preventDefault();
-          void pin();
-        }}
-      >
-        <label for="pin-id">{said.pinLabel}</label>
-        <input
-          id="pin-id"
-          class="field short"
-          data-testid="pin-id"
-          inputMode="numeric"
-          autocomplete="off"
-          value={typed.value}
-          aria-invalid={wrong !== null}
-          onInput={event => {
-            typed.value = event.currentTarget.value;
-            refused.value = null;
-          }}
-        />
-      </form>
-      {why !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {why}
-        </p>
-      )}
-    </Dialog>
+      <TextField label={said.pinLabel} at={typed} number beside short error={wrong} testid="pin-id" />
+    </Confirm>
   );
 }
 
@@ -105,41 +53,22 @@ export function wrongId(typed: string, one: Allocation, table: readonly Allocati
 }
 
 export function ForgetDialog({ one, onClose }: Props) {
-  const problem = useSignal<string | null>(null);
   const id = String(one.node_id);
-  const forget = async () => {
-    try {
-      onClose(noteOf(await ask<AllocationChange>("DELETE", `/allocations/${one.uid}`)));
-    } catch (error) {
-      problem.value = problemText(problemOf(error));
-    }
-  };
   return (
-    <Dialog
+    <Confirm
       title={said.forgetTitle(id, ownerName(one.uid))}
       subtitle={<span class="mono">{one.uid}</span>}
+      verb={said.forgetConfirm(id)}
+      danger
       testid="forget-dialog"
-      onClose={() => onClose(null)}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={() => onClose(null)}>{text.cancel}</Button>
-          </span>
-          <Button look="danger" live testid="forget-confirm" onClick={() => void forget()}>
-            {said.forgetConfirm(id)}
-          </Button>
-        </>
-      }
+      actId="forget-confirm"
+      act={async () => noteOf(await ask<AllocationChange>("DELETE", `/allocations/${one.uid}`))}
+      onClose={onClose}
     >
       <p>{said.forgetText}</p>
       {one.online && <p>{said.forgetOnline}</p>}
       {one.pinned && <p>{said.forgetPinned}</p>}
-      {problem.value !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {problem.value}
-        </p>
-      )}
-    </Dialog>
+    </Confirm>
   );
 }
 

@@ -2,18 +2,18 @@
 
 import { useSignal } from "@preact/signals";
 import type { Allocation, AllocatorMode, AllocatorState } from "../api/bus-types";
-import { ask, problemOf } from "../api/client";
+import { ask } from "../api/client";
 import type { Bus } from "../api/types";
 import { allocations, ownerName, tableProblem } from "../bench/allocations";
 import { bus } from "../bench/bench";
 import { now } from "../bench/clock";
-import { problemText } from "../bench/facts";
 import { pending } from "../bench/fleet";
 import { age, clock, date, grouped } from "../bench/format";
 import { up } from "../bench/link";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
@@ -37,16 +37,10 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
   return (
     <Scroll label={said.title} testid="node-ids">
       {allocator && <Allocator allocator={allocator} table={table ?? []} />}
-      {tableProblem.value !== null && (
-        <p class="refusal part-line" role="alert">
-          <Glyph kind="failure" size={14} /> {said.failed(tableProblem.value)}
-        </p>
-      )}
-      {done.value !== null && (
-        <p class="part-line done" role="status" data-testid="ids-note">
-          <Glyph kind="ok" /> {done.value}
-        </p>
-      )}
+      {tableProblem.value !== null && <Note band>{said.failed(tableProblem.value)}</Note>}
+      <Note kind="ok" band testid="ids-note">
+        {done.value}
+      </Note>
       <Pending />
       {table !== null && table.length === 0 && (
         <div class="part-empty">
@@ -146,16 +140,9 @@ function Pending() {
 
 function Allocator({ allocator, table }: { allocator: AllocatorState; table: readonly Allocation[] }) {
   const asking = useSignal<AllocatorMode | null>(null);
-  const problem = useSignal<string | null>(null);
   const set = async (mode: AllocatorMode) => {
-    asking.value = null;
-    problem.value = null;
-    try {
-      const answer = await ask<AllocatorState>("PUT", "/bus/allocator", { body: { mode } });
-      if (bus.value) bus.value = { ...bus.value, allocator: answer } satisfies Bus;
-    } catch (error) {
-      problem.value = problemText(problemOf(error));
-    }
+    const answer = await ask<AllocatorState>("PUT", "/bus/allocator", { body: { mode } });
+    if (bus.value) bus.value = { ...bus.value, allocator: answer } satisfies Bus;
   };
   // What may take a servo off the bus is asked first.
   const choose = (mode: AllocatorMode) => {
@@ -195,11 +182,6 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
           </span>
         </p>
       )}
-      {problem.value !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {problem.value}
-        </p>
-      )}
       <IdMap table={table} />
       <p class="small second" data-testid="ids-used">
         {said.used(
@@ -209,36 +191,19 @@ function Allocator({ allocator, table }: { allocator: AllocatorState; table: rea
         )}
       </p>
       {asking.value !== null && (
-        <Dialog
+        <Confirm
           title={insist ? said.insistTitle : said.offTitle}
+          verb={insist ? said.insistConfirm : said.offConfirm}
+          danger
           testid="allocator-dialog"
+          actId="allocator-confirm"
+          act={() => set(asking.peek() ?? "on")}
           onClose={() => {
             asking.value = null;
           }}
-          foot={
-            <>
-              <span data-first-focus>
-                <Button
-                  onClick={() => {
-                    asking.value = null;
-                  }}
-                >
-                  {text.cancel}
-                </Button>
-              </span>
-              <Button
-                look="danger"
-                live
-                testid="allocator-confirm"
-                onClick={() => void set(asking.peek() ?? "on")}
-              >
-                {insist ? said.insistConfirm : said.offConfirm}
-              </Button>
-            </>
-          }
         >
           <p>{insist ? said.insistText : said.offText}</p>
-        </Dialog>
+        </Confirm>
       )}
     </div>
   );

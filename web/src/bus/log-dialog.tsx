@@ -9,8 +9,10 @@ import { noteText } from "../bench/note-text";
 import { parseNumber } from "../bench/number";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
+import { TextField } from "../kit/field";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
+import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
 import { bus as words } from "../text/topics";
@@ -40,11 +42,7 @@ export function LogDialog({ onClose }: { onClose: () => void }) {
       }
     >
       {log.value?.state === "running" ? <Running log={log.value} /> : <Start />}
-      {logProblem.value !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {logProblem.value}
-        </p>
-      )}
+      <Note>{logProblem.value}</Note>
       <Files />
     </Dialog>
   );
@@ -118,7 +116,7 @@ function Start() {
       }}
     >
       {log.value && <Ended log={log.value} />}
-      <div class="field-row">
+      <div class="entry beside">
         <span>{said.format}</span>
         <Segments<LogFormat>
           label={said.format}
@@ -130,36 +128,18 @@ function Start() {
         />
       </div>
       <p class="small second under">{said.formats[format.value][1]}</p>
-      <div class="field-row">
-        <label for="log-name">{said.name}</label>
-        <input
-          id="log-name"
-          class="field"
-          data-testid="log-name"
-          autocomplete="off"
-          placeholder={said.nameHint}
-          value={name.value}
-          onInput={event => {
-            name.value = event.currentTarget.value;
-          }}
+      <TextField label={said.name} hint={said.nameHint} at={name} beside testid="log-name" />
+      <div class="log-line">
+        <TextField
+          label={said.limit}
+          at={limit}
+          number
+          unit={said.limitUnit}
+          beside
+          short
+          error={wrong && said.limitWrong(limit.value.trim() || "–")}
+          testid="log-limit"
         />
-      </div>
-      <div class="field-row">
-        <label for="log-limit">{said.limit}</label>
-        <span class="box short" data-wrong={wrong}>
-          <input
-            id="log-limit"
-            data-testid="log-limit"
-            inputMode="decimal"
-            autocomplete="off"
-            value={limit.value}
-            aria-invalid={wrong}
-            onInput={event => {
-              limit.value = event.currentTarget.value;
-            }}
-          />
-          <span class="unit">{said.limitUnit}</span>
-        </span>
         <span class="grow" />
         <Button
           look="primary"
@@ -171,11 +151,6 @@ function Start() {
           {busy.value ? said.starting : said.start}
         </Button>
       </div>
-      {wrong && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {said.limitWrong(limit.value.trim() || "–")}
-        </p>
-      )}
       {!connected.value && <p class="small second under">{said.noBus}</p>}
     </form>
   );

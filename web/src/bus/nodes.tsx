@@ -15,6 +15,7 @@ import { poll } from "../bench/poll";
 import { pathOf } from "../bench/route";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { bus as words } from "../text/topics";
 
@@ -50,11 +51,7 @@ export function Nodes() {
   const passed = Math.max(0, now.value - readAt.value);
   return (
     <Scroll label={said.title} testid="nodes">
-      {problem.value !== null && (
-        <p class="refusal part-line" role="alert">
-          <Glyph kind="failure" size={14} /> {said.failed(problem.value)}
-        </p>
-      )}
+      {problem.value !== null && <Note band>{said.failed(problem.value)}</Note>}
       {list !== null && list.length === 0 && (
         <div class="part-empty">
           <p class="strong">{said.empty}</p>

@@ -14,9 +14,11 @@ import { age, grouped, number } from "../bench/format";
 import { parseNumber } from "../bench/number";
 import { poll } from "../bench/poll";
 import { Button } from "../kit/button";
+import { cell, TextField } from "../kit/field";
 import { Glyph } from "../kit/glyph";
 import { Guides } from "../kit/guide";
 import { Spinner } from "../kit/icon";
+import { Note } from "../kit/note";
 import { text } from "../text";
 import { bus as words } from "../text/topics";
 import { LineFacts } from "./line";
@@ -160,11 +162,7 @@ export function PickerCards({ picker }: { picker: Picker }) {
   const refused = picker.refused.value;
   return (
     <div class="picker">
-      {picker.listProblem.value !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {said.failed(picker.listProblem.value)}
-        </p>
-      )}
+      {picker.listProblem.value !== null && <Note>{said.failed(picker.listProblem.value)}</Note>}
       {list?.every(isDemo) && (
         <div data-testid="no-adapter">
           <p class="strong">{said.nothing}</p>
@@ -302,46 +300,27 @@ function Other({ picker }: { picker: Picker }) {
       </label>
       {chosen && (
         <div class="adapter-why">
-          <div class="field-row">
-            <label for="adapter-address">{said.address}</label>
-            <input
-              id="adapter-address"
-              class="field"
-              data-testid="adapter-address"
-              placeholder={said.example}
-              autocomplete="off"
-              spellcheck={false}
-              value={picker.typed.value}
-              onInput={event => {
-                picker.typed.value = event.currentTarget.value;
-                picker.refused.value = null;
-              }}
-            />
-          </div>
-          <div class="field-row">
-            <label for="adapter-bitrate">{said.bitrate}</label>
-            <span class="box short" data-wrong={bitrate === null}>
-              <input
-                id="adapter-bitrate"
-                data-testid="adapter-bitrate"
-                inputMode="decimal"
-                autocomplete="off"
-                value={picker.kbit.value}
-                aria-invalid={bitrate === null}
-                onInput={event => {
-                  picker.kbit.value = event.currentTarget.value;
-                }}
-              />
-              <span class="unit">{said.bitrateUnit}</span>
-            </span>
-            <span class={bitrate === USUAL_BITRATE ? "small second" : "small strong"}>
-              {bitrate === null
-                ? said.bitrateWrong(picker.kbit.value.trim() || "–")
-                : bitrate === USUAL_BITRATE
-                  ? said.bitrateLine
-                  : said.bitrateOther}
-            </span>
-          </div>
+          <TextField
+            label={said.address}
+            hint={said.example}
+            at={cell(picker.typed.value, typed => {
+              picker.typed.value = typed;
+              picker.refused.value = null;
+            })}
+            beside
+            testid="adapter-address"
+          />
+          <TextField
+            label={said.bitrate}
+            at={picker.kbit}
+            number
+            unit={said.bitrateUnit}
+            beside
+            short
+            error={bitrate === null && said.bitrateWrong(picker.kbit.value.trim() || "–")}
+            help={bitrate === USUAL_BITRATE ? said.bitrateLine : <b>{said.bitrateOther}</b>}
+            testid="adapter-bitrate"
+          />
         </div>
       )}
     </div>
@@ -354,26 +333,17 @@ function Options({ picker }: { picker: Picker }) {
   return (
     <details class="adapter-options" data-testid="adapter-options">
       <summary>{said.options}</summary>
-      <div class="field-row">
-        <label for="adapter-gap">{said.gap}</label>
-        <span class="box short" data-wrong={wrong}>
-          <input
-            id="adapter-gap"
-            data-testid="adapter-gap"
-            inputMode="decimal"
-            autocomplete="off"
-            value={picker.gap.value}
-            aria-invalid={wrong}
-            onInput={event => {
-              picker.gap.value = event.currentTarget.value;
-            }}
-          />
-          <span class="unit">ms</span>
-        </span>
-        <span class={wrong ? "small strong" : "small second"}>
-          {wrong ? said.gapWrong(picker.gap.value.trim() || "–") : said.gapLine}
-        </span>
-      </div>
+      <TextField
+        label={said.gap}
+        at={picker.gap}
+        number
+        unit="ms"
+        beside
+        short
+        error={wrong && said.gapWrong(picker.gap.value.trim() || "–")}
+        help={said.gapLine}
+        testid="adapter-gap"
+      />
     </details>
   );
 }

@@ -10,13 +10,14 @@ import { hornLine } from "../change/horn-forecast";
 import { HornFreeTick, useHornFree } from "../change/horn-free";
 import { isOpen, withTick } from "../change/safety-words";
 import { Button } from "../kit/button";
-import { Glyph } from "../kit/glyph";
+import { cell, Tick } from "../kit/field";
 import { Spinner } from "../kit/icon";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
 import { commission as words } from "../text/topics";
 import { changeDraft, count, draft, wanted } from "./draft";
-import { Actions, StepQuestion, Toggle } from "./parts";
+import { Actions, StepQuestion } from "./parts";
 import { loadProfiles, plan, plans, profiles, start, starting, startRefused } from "./state";
 
 const said = words.check;
@@ -48,17 +49,21 @@ export function CheckStep() {
       </StepQuestion>
       <Scroll label={said.title} testid="check-step">
         {problem && (
-          <div class="c-note bad" role="alert" data-testid="start-refused">
-            <Glyph kind="failure" />
-            <p class="grow">
-              <b>{said.refused}</b> {problem.text}
-            </p>
-            {problem.uid !== null && uids.includes(problem.uid) && problem.confirm.length === 0 && (
-              <Button onClick={() => toEntry(problem.uid ?? "")} testid="refused-change">
-                {said.change}
-              </Button>
-            )}
-          </div>
+          <Note
+            band
+            testid="start-refused"
+            action={
+              problem.uid !== null &&
+              uids.includes(problem.uid) &&
+              problem.confirm.length === 0 && (
+                <Button onClick={() => toEntry(problem.uid ?? "")} testid="refused-change">
+                  {said.change}
+                </Button>
+              )
+            }
+          >
+            <b>{said.refused}</b> {problem.text}
+          </Note>
         )}
         <table class="c-table" aria-label={said.table}>
           <thead>
@@ -81,11 +86,11 @@ export function CheckStep() {
           {count(present).skipped > 0 && ` · ${said.leftOut(count(present).skipped)}`}
         </p>
         <div class="c-options">
-          <Toggle
+          <Tick
             label={said.save}
-            on={present.save}
+            at={cell(present.save, save => changeDraft({ save }))}
+            class="tick big"
             testid="save"
-            onChange={save => changeDraft({ save })}
           />
           <p class="second">{present.save ? said.saveLine : said.noSaveLine}</p>
           {uids.length > 1 && (
@@ -103,12 +108,12 @@ export function CheckStep() {
             </div>
           )}
           {needed.map(word => (
-            <Toggle
+            <Tick
               key={word}
               label={said.confirm[word]}
-              on={present.confirm.includes(word)}
+              at={cell(present.confirm.includes(word), on => agree(word, on))}
+              class="tick big"
               testid={`confirm-${word}`}
-              onChange={on => agree(word, on)}
             />
           ))}
           <HornFreeTick of={free} big />

@@ -9,8 +9,9 @@ import { all, type KnownServo, nameOf, pending } from "../bench/fleet";
 import { clock, NONE } from "../bench/format";
 import { resultText } from "../bench/note-text";
 import { Button } from "../kit/button";
-import { Glyph } from "../kit/glyph";
+import { cell, Tick } from "../kit/field";
 import { Guides } from "../kit/guide";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { EmptyServos, Reconnect } from "../servo/empty";
 import { Waiting } from "../servo/waiting-nodes";
@@ -54,11 +55,7 @@ export function FindStep() {
       <Scroll label={said.table} testid="find-step">
         {left && <Unfinished job={left} />}
         {!connected.value && bus.value && <Reconnect />}
-        {candidatesProblem.value !== null && (
-          <p class="refusal w-line" role="alert">
-            <Glyph kind="failure" size={14} /> {words.failed(candidatesProblem.value)}
-          </p>
-        )}
+        {candidatesProblem.value !== null && <Note band>{words.failed(candidatesProblem.value)}</Note>}
         {found.length > 1 && (
           <div class="c-tools">
             <span class="second" data-testid="find-count">
@@ -146,8 +143,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
   const name = nameOf(one as KnownServo);
   return (
     <li>
-      <label class="c-row pick" data-testid={`pick-${one.uid}`}>
-        <input type="checkbox" checked={on} aria-label={said.choose(name)} onChange={onToggle} />
+      <Tick label={said.choose(name)} at={cell(on, onToggle)} class="c-row pick" testid={`pick-${one.uid}`}>
         <span class="c-who">
           <span class="serial">{name}</span>
           <span class="dim">
@@ -157,7 +153,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
         </span>
         <span class="second">{said.node(String(one.node_id ?? NONE))}</span>
         <span class="second c-id">{note}</span>
-      </label>
+      </Tick>
     </li>
   );
 }
@@ -165,12 +161,17 @@ function Row({ one, note, on, onToggle }: RowProps) {
 function Unfinished({ job }: { job: Job }) {
   const told = resultText(job.result) || (job.error ? failureText(job.error) : "");
   return (
-    <div class="c-note" data-testid="unfinished">
-      <Glyph kind="warning" />
-      <p class="grow">{said.unfinished(clock(job.created_at), told)}</p>
-      <Button onClick={() => show(job)} testid="look-unfinished">
-        {said.look}
-      </Button>
-    </div>
+    <Note
+      kind="warning"
+      band
+      testid="unfinished"
+      action={
+        <Button onClick={() => show(job)} testid="look-unfinished">
+          {said.look}
+        </Button>
+      }
+    >
+      {said.unfinished(clock(job.created_at), told)}
+    </Note>
   );
 }

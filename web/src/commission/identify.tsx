@@ -12,8 +12,10 @@ import { sheetOf } from "../bench/parameters";
 import { watch } from "../bench/telemetry-subscription";
 import { wiggle, wiggled, wiggling } from "../bench/wiggle";
 import { Button } from "../kit/button";
+import { cell, TextField } from "../kit/field";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { LiveDial } from "../servo/live-dial";
 import { text } from "../text";
@@ -168,9 +170,7 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
   const box = useRef<HTMLLIElement>(null);
   const wanted = useSignal(false);
   const fold = useSignal(entry.nodeId !== "");
-  const labelId = useId();
   const idId = useId();
-  const nodeId = useId();
   const wrongId = useId();
   useEffect(() => watch(uid), [uid]);
   // Its limits stand on the dial.
@@ -238,24 +238,19 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
               </button>
             </span>
           </div>
-          <div class="c-field wide">
-            <label for={labelId}>{said.label}</label>
-            <input
-              id={labelId}
-              class="field"
-              data-testid="label"
-              autocomplete="off"
-              maxLength={LONGEST_LABEL}
-              placeholder={said.labelHint}
-              value={entry.label}
-              onInput={event => changeEntry(uid, { label: event.currentTarget.value })}
-            />
-          </div>
+          <TextField
+            label={said.label}
+            hint={said.labelHint}
+            at={cell(entry.label, label => changeEntry(uid, { label }))}
+            longest={LONGEST_LABEL}
+            class="wide"
+            testid="label"
+          />
         </div>
         {shown !== null && (
-          <p id={wrongId} class="refusal" role="alert">
-            <Glyph kind="failure" size={14} /> {shown}
-          </p>
+          <div id={wrongId}>
+            <Note>{shown}</Note>
+          </div>
         )}
         <div class="c-do">
           <button
@@ -286,26 +281,15 @@ function Active({ uid, entry, place, last, onGive, onSkip }: ActiveProps) {
           {said.fold}
         </button>
         {fold.value && (
-          <div class="c-field">
-            <label for={nodeId}>{said.nodeId}</label>
-            <input
-              id={nodeId}
-              class="field short"
-              data-testid="node-id"
-              inputMode="numeric"
-              autocomplete="off"
-              value={entry.nodeId}
-              aria-invalid={wrong.nodeId !== null}
-              onInput={event => changeEntry(uid, { nodeId: event.currentTarget.value })}
-            />
-            {wrong.nodeId === null ? (
-              <small class="second">{said.nodeHint}</small>
-            ) : (
-              <p class="refusal" role="alert">
-                <Glyph kind="failure" size={14} /> {wrong.nodeId}
-              </p>
-            )}
-          </div>
+          <TextField
+            label={said.nodeId}
+            at={cell(entry.nodeId, nodeId => changeEntry(uid, { nodeId }))}
+            number
+            short
+            error={wrong.nodeId}
+            help={said.nodeHint}
+            testid="node-id"
+          />
         )}
       </form>
     </li>

@@ -24,23 +24,3 @@ export function StepQuestion({ title, children }: { title: string; children?: Co
 export function Actions({ children }: { children: ComponentChildren }) {
   return <div class="wizard-actions">{children}</div>;
 }
-
-/** A switch with words. */
-export function Toggle(props: {
-  label: string;
-  on: boolean;
-  testid: string;
-  onChange: (on: boolean) => void;
-}) {
-  return (
-    <label class="tick big">
-      <input
-        type="checkbox"
-        data-testid={props.testid}
-        checked={props.on}
-        onChange={event => props.onChange(event.currentTarget.checked)}
-      />
-      {props.label}
-    </label>
-  );
-}

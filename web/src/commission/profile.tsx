@@ -7,7 +7,7 @@ import { pathOf } from "../bench/route";
 import { ProfileValues } from "../change/profile-values";
 import { Button } from "../kit/button";
 import { follow } from "../kit/follow";
-import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { commission as words } from "../text/topics";
 import { changeDraft, draft, wanted } from "./draft";
@@ -32,11 +32,7 @@ export function ProfileStep() {
         <p>{said.lead}</p>
       </StepQuestion>
       <Scroll label={said.title} testid="profile-step">
-        {profilesProblem.value !== null && (
-          <p class="refusal w-line" role="alert">
-            <Glyph kind="failure" size={14} /> {words.failed(profilesProblem.value)}
-          </p>
-        )}
+        {profilesProblem.value !== null && <Note band>{words.failed(profilesProblem.value)}</Note>}
         <div role="radiogroup" aria-label={said.choose}>
           <Choice
             name={said.none}
@@ -111,9 +107,7 @@ function Sets({ one }: { one: Profile }) {
   return (
     <div class="c-sets">
       {other.length > 0 && (
-        <p class="c-warn">
-          <Glyph kind="warning" /> {said.otherModel(other.length, [...new Set(other)].join(", "))}
-        </p>
+        <Note kind="warning">{said.otherModel(other.length, [...new Set(other)].join(", "))}</Note>
       )}
       <ProfileValues one={one} label={said.sets(one.name)} head={said.head} />
     </div>

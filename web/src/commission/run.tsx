@@ -13,10 +13,11 @@ import { readSheet, sheetOf } from "../bench/parameters";
 import { JobSteps } from "../change/job-steps";
 import { ReportLinks } from "../change/report-links";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { lazy } from "../kit/lazy";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { text } from "../text";
 import { commission as words } from "../text/topics";
@@ -66,12 +67,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
         <Progress sums={sums} of={all} />
       </StepQuestion>
       <Scroll label={said.units} testid="run-step">
-        {problem && (
-          <div class="c-note bad" role="alert">
-            <Glyph kind="failure" />
-            <p class="grow">{problem.text}</p>
-          </div>
-        )}
+        {problem && <Note band>{problem.text}</Note>}
         <ul class="c-units" aria-label={running ? said.units : done.table}>
           {units.map(unit => (
             <UnitRow key={unit.uid} unit={unit} over={running === null} />
@@ -342,30 +338,17 @@ function Retry({ uid, name }: { uid: string; name: string }) {
 
 function CancelDialog({ job, onClose }: { job: Job; onClose: () => void }) {
   return (
-    <Dialog
+    <Confirm
       title={said.cancelTitle}
+      verb={said.cancelConfirm}
+      cancel={said.goOn}
+      danger
       testid="cancel-dialog"
+      actId="cancel-confirm"
+      act={() => void cancel(job)}
       onClose={onClose}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={onClose}>{said.goOn}</Button>
-          </span>
-          <Button
-            look="danger"
-            live
-            testid="cancel-confirm"
-            onClick={() => {
-              onClose();
-              void cancel(job);
-            }}
-          >
-            {said.cancelConfirm}
-          </Button>
-        </>
-      }
     >
       <p>{said.cancelText}</p>
-    </Dialog>
+    </Confirm>
   );
 }

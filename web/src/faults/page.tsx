@@ -7,9 +7,11 @@ import { who } from "../bench/holder";
 import { connection, up } from "../bench/link";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
+import { Choice, cell } from "../kit/field";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Guides } from "../kit/guide";
+import { Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { ToSnapshots } from "../servo/condition-lines";
 import { faults as words } from "../text/topics";
@@ -48,22 +50,17 @@ export function FaultsPage({ uid }: { uid: string | null }) {
           {words.summary(now.length, open.length)}
         </span>
         <span class="grow" />
-        <label class="faults-servo">
-          <span class="second">{words.servo}</span>
-          <select
-            class="field"
-            data-testid="faults-servo"
-            value={uid ?? ""}
-            onChange={event => go(pathOf("faults", event.currentTarget.value || null))}
-          >
-            <option value="">{words.all}</option>
-            {servos.map(one => (
-              <option key={one.uid} value={one.uid}>
-                {nameOf(one)}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={words.servo}
+          beside
+          class="faults-servo"
+          testid="faults-servo"
+          at={cell(uid ?? "", one => go(pathOf("faults", one || null)))}
+          options={[
+            { key: "", label: words.all },
+            ...servos.map(one => ({ key: one.uid, label: nameOf(one) })),
+          ]}
+        />
         <Button
           testid="acknowledge-all"
           live
@@ -79,20 +76,13 @@ export function FaultsPage({ uid }: { uid: string | null }) {
         <Reader key={one.uid} one={one} />
       ))}
       <Scroll label={words.title} testid="faults-list">
-        {trouble !== null && (
-          <p class="faults-note" role="alert">
-            <Glyph kind="failure" />
-            <span class="grow">{words.failed(trouble)}</span>
-            <Button
-              live
-              onClick={() => {
-                for (const one of uids) readFaults(one);
-              }}
-            >
-              {words.again}
-            </Button>
-          </p>
-        )}
+        <Unread
+          why={trouble}
+          said={words.failed}
+          onAgain={() => {
+            for (const one of uids) readFaults(one);
+          }}
+        />
         {missing && <p class="notice-line">{words.loading}</p>}
         {!missing && now.length + past.length === 0 ? (
           <Empty known={uids.length} />

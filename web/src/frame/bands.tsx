@@ -15,7 +15,7 @@ import { clearStop, unsent } from "../bench/stop";
 import { RestoreButton } from "../change/restore-button";
 import { keptOn, planned, restorable } from "../change/restoring";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
@@ -206,34 +206,22 @@ function StopBand({ stop }: { stop: Stop }) {
         )}
       </p>
       {asking.value && (
-        <Dialog
+        <Confirm
           title={text.stop.clearTitle}
+          verb={text.stop.clearConfirm}
+          danger
           testid="clear-dialog"
+          actId="confirm-clear"
+          act={clear}
           onClose={() => {
             asking.value = false;
           }}
-          foot={
-            <>
-              <span data-first-focus>
-                <Button
-                  onClick={() => {
-                    asking.value = false;
-                  }}
-                >
-                  {text.cancel}
-                </Button>
-              </span>
-              <Button look="danger" testid="confirm-clear" live onClick={() => void clear()}>
-                {text.stop.clearConfirm}
-              </Button>
-            </>
-          }
         >
           <p>{text.stop.clearText}</p>
           {silent.length > 0 && (
             <p class="strong">{text.stop.clearSilent(names(silent), silent.length > 1)}</p>
           )}
-        </Dialog>
+        </Confirm>
       )}
     </section>
   );

@@ -24,7 +24,7 @@ export function Dialog({ title, subtitle, children, foot, onClose, testid }: Pro
 
   useEffect(() => {
     const before = document.activeElement;
-    const wish = box.current?.querySelector<HTMLElement>("[data-first-focus] button");
+    const wish = box.current?.querySelector<HTMLElement>("[data-first-focus] :is(button, input, select)");
     (wish ?? box.current)?.focus();
     const forget = onKey("Escape", () => close.current());
     return () => {

@@ -4,7 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { problemText } from "../bench/facts";
 import { session, signedOut, signIn, signOut, tokenRefused } from "../bench/session";
-import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { login as said } from "../text/topics";
 import "./login.css";
 
@@ -44,14 +44,14 @@ export function LoginPage() {
           />
         </label>
         {problem && (
-          <p class="refusal" role="alert" id="login-refusal" data-testid="login-refusal">
-            <Glyph kind="failure" size={14} />{" "}
+          <Note testid="login-refusal">
+            {" "}
             {problem.code === "unauthorized"
               ? said.unknown
               : problem.code === "too_many_attempts"
                 ? said.tooMany(Number(problem.facts.retry_after_s))
                 : problemText(problem)}
-          </p>
+          </Note>
         )}
         <button
           type="submit"

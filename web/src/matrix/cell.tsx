@@ -11,9 +11,10 @@ import { spanOf, viewOf } from "../bench/row-state";
 import { Marker } from "../change/marker";
 import { NumberBox } from "../change/number-box";
 import { stageValue } from "../change/stage";
-import { text } from "../text";
+import { Choice, cell } from "../kit/field";
 import { matrix as said } from "../text/topics";
 import type { Odd } from "./state";
+import { optionsOf } from "./state";
 
 interface Props {
   uid: string;
@@ -156,32 +157,19 @@ function Editor({ uid, row, span, draft, held, onDone }: EditorProps) {
       />
     );
   }
-  const options =
-    row.kind === "switch"
-      ? [
-          { key: "true", label: text.on },
-          { key: "false", label: text.off },
-        ]
-      : row.choices;
   const wish = draft?.verdict.ok ? draft.verdict.value : held;
   return (
-    <select
-      class="field"
-      aria-label={label}
-      data-testid={`input-${uid}-${row.key}`}
-      value={String(wish)}
-      onBlur={onDone}
-      onChange={event => {
-        const key = event.currentTarget.value;
-        const value = row.kind === "switch" ? key === "true" : key;
-        stageValue(sheet, row.key, { text: key, verdict: { ok: true, value } });
-      }}
-    >
-      {options.map(one => (
-        <option key={one.key} value={one.key}>
-          {one.label}
-        </option>
-      ))}
-    </select>
+    <span onFocusOut={onDone}>
+      <Choice
+        label={label}
+        bare
+        testid={`input-${uid}-${row.key}`}
+        at={cell(String(wish), key => {
+          const value = row.kind === "switch" ? key === "true" : key;
+          stageValue(sheet, row.key, { text: key, verdict: { ok: true, value } });
+        })}
+        options={optionsOf(row)}
+      />
+    </span>
   );
 }

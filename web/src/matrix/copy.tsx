@@ -4,9 +4,8 @@ import type { Row } from "../api/types";
 import { nameOf, servo } from "../bench/fleet";
 import { sheetOf } from "../bench/parameters";
 import { stageValue } from "../change/stage";
-import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
-import { text } from "../text";
+import { Confirm } from "../kit/confirm";
+import { inSet, Tick } from "../kit/field";
 import { matrix } from "../text/topics";
 import { copyOf } from "./state";
 
@@ -29,46 +28,25 @@ export function CopyDialog({ from, uids, rows, onClose }: Props) {
   const going = plans.filter(one => chosen.value.has(one.uid));
   const total = going.reduce((sum, one) => sum + one.plan.drafts.size, 0);
   return (
-    <Dialog
+    <Confirm
       title={said.title(nameOf(source))}
       subtitle={said.kept}
+      verb={said.go(total)}
+      local
+      ready={total > 0}
       testid="copy-dialog"
+      actId="copy-go"
+      act={() => {
+        for (const { uid, plan } of going) {
+          for (const [key, draft] of plan.drafts) stageValue(sheetOf(uid), key, draft);
+        }
+      }}
       onClose={onClose}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={onClose}>{text.cancel}</Button>
-          </span>
-          <Button
-            look="primary"
-            testid="copy-go"
-            disabled={total === 0}
-            onClick={() => {
-              for (const { uid, plan } of going) {
-                for (const [key, draft] of plan.drafts) stageValue(sheetOf(uid), key, draft);
-              }
-              onClose();
-            }}
-          >
-            {said.go(total)}
-          </Button>
-        </>
-      }
     >
       <fieldset class="m-who">
         <legend class="second">{said.who}</legend>
         {plans.map(({ uid, plan }) => (
-          <label key={uid} class="tick" data-testid={`copy-to-${uid}`}>
-            <input
-              type="checkbox"
-              checked={chosen.value.has(uid)}
-              onChange={event => {
-                const next = new Set(chosen.peek());
-                if (event.currentTarget.checked) next.add(uid);
-                else next.delete(uid);
-                chosen.value = next;
-              }}
-            />
+          <Tick key={uid} at={inSet(chosen, uid)} testid={`copy-to-${uid}`}>
             <span class="grow">
               {nameOf(servo(uid))}
               {servo(uid)?.model !== source?.model && <small class="dim"> {said.otherModel}</small>}
@@ -77,9 +55,9 @@ export function CopyDialog({ from, uids, rows, onClose }: Props) {
               {said.differing(plan.drafts.size)}
               {plan.left > 0 && `. ${said.skipped(plan.left)}`}
             </span>
-          </label>
+          </Tick>
         ))}
       </fieldset>
-    </Dialog>
+    </Confirm>
   );
 }

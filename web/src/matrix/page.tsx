@@ -12,6 +12,7 @@ import { loadSheets, sheetOf } from "../bench/parameters";
 import { go, inAddress, oneInAddress, pathOf, wordInAddress } from "../bench/route";
 import { PlanDialog } from "../change/batch-dialog";
 import { Button } from "../kit/button";
+import { Unread } from "../kit/loaded";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
 import { matrix as said } from "../text/topics";
@@ -97,14 +98,7 @@ export function MatrixPage({ hash }: { hash: string }) {
         />
         <Button onClick={() => go(pathOf("servos", null))}>{said.choose}</Button>
       </div>
-      {problem.value !== null && (
-        <p class="notice-line" role="alert">
-          {said.failed(problem.value)}{" "}
-          <Button live onClick={() => void load(true)}>
-            {said.again}
-          </Button>
-        </p>
-      )}
+      <Unread why={problem.value} said={said.failed} onAgain={() => void load(true)} />
       {known === null ? (
         <p class="notice-line">{said.reading}</p>
       ) : (

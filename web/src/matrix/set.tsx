@@ -1,16 +1,15 @@
 /** Set a row on all servos: one value, judged by what each of them allows, staged and not sent. */
 import { useSignal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
 import type { Row } from "../api/types";
 import { nameOf, servo } from "../bench/fleet";
 import { full } from "../bench/format";
 import { sheetOf } from "../bench/parameters";
 import { spanOf } from "../bench/row-state";
 import { draftFor, numberFor, stageValue } from "../change/stage";
-import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
-import { text } from "../text";
+import { Confirm } from "../kit/confirm";
+import { Choice, inSet, negated, TextField, Tick } from "../kit/field";
 import { matrix } from "../text/topics";
+import { optionsOf } from "./state";
 
 const said = matrix.set;
 
@@ -22,7 +21,6 @@ interface Props {
 
 export function SetDialog({ uids, row, onClose }: Props) {
   const typed = useSignal("");
-  useEffect(() => document.getElementById("set-value")?.focus(), []);
   const able = uids.filter(
     uid => servo(uid)?.online === true && (sheetOf(uid).keys.value?.includes(row.key) ?? false),
   );
@@ -42,93 +40,46 @@ export function SetDialog({ uids, row, onClose }: Props) {
   const going = plans.flatMap(one =>
     one.plan !== null && !("why" in one.plan) && !left.value.has(one.uid) ? [{ ...one, plan: one.plan }] : [],
   );
-  const go = () => {
-    for (const one of going) stageValue(one.sheet, row.key, one.plan);
-    onClose();
-  };
   return (
-    <Dialog
+    <Confirm
       title={said.title(row.label)}
       subtitle={said.line}
+      verb={said.go(going.length)}
+      local
+      ready={going.length > 0}
       testid="set-dialog"
+      actId="set-go"
+      act={() => {
+        for (const one of going) stageValue(one.sheet, row.key, one.plan);
+      }}
       onClose={onClose}
-      foot={
-        <>
-          <Button onClick={onClose}>{text.cancel}</Button>
-          <Button look="primary" testid="set-go" disabled={going.length === 0} onClick={go}>
-            {said.go(going.length)}
-          </Button>
-        </>
-      }
     >
-      <div class="m-field">
-        <label for="set-value">{said.value}</label>
+      <div data-first-focus>
         {row.kind === "number" ? (
-          <span class="box">
-            <input
-              id="set-value"
-              type="text"
-              inputMode="decimal"
-              autocomplete="off"
-              data-testid="set-value"
-              value={typed.value}
-              onInput={event => {
-                typed.value = event.currentTarget.value;
-              }}
-              onKeyDown={event => {
-                if (event.key === "Enter" && going.length > 0) go();
-              }}
-            />
-            <span class="unit">{unit}</span>
-          </span>
+          <TextField label={said.value} at={typed} number unit={unit} beside short testid="set-value" />
         ) : (
-          <select
-            id="set-value"
-            class="field"
-            data-testid="set-value"
-            value={typed.value}
-            onChange={event => {
-              typed.value = event.currentTarget.value;
-            }}
-          >
-            <option value="">{said.choose}</option>
-            {(row.kind === "switch"
-              ? [
-                  { key: "true", label: text.on },
-                  { key: "false", label: text.off },
-                ]
-              : row.choices
-            ).map(one => (
-              <option key={one.key} value={one.key}>
-                {one.label}
-              </option>
-            ))}
-          </select>
+          <Choice
+            label={said.value}
+            at={typed}
+            beside
+            testid="set-value"
+            options={[{ key: "", label: said.choose }, ...optionsOf(row)]}
+          />
         )}
       </div>
       <fieldset class="m-who">
         <legend class="second">{said.who}</legend>
         {plans.map(({ uid, sheet, span, plan }) => (
-          <label key={uid} class="tick">
-            <input
-              type="checkbox"
-              checked={!left.value.has(uid)}
-              onChange={event => {
-                const next = new Set(left.peek());
-                if (event.currentTarget.checked) next.delete(uid);
-                else next.add(uid);
-                left.value = next;
-              }}
-            />
+          <Tick key={uid} at={negated(inSet(left, uid))}>
             <span class="grow">{nameOf(servo(uid))}</span>
             <span class={plan !== null && "why" in plan ? "small k-failure" : "small second"}>
               {plan !== null && "why" in plan
                 ? said.refused(plan.why || matrix.absent)
                 : said.now(full(sheet.held(row.key), span))}
             </span>
-          </label>
+          </Tick>
         ))}
       </fieldset>
-    </Dialog>
+    </Confirm>
   );
 }

@@ -5,6 +5,7 @@ import { type Draft, wrong } from "../bench/draft";
 import { servo } from "../bench/fleet";
 import { type Sheet, sheetOf } from "../bench/parameters";
 import { draftFor } from "../change/stage";
+import { text } from "../text";
 
 /** The unique ids that the address of a matrix lists; none: every servo on the bus. */
 export function uidsIn(listed: string): string[] {
@@ -95,3 +96,12 @@ export function oddRow(row: Row, uids: readonly string[]): ReadonlyMap<string, O
 }
 
 const NOBODY: ReadonlyMap<string, Odd> = new Map();
+
+/** What a row that is no number can hold. */
+export function optionsOf(row: Row): readonly { key: string; label: string }[] {
+  if (row.kind !== "switch") return row.choices;
+  return [
+    { key: "true", label: text.on },
+    { key: "false", label: text.off },
+  ];
+}

@@ -9,7 +9,8 @@ import { readSheet } from "../bench/parameters";
 import { limitsOf } from "../bench/servo-condition";
 import { Button } from "../kit/button";
 import { Dial } from "../kit/dial";
-import { Glyph } from "../kit/glyph";
+import { cell, Tick } from "../kit/field";
+import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { enableAll } from "../servo/motion-gate";
 import { jogging as words } from "../text/topics";
@@ -57,16 +58,12 @@ export function GroupChoice({ uid }: { uid: string }) {
           const hindered = why ?? against(one);
           return (
             <li key={one.uid}>
-              <label>
-                <input
-                  type="checkbox"
-                  data-testid={`group-${one.uid}`}
-                  disabled={hindered !== null}
-                  checked={ticked.includes(one.uid)}
-                  onChange={() => tick(one.uid)}
-                />
-                <span>{nameOf(one)}</span>
-              </label>
+              <Tick
+                label={nameOf(one)}
+                at={cell(ticked.includes(one.uid), () => tick(one.uid))}
+                disabled={hindered !== null}
+                testid={`group-${one.uid}`}
+              />
               {why === null && hindered !== null && <span class="small second">{hindered}</span>}
             </li>
           );
@@ -110,9 +107,7 @@ export function Members() {
       )}
       {ended !== null && (
         <>
-          <p class="refusal small" data-testid="group-ended">
-            <Glyph kind="failure" size={14} /> {words.ended(ended)}
-          </p>
+          <Note testid="group-ended">{words.ended(ended)}</Note>
           <Button testid="group-again" live onClick={() => void beginAgain(group)}>
             {words.again}
           </Button>

@@ -13,8 +13,9 @@ import { movingTogether } from "../bench/motion";
 import { check } from "../bench/number";
 import { sheetOf } from "../bench/parameters";
 import { pathOf } from "../bench/route";
+import { cell, TextField, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
-import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { jogging as words } from "../text/topics";
 
 const UNIT = { speed: "rpm", torque: "%" } as const;
@@ -89,58 +90,38 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
       data-running={going !== null}
     >
       <div class="hold-how">
-        <label>
-          <span class="small second">{words.value[kind]}</span>
-          <span class="box wide">
-            <input
-              type="text"
-              inputMode="decimal"
-              autocomplete="off"
-              data-testid="hold-value"
-              aria-invalid={why !== null}
-              value={typed.value}
-              onFocus={event => event.currentTarget.select()}
-              onInput={event => {
-                brake();
-                typed.value = event.currentTarget.value;
-              }}
-            />
-            <span class="unit">{UNIT[kind]}</span>
-          </span>
-        </label>
+        <TextField
+          label={words.value[kind]}
+          at={cell(typed.value, next => {
+            brake();
+            typed.value = next;
+          })}
+          number
+          unit={UNIT[kind]}
+          error={why !== null}
+          testid="hold-value"
+        />
         <p class="small second">
           {words.range(shown(limits.ccw, kind), shown(limits.cw, kind))} {words.hint[kind]}
         </p>
       </div>
-      {why !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {why}
-        </p>
-      )}
+      <Note>{why}</Note>
       <div class="hold-said" data-testid="hold-said">
         {said.value.map(one => (
-          <p key={one.code} class="refusal mild">
-            <Glyph kind={one.level} size={14} /> {cautionText(one, uid)}
-          </p>
+          <Note key={one.code} kind={one.level}>
+            {cautionText(one, uid)}
+          </Note>
         ))}
-        {said.value.length === 0 && (
-          <p class="refusal mild">
-            <Glyph kind="warning" size={14} /> {words.endless}
-          </p>
-        )}
+        <Note kind="warning">{said.value.length === 0 && words.endless}</Note>
       </div>
-      <label class="tick">
-        <input
-          type="checkbox"
-          data-testid="hold-free"
-          checked={free.value}
-          onChange={event => {
-            brake();
-            free.value = event.currentTarget.checked;
-          }}
-        />
-        <span>{words.free}</span>
-      </label>
+      <Tick
+        label={words.free}
+        at={cell(free.value, on => {
+          brake();
+          free.value = on;
+        })}
+        testid="hold-free"
+      />
       <div class="hold-buttons">
         {([-1, 1] as const).map(way => (
           <button

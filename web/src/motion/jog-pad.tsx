@@ -28,9 +28,9 @@ import { touch } from "../bench/screen";
 import type { Limits } from "../bench/servo-condition";
 import { limitsOf } from "../bench/servo-condition";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Confirm } from "../kit/confirm";
 import { follow } from "../kit/follow";
-import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { JogDial } from "../servo/command-dial";
 import { UnitMark } from "../servo/unit-mark";
@@ -136,7 +136,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
           locked={touch.value && !unlocked.value}
           onDrag={jogs ? dragTo : undefined}
         />
-        <Note uid={uid} on={on} complaint={complaint.value} limits={limits} angles={shown === "angle"} />
+        <LastWord uid={uid} on={on} complaint={complaint.value} limits={limits} angles={shown === "angle"} />
         <Figures one={one} angle={present.value} stale={stale} on={on} />
         <Agree />
         <div class="jog-panel">
@@ -207,7 +207,7 @@ function complaintOf(
  * What is to be said of the last command, or else how to give one. Its place is kept, so that nothing moves under a
  * hand; what does not fit stands over the foot of the dial.
  */
-function Note({
+function LastWord({
   uid,
   on,
   complaint,
@@ -228,22 +228,19 @@ function Note({
     <div class="jog-note">
       <div>
         {wrong !== null && (
-          <p class="refusal" role="alert" data-testid="jog-refusal">
-            <Glyph kind="failure" size={14} />
-            <span>
-              {wrong}{" "}
-              {path && (
-                <a href={path} data-testid="change-limit" onClick={event => follow(event, path)}>
-                  {text.motion.changeLimit}
-                </a>
-              )}
-            </span>
-          </p>
+          <Note testid="jog-refusal">
+            {wrong}{" "}
+            {path && (
+              <a href={path} data-testid="change-limit" onClick={event => follow(event, path)}>
+                {text.motion.changeLimit}
+              </a>
+            )}
+          </Note>
         )}
         {warnings.value.map(said => (
-          <p key={said} class="refusal mild" role="status" data-testid="jog-warning">
-            <Glyph kind="warning" size={14} /> {said}
-          </p>
+          <Note key={said} kind="warning" testid="jog-warning">
+            {said}
+          </Note>
         ))}
         {quiet && !on && <p class="second">{text.motion.torqueIsOff}</p>}
         {quiet && limits === null && (
@@ -288,36 +285,26 @@ const WAYS: Readonly<Record<string, number>> = { ArrowRight: 1, ArrowLeft: -1, P
 function Agree() {
   const asked = question.value;
   if (asked === null) return null;
-  const close = () => {
-    question.value = null;
-  };
   return (
-    <Dialog
+    <Confirm
       title={text.motion.question}
+      verb={text.motion.questionDo}
+      cancel={text.motion.questionNot}
+      danger
       testid="move-dialog"
-      onClose={close}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={close}>{text.motion.questionNot}</Button>
-          </span>
-          <Button
-            look="danger"
-            testid="move-anyway"
-            live
-            onClick={() => void moveTo(asked.angle, asked.words)}
-          >
-            {text.motion.questionDo}
-          </Button>
-        </>
-      }
+      actId="move-anyway"
+      // It closes this question, and may raise another.
+      act={() => void moveTo(asked.angle, asked.words)}
+      onClose={() => {
+        if (question.peek() === asked) question.value = null;
+      }}
     >
       {asked.said.map(said => (
-        <p key={said} class="refusal mild">
-          <Glyph kind="warning" size={14} /> {said}
-        </p>
+        <Note key={said} kind="warning">
+          {said}
+        </Note>
       ))}
-    </Dialog>
+    </Confirm>
   );
 }
 

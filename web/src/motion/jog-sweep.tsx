@@ -1,11 +1,12 @@
 /** The sweep on the jog pad: its ends, speed, pause and count, what it will do in words, and how far it is. */
-import { type Signal, useSignal } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import { angle, number, withUnit } from "../bench/format";
 import { up } from "../bench/link";
 import { type AllowedSpan, check } from "../bench/number";
 import type { Limits } from "../bench/servo-condition";
 import { Button } from "../kit/button";
-import { Glyph } from "../kit/glyph";
+import { TextField, Tick } from "../kit/field";
+import { Note } from "../kit/note";
 import { jogging as words } from "../text/topics";
 import { endSweep, startSweep, sweep, sweepLasts, sweepSaid } from "./sweep";
 
@@ -60,16 +61,16 @@ export function JogSweep({ limits, able }: { limits: Limits | null; able: boolea
   return (
     <div class="sweep" data-testid="sweep" data-running="false">
       <div class="sweep-form">
-        <Field label={words.from} unit="°" testid="sweep-from" text={from} />
-        <Field label={words.to} unit="°" testid="sweep-to" text={to} />
-        <Field label={words.speed} unit="°/s" testid="sweep-speed" text={speed} />
-        <Field label={words.pause} unit="s" testid="sweep-pause" text={pause} />
-        <Field label={words.count} unit="×" testid="sweep-count" text={count} />
+        <TextField number label={words.from} unit="°" testid="sweep-from" at={from} />
+        <TextField number label={words.to} unit="°" testid="sweep-to" at={to} />
+        <TextField number label={words.speed} unit="°/s" testid="sweep-speed" at={speed} />
+        <TextField number label={words.pause} unit="s" testid="sweep-pause" at={pause} />
+        <TextField number label={words.count} unit="×" testid="sweep-count" at={count} />
       </div>
       {wrong !== undefined && !wrong.ok ? (
-        <p class="refusal" role="alert" data-testid="sweep-against">
-          <Glyph kind="failure" size={14} /> {wrong.what} {wrong.remedy}
-        </p>
+        <Note testid="sweep-against">
+          {wrong.what} {wrong.remedy}
+        </Note>
       ) : (
         <p data-testid="sweep-moves">
           {words.moves(
@@ -88,17 +89,7 @@ export function JogSweep({ limits, able }: { limits: Limits | null; able: boolea
         </p>
       )}
       <div class="sweep-go">
-        <label class="tick">
-          <input
-            type="checkbox"
-            data-testid="sweep-free"
-            checked={free.value}
-            onChange={event => {
-              free.value = event.currentTarget.checked;
-            }}
-          />
-          <span>{words.sweepFree}</span>
-        </label>
+        <Tick label={words.sweepFree} at={free} testid="sweep-free" />
         <Button
           look="primary"
           testid="sweep-start"
@@ -111,37 +102,5 @@ export function JogSweep({ limits, able }: { limits: Limits | null; able: boolea
       </div>
       <p class="small second">{words.sweepEnds}</p>
     </div>
-  );
-}
-
-function Field({
-  label,
-  unit,
-  testid,
-  text,
-}: {
-  label: string;
-  unit: string;
-  testid: string;
-  text: Signal<string>;
-}) {
-  return (
-    <label class="sweep-field">
-      <span class="small second">{label}</span>
-      <span class="box wide">
-        <input
-          type="text"
-          inputMode="decimal"
-          autocomplete="off"
-          data-testid={testid}
-          value={text.value}
-          onFocus={event => event.currentTarget.select()}
-          onInput={event => {
-            text.value = event.currentTarget.value;
-          }}
-        />
-        <span class="unit">{unit}</span>
-      </span>
-    </label>
   );
 }

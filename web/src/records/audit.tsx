@@ -11,8 +11,9 @@ import { connection } from "../bench/link";
 import { wordInAddress } from "../bench/route";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Button } from "../kit/button";
+import { Choice } from "../kit/field";
 import { Icon } from "../kit/icon";
-import { Choice, Empty, instant, Unread } from "../kit/loaded";
+import { Empty, instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { records as words } from "../text/topics";
 import { auditedNotes, auditWord } from "./audit-text";
@@ -56,16 +57,14 @@ export function Audit() {
       <div class="r-bar r-tools">
         <Choice
           label={said.servo}
-          value={uid.value}
+          at={uid}
           testid="audit-servo"
           options={[any, ...all.value.map(one => ({ key: one.uid, label: nameOf(one) }))]}
-          onChoose={value => {
-            uid.value = value;
-          }}
+          beside
         />
         <Choice
           label={said.key}
-          value={key.value}
+          at={key}
           testid="audit-key"
           options={[
             any,
@@ -73,18 +72,14 @@ export function Audit() {
               .filter(row => row.access !== "r")
               .map(row => ({ key: row.key, label: `${row.label} ${row.name}` })),
           ]}
-          onChoose={value => {
-            key.value = value;
-          }}
+          beside
         />
         <Choice
           label={said.action}
-          value={action.value}
+          at={action}
           testid="audit-action"
           options={[any, ...actions.map(word => ({ key: word, label: auditWord(word) }))]}
-          onChoose={value => {
-            action.value = value;
-          }}
+          beside
         />
         <span class="grow" />
         <a class="button" href={`${API}/audit.csv${query}`} download="" data-testid="audit-csv">

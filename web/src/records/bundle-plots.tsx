@@ -4,7 +4,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import "uplot/dist/uPlot.min.css";
 import type { BundleContent } from "../api/lab-types";
 import { decimalsOf, number, withUnit } from "../bench/format";
-import { Choice } from "../kit/loaded";
+import { Choice, cell, Tick } from "../kit/field";
 import { type BundleLine, type BundlePanel, panelsOf, USUAL } from "../plots/bundle";
 import type { Scrub } from "../plots/scrub";
 import { ScrubBar } from "../plots/scrub-bar";
@@ -39,15 +39,12 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   // Every row that was read meanwhile is a channel, too; after somebody looked at Parameters that is all of them.
   const rest = panels.filter(panel => !isUsual(panel));
   const pick = (panel: BundlePanel) => (
-    <label key={panel.key} class="rec-pick">
-      <input
-        type="checkbox"
-        data-testid={`channel-${panel.key}`}
-        checked={chosen.has(panel.key)}
-        onChange={() => toggle(panel.key)}
-      />
-      {channelLabelOf(panel.key)}
-    </label>
+    <Tick
+      key={panel.key}
+      label={channelLabelOf(panel.key)}
+      at={cell(chosen.has(panel.key), () => toggle(panel.key))}
+      testid={`channel-${panel.key}`}
+    />
   );
   return (
     <section class="rec-channels" aria-label={said.channels}>
@@ -55,11 +52,9 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
         <Choice
           label={said.servo}
           testid="bundle-servo"
-          value={uid}
+          at={scrub.front}
+          beside
           options={content.about.servos.map(one => ({ key: one.uid, label: one.title }))}
-          onChoose={other => {
-            scrub.front.value = other;
-          }}
         />
         <div class="rec-picks" role="group" aria-label={said.channels}>
           {panels.filter(isUsual).map(pick)}

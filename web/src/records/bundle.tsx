@@ -13,6 +13,7 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { instant, Unread } from "../kit/loaded";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { type BundleLine, bundleLineOf, bundleTicksOf, firstServo } from "../plots/bundle";
 import { scrubOf } from "../plots/scrub";
@@ -142,9 +143,9 @@ function Fact({ name, children }: { name: string; children: ComponentChildren })
 
 function Warn({ line }: { line: string }) {
   return (
-    <p class="rec-warn">
-      <Glyph kind="warning" size={15} /> {line}
-    </p>
+    <Note kind="warning" band>
+      {line}
+    </Note>
   );
 }
 

@@ -2,21 +2,18 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
-import { API, ask, problemOf } from "../api/client";
+import { API, ask } from "../api/client";
 import type { Profile } from "../api/config-types";
 import { Asked } from "../bench/asked";
-import { problemText } from "../bench/facts";
 import { date } from "../bench/format";
 import { connection } from "../bench/link";
 import { ApplyDialog } from "../change/apply-profile";
 import { ProfileValues } from "../change/profile-values";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
-import { Glyph } from "../kit/glyph";
+import { Confirm } from "../kit/confirm";
 import { Icon } from "../kit/icon";
 import { Done, Empty, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
-import { text } from "../text";
 import { records as words } from "../text/topics";
 import { CreateDialog, ImportDialog } from "./profile-dialogs";
 
@@ -130,36 +127,16 @@ function Rows({ one }: { one: Profile }) {
 }
 
 function RemoveDialog({ one, onClose }: { one: Profile; onClose: (note: string | null) => void }) {
-  const problem = useSignal<string | null>(null);
-  const remove = async () => {
-    try {
-      await ask<void>("DELETE", `/profiles/${encodeURIComponent(one.name)}`);
-      onClose("");
-    } catch (error) {
-      problem.value = problemText(problemOf(error));
-    }
-  };
   return (
-    <Dialog
+    <Confirm
       title={said.removeTitle(one.name)}
-      onClose={() => onClose(null)}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={() => onClose(null)}>{text.cancel}</Button>
-          </span>
-          <Button look="danger" live testid="remove-confirm" onClick={() => void remove()}>
-            {said.removeConfirm}
-          </Button>
-        </>
-      }
+      verb={said.removeConfirm}
+      danger
+      actId="remove-confirm"
+      act={() => ask<void>("DELETE", `/profiles/${encodeURIComponent(one.name)}`).then(() => "")}
+      onClose={onClose}
     >
       <p>{said.removeText}</p>
-      {problem.value !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {problem.value}
-        </p>
-      )}
-    </Dialog>
+    </Confirm>
   );
 }

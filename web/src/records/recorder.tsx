@@ -1,7 +1,7 @@
 /** The Recorder part of Records: how far it reaches back, a bundle by hand, and the bundles that were written. */
 
 import { useSignal } from "@preact/signals";
-import { useEffect, useId, useMemo } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import { API, ask, problemOf } from "../api/client";
 import type { Bundle, RecorderState } from "../api/lab-types";
 import { Asked } from "../bench/asked";
@@ -14,10 +14,12 @@ import { noteText } from "../bench/note-text";
 import { poll } from "../bench/poll";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Confirm } from "../kit/confirm";
+import { FilePick, TextField } from "../kit/field";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { Done, Empty, instant, Unread } from "../kit/loaded";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { alsoMarked, isZip } from "../plots/bundle";
 import { text } from "../text";
@@ -109,7 +111,6 @@ function Head({ state, onNote, onNew }: HeadProps) {
   const reason = useSignal("");
   const busy = useSignal<"saving" | "carrying" | null>(null);
   const problem = useSignal<string | null>(null);
-  const id = useId();
   const present = state.value.value;
   const save = async () => {
     busy.value = "saving";
@@ -163,20 +164,15 @@ function Head({ state, onNote, onNew }: HeadProps) {
         </div>
       </div>
       <div class="rec-do">
-        <label class="r-choice rec-reason">
-          <span class="second">{words.reason}</span>
-          <input
-            class="field"
-            data-testid="bundle-reason"
-            maxLength={200}
-            autocomplete="off"
-            placeholder={words.reasonPlace}
-            value={reason.value}
-            onInput={event => {
-              reason.value = event.currentTarget.value;
-            }}
-          />
-        </label>
+        <TextField
+          label={words.reason}
+          hint={words.reasonPlace}
+          at={reason}
+          longest={200}
+          beside
+          class="rec-reason"
+          testid="bundle-reason"
+        />
         <Button
           look="primary"
           live
@@ -187,23 +183,14 @@ function Head({ state, onNote, onNew }: HeadProps) {
           {words.save}
         </Button>
         <span class="grow" />
-        <label class="button rec-upload" for={id} data-busy={busy.value === "carrying"}>
-          {busy.value === "carrying" && <Spinner />}
-          {busy.value === "carrying" ? words.uploading : words.upload}
-          <input
-            id={id}
-            type="file"
-            accept=".zip,application/zip"
-            class="hidden-text"
-            data-testid="bundle-file"
-            disabled={busy.value !== null}
-            onChange={event => {
-              const file = event.currentTarget.files?.[0];
-              event.currentTarget.value = "";
-              if (file) void carry(file);
-            }}
-          />
-        </label>
+        <FilePick
+          label={busy.value === "carrying" ? words.uploading : words.upload}
+          accept=".zip,application/zip"
+          busy={busy.value === "carrying"}
+          disabled={busy.value !== null}
+          testid="bundle-file"
+          onFile={file => void carry(file)}
+        />
       </div>
       {pending && (
         <p class="rec-pending" role="status" data-testid="bundle-pending">
@@ -214,11 +201,7 @@ function Head({ state, onNote, onNew }: HeadProps) {
           </span>
         </p>
       )}
-      {problem.value !== null && (
-        <p class="refusal" role="alert" data-testid="recorder-problem">
-          <Glyph kind="failure" size={14} /> {problem.value}
-        </p>
-      )}
+      <Note testid="recorder-problem">{problem.value}</Note>
     </div>
   );
 }
@@ -283,43 +266,19 @@ function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop
   );
 }
 
-function DropDialog({ name, onClose }: { name: string; onClose: (done: boolean) => void }) {
-  const why = useSignal<string | null>(null);
+function DropDialog({ name, onClose }: { name: string; onClose: (done: true | null) => void }) {
   return (
-    <Dialog
+    <Confirm
       title={words.dropTitle}
       subtitle={words.dropText(name)}
+      verb={words.dropConfirm}
+      danger
       testid="drop-bundle"
-      onClose={() => onClose(false)}
-      foot={
-        <>
-          <span data-first-focus>
-            <Button onClick={() => onClose(false)}>{text.cancel}</Button>
-          </span>
-          <span class="grow" />
-          <Button
-            look="danger"
-            live
-            testid="drop-bundle-confirm"
-            onClick={() => {
-              ask<void>("DELETE", `/recorder/bundles/${encodeURIComponent(name)}`).then(
-                () => onClose(true),
-                error => {
-                  why.value = problemText(problemOf(error));
-                },
-              );
-            }}
-          >
-            {words.dropConfirm}
-          </Button>
-        </>
+      actId="drop-bundle-confirm"
+      act={() =>
+        ask<void>("DELETE", `/recorder/bundles/${encodeURIComponent(name)}`).then(() => true as const)
       }
-    >
-      {why.value !== null && (
-        <p class="refusal" role="alert">
-          <Glyph kind="failure" size={14} /> {why.value}
-        </p>
-      )}
-    </Dialog>
+      onClose={onClose}
+    />
   );
 }

@@ -14,12 +14,12 @@ import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { narrow } from "../bench/screen";
 import { WriteDialog } from "../change/write-dialog";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
+import { Confirm } from "../kit/confirm";
+import { Choice, cell, inSet, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
-import { Glyph } from "../kit/glyph";
-import { Choice, Done, Empty, instant, Unread } from "../kit/loaded";
+import { Done, Empty, instant, Unread } from "../kit/loaded";
+import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
-import { text } from "../text";
 import { records as words } from "../text/topics";
 import { reasonText } from "./audit-text";
 import { inventoryNameOf } from "./inventory";
@@ -77,11 +77,7 @@ export function Snapshots({ uid }: { uid: string }) {
           </div>
           <Scroll label={said.title(name)}>
             <Unread why={list.problem.value} onAgain={load} />
-            {refused.value !== null && (
-              <p class="refusal w-line" role="alert">
-                <Glyph kind="failure" size={14} /> {refused.value}
-              </p>
-            )}
+            <Note band>{refused.value}</Note>
             <Done note={note.value} />
             {one && !online && <p class="w-line second">{said.offline}</p>}
             {found?.length === 0 && (
@@ -178,12 +174,6 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   useEffect(() => {
     ticked.value = new Set();
   }, [found.value.value]);
-  const toggle = (key: string, on: boolean) => {
-    const next = new Set(ticked.peek());
-    if (on) next.add(key);
-    else next.delete(key);
-    ticked.value = next;
-  };
   const model = one.model === null ? [] : [`default:${one.model}${one.firmware ? `@${one.firmware}` : ""}`];
   const options = [
     ...(online ? [{ key: `servo:${one.uid}`, label: said.now }] : []),
@@ -210,15 +200,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           </Button>
         )}
         <h2 class="grow">{said.of(instant(one.at))}</h2>
-        <Choice
-          label={said.compareWith}
-          value={side.value}
-          options={options}
-          testid="compare-with"
-          onChoose={key => {
-            side.value = key;
-          }}
-        />
+        <Choice label={said.compareWith} at={side} options={options} beside testid="compare-with" />
       </div>
       <Scroll label={said.of(instant(one.at))}>
         <Unread why={found.problem.value} onAgain={load} />
@@ -234,14 +216,13 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
             <thead>
               <tr>
                 <th class="r-tick">
-                  <input
-                    type="checkbox"
-                    aria-label={said.tickAll}
-                    checked={all}
+                  <Tick
+                    label={said.tickAll}
+                    bare
+                    at={cell(all, on => {
+                      ticked.value = new Set(on ? usual : []);
+                    })}
                     disabled={usual.length === 0}
-                    onChange={event => {
-                      ticked.value = new Set(event.currentTarget.checked ? usual : []);
-                    }}
                   />
                 </th>
                 <th>{said.head.parameter}</th>
@@ -253,12 +234,11 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
               {rows.map(row => (
                 <tr key={row.key} data-testid={`differs-${row.key}`}>
                   <td class="r-tick">
-                    <input
-                      type="checkbox"
-                      aria-label={said.tick(rowLabelOf(row.key))}
-                      checked={ticked.value.has(row.key)}
+                    <Tick
+                      label={said.tick(rowLabelOf(row.key))}
+                      bare
+                      at={inSet(ticked, row.key)}
                       disabled={!able.includes(row.key)}
-                      onChange={event => toggle(row.key, event.currentTarget.checked)}
                     />
                   </td>
                   <td>
@@ -294,9 +274,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
         {refused.value === null ? (
           <span class="grow" />
         ) : (
-          <p class="refusal grow" role="alert" data-testid="restore-refused">
-            <Glyph kind="failure" size={14} /> {refused.value}
-          </p>
+          <Note testid="restore-refused">{refused.value}</Note>
         )}
         <Button
           live
@@ -346,45 +324,20 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
         />
       )}
       {dropping.value && (
-        <Dialog
+        <Confirm
           title={said.dropTitle(instant(one.at))}
-          onClose={() => {
+          verb={said.dropConfirm}
+          danger
+          act={() => ask<void>("DELETE", `/servos/${one.uid}/snapshots/${one.id}`).then(() => true)}
+          onClose={done => {
             dropping.value = false;
+            if (!done) return;
+            onBack();
+            onWritten(null);
           }}
-          foot={
-            <>
-              <span data-first-focus>
-                <Button
-                  onClick={() => {
-                    dropping.value = false;
-                  }}
-                >
-                  {text.cancel}
-                </Button>
-              </span>
-              <Button
-                look="danger"
-                live
-                onClick={() => {
-                  ask<void>("DELETE", `/servos/${one.uid}/snapshots/${one.id}`).then(
-                    () => {
-                      onBack();
-                      onWritten(null);
-                    },
-                    error => {
-                      dropping.value = false;
-                      found.problem.value = problemText(problemOf(error));
-                    },
-                  );
-                }}
-              >
-                {said.dropConfirm}
-              </Button>
-            </>
-          }
         >
           <p>{said.dropText}</p>
-        </Dialog>
+        </Confirm>
       )}
     </div>
   );

@@ -1,6 +1,7 @@
 /** The operations of the API page: read from the server's own OpenAPI document, to search and to unfold. */
 import { useComputed, useSignal } from "@preact/signals";
 import { Button } from "../kit/button";
+import { Unread } from "../kit/loaded";
 import { Search } from "../kit/search";
 import { api as words } from "../text/topics";
 import { matching, type Operation, operationsOf } from "./document";
@@ -16,14 +17,7 @@ export function Operations() {
   const whole = useSignal(false);
   const operations = useComputed(() => openApi.value && operationsOf(openApi.value, said.list));
   if (openApiTrouble.value !== null)
-    return (
-      <p class="c-note bad" role="alert">
-        <span class="grow">{said.failed(openApiTrouble.value)}</span>
-        <Button live onClick={() => void readOpenApi()}>
-          {said.again}
-        </Button>
-      </p>
-    );
+    return <Unread why={openApiTrouble.value} said={said.failed} onAgain={() => void readOpenApi()} />;
   const all = operations.value;
   if (all === null)
     return (

@@ -1,6 +1,7 @@
 /** The heads of the list's columns: a press sorts by one, and says so. */
 import type { AddressChoice } from "../bench/route";
 import { Button } from "../kit/button";
+import { Choice, cell, Tick } from "../kit/field";
 import { text } from "../text";
 import { COLUMNS, pressed, type SortColumn, type Sorting } from "./order";
 import { isSelected, select } from "./selection";
@@ -16,18 +17,13 @@ export function Head({ shown, sorting }: Props) {
   return (
     <div role="row" class="servo-grid servo-head">
       <span role="columnheader" class="c-tick">
-        <label class="tick-cell">
-          <input
-            type="checkbox"
-            aria-label={text.servos.selectAll}
-            data-testid="select-all"
-            checked={ticked > 0 && ticked === shown.length}
-            ref={box => {
-              if (box) box.indeterminate = ticked > 0 && ticked < shown.length;
-            }}
-            onChange={event => select(shown, event.currentTarget.checked)}
-          />
-        </label>
+        <Tick
+          label={text.servos.selectAll}
+          bare
+          at={cell(ticked > 0 && ticked === shown.length, on => select(shown, on))}
+          some={ticked > 0 && ticked < shown.length}
+          testid="select-all"
+        />
       </span>
       <Sorted column="angle" label={head.angle} place="c-angle right" sorting={sorting} />
       <Sorted column="name" label={head.servo} place="c-name" sorting={sorting} />
@@ -58,23 +54,19 @@ export function SortChoice({ sorting }: { sorting: AddressChoice<Sorting | null>
   const present = sorting.value;
   return (
     <span class="sort-choice">
-      <select
-        class="field"
-        aria-label={sort.label}
-        data-testid="sort-column"
-        value={present?.column ?? ""}
-        onChange={event => {
-          const column = COLUMNS.find(one => one === event.currentTarget.value);
+      <Choice
+        label={sort.label}
+        bare
+        testid="sort-column"
+        at={cell<string>(present?.column ?? "", key => {
+          const column = COLUMNS.find(one => one === key);
           sorting.value = column ? { column, way: sorting.peek()?.way ?? "ascending" } : null;
-        }}
-      >
-        <option value="">{sort.none}</option>
-        {COLUMNS.map(column => (
-          <option key={column} value={column}>
-            {text.servos.sortBy(label[column])}
-          </option>
-        ))}
-      </select>
+        })}
+        options={[
+          { key: "", label: sort.none },
+          ...COLUMNS.map(key => ({ key, label: text.servos.sortBy(label[key]) })),
+        ]}
+      />
       {present && (
         <Button
           testid="sort-way"

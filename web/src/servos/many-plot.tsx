@@ -7,6 +7,7 @@ import { monotonic } from "../bench/clock";
 import { nameOf, servo } from "../bench/fleet";
 import { number } from "../bench/format";
 import { subscribeTelemetry } from "../bench/telemetry-subscription";
+import { Tick } from "../kit/field";
 import { channelsOf, type Drawn } from "../plots/channels";
 import { keyOf, lanesOf } from "../plots/lane";
 import { PlotPanel } from "../plots/panel";
@@ -86,17 +87,7 @@ export function ManyPlot({ uids }: Props) {
               </select>
             </label>
             {command && (
-              <label class="plot-pick">
-                <input
-                  type="checkbox"
-                  data-testid="many-commands"
-                  checked={commands.value}
-                  onChange={() => {
-                    commands.value = !commands.value;
-                  }}
-                />
-                {words.withCommand}
-              </label>
+              <Tick label={words.withCommand} at={commands} class="plot-pick" testid="many-commands" />
             )}
           </>
         }

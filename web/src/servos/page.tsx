@@ -14,6 +14,7 @@ import { conditionHere } from "../bench/servo-condition";
 import { RestoreButton, RestoreRefused } from "../change/restore-button";
 import { restorable } from "../change/restoring";
 import { Button } from "../kit/button";
+import { Choice } from "../kit/field";
 import { lazy } from "../kit/lazy";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
@@ -102,22 +103,16 @@ export function ServosPage() {
               ]}
             />
             {models.length > 1 && (
-              <select
-                class="field"
-                aria-label={text.servos.model}
-                data-testid="filter-model"
-                value={model.value}
-                onChange={event => {
-                  model.value = event.currentTarget.value;
-                }}
-              >
-                <option value="">{text.servos.everyModel}</option>
-                {models.map(one => (
-                  <option key={one} value={one}>
-                    {one}
-                  </option>
-                ))}
-              </select>
+              <Choice
+                label={text.servos.model}
+                bare
+                testid="filter-model"
+                at={model}
+                options={[
+                  { key: "", label: text.servos.everyModel },
+                  ...models.map(one => ({ key: one, label: one })),
+                ]}
+              />
             )}
             {view.value === "list" && <SortChoice sorting={sorting} />}
             <Segments<"list" | "wall">

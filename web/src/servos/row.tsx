@@ -11,6 +11,7 @@ import { sheetOf, wantSheet } from "../bench/parameters";
 import { pathOf } from "../bench/route";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
 import { wiggled, wiggling } from "../bench/wiggle";
+import { cell, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
@@ -51,15 +52,12 @@ export function ServoRow({ uid }: { uid: string }) {
       data-wiggles={wiggles}
     >
       <span role="cell" class="c-tick">
-        <label class="tick-cell">
-          <input
-            type="checkbox"
-            aria-label={text.servos.select(nameOf(one))}
-            data-testid={`select-${uid}`}
-            checked={isSelected(uid)}
-            onChange={event => select([uid], event.currentTarget.checked)}
-          />
-        </label>
+        <Tick
+          label={text.servos.select(nameOf(one))}
+          bare
+          at={cell(isSelected(uid), on => select([uid], on))}
+          testid={`select-${uid}`}
+        />
       </span>
       <span role="cell" class="c-dial">
         <LiveDial one={one} size={56} />

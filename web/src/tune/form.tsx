@@ -1,7 +1,6 @@
 /** The form of a step test: what it will move and how far, said before; while it runs, its steps and Cancel. */
 
 import { useSignal } from "@preact/signals";
-import { useId } from "preact/hooks";
 import { type KnownServo, nameOf } from "../bench/fleet";
 import { angle, number, signed, withUnit } from "../bench/format";
 import { angleNow } from "../bench/fresh";
@@ -10,8 +9,9 @@ import { sheetOf } from "../bench/parameters";
 import { limitsOf } from "../bench/servo-condition";
 import { evidenceText, stepText } from "../change/step-text";
 import { Button } from "../kit/button";
-import { Glyph } from "../kit/glyph";
+import { TextField } from "../kit/field";
 import { Spinner } from "../kit/icon";
+import { Note } from "../kit/note";
 import { tune as words } from "../text/topics";
 import { applyAndTest, cancelTest, stagedGains, test, testing, testProblem } from "./state";
 import { GAINS, hornPathOf, testLasts } from "./step-runs";
@@ -64,31 +64,42 @@ export function TuneForm({ one }: { one: KnownServo }) {
   return (
     <section class="tune-form" aria-label={said.label}>
       <div class="tune-fields">
-        <Field label={said.step} unit="°" value={step} wrong={!stepOk} testid="step-deg" locked={busy} />
-        <Field label={said.runs} unit="" value={runs} wrong={!countOk} testid="step-runs" locked={busy} />
-        <Field
+        <TextField
+          label={said.step}
+          unit="°"
+          number
+          at={step}
+          error={!stepOk}
+          testid="step-deg"
+          disabled={busy}
+        />
+        <TextField
+          label={said.runs}
+          unit=""
+          number
+          at={runs}
+          error={!countOk}
+          testid="step-runs"
+          disabled={busy}
+        />
+        <TextField
           label={said.dwell}
           unit="s"
-          value={dwell}
-          wrong={dwellS === null}
+          number
+          at={dwell}
+          error={dwellS === null}
           testid="step-dwell"
-          locked={busy}
+          disabled={busy}
         />
-        <label class="tune-field tune-note">
-          <span class="second small">{said.note}</span>
-          <input
-            class="field"
-            data-testid="step-note"
-            maxLength={200}
-            autocomplete="off"
-            placeholder={said.notePlace}
-            disabled={busy}
-            value={note.value}
-            onInput={event => {
-              note.value = event.currentTarget.value;
-            }}
-          />
-        </label>
+        <TextField
+          label={said.note}
+          hint={said.notePlace}
+          at={note}
+          longest={200}
+          class="tune-note"
+          testid="step-note"
+          disabled={busy}
+        />
       </div>
       <div class="tune-go" {...(busy ? { "data-testid": "step-job" } : {})}>
         <div class="grow" aria-live="polite">
@@ -105,13 +116,11 @@ export function TuneForm({ one }: { one: KnownServo }) {
                 </p>
               )}
               {testProblem.value !== null ? (
-                <p class="refusal" role="alert" data-testid="step-problem">
-                  <Glyph kind="failure" size={14} /> {testProblem.value}
-                </p>
+                <Note testid="step-problem">{testProblem.value}</Note>
               ) : against !== null ? (
-                <p class="tune-against" data-testid="step-against">
-                  <Glyph kind="warning" size={15} /> {against}
-                </p>
+                <Note kind="warning" testid="step-against">
+                  {against}
+                </Note>
               ) : (
                 <p class="second small">{gains > 0 ? said.writesGains(gains) : said.writes}</p>
               )}
@@ -173,41 +182,4 @@ function mostOf(uid: string): string {
 function within(typedText: string, unit: string, low: number, high: number): number | null {
   const value = parseNumber(typedText, unit);
   return value === null || value < low || value > high ? null : value;
-}
-
-interface FieldProps {
-  label: string;
-  unit: string;
-  value: { value: string };
-  wrong: boolean;
-  testid: string;
-  locked: boolean;
-}
-
-function Field({ label, unit, value, wrong, testid, locked }: FieldProps) {
-  const id = useId();
-  return (
-    <div class="tune-field">
-      <label class="second small" for={id}>
-        {label}
-      </label>
-      <span class="box" data-wrong={wrong}>
-        <input
-          id={id}
-          type="text"
-          inputMode="decimal"
-          autocomplete="off"
-          data-testid={testid}
-          aria-invalid={wrong}
-          disabled={locked}
-          value={value.value}
-          onFocus={event => event.currentTarget.select()}
-          onInput={event => {
-            value.value = event.currentTarget.value;
-          }}
-        />
-        {unit !== "" && <span class="unit">{unit}</span>}
-      </span>
-    </div>
-  );
 }

@@ -8,8 +8,8 @@ import { go, pathOf } from "../bench/route";
 import { sheetProblem } from "../change/apply";
 import { ParameterRow } from "../change/row";
 import { Button } from "../kit/button";
-import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
+import { Note } from "../kit/note";
 import { useKeys } from "../kit/use-keys";
 import { tune as words } from "../text/topics";
 import { applyGains, discardGains, overlay, stagedGains, stageGains, testing } from "./state";
@@ -65,11 +65,7 @@ export function TuneGains({ uid }: { uid: string }) {
           ))}
         </div>
       )}
-      {problem !== null && (
-        <p class="refusal w-line" role="alert">
-          <Glyph kind="failure" size={14} /> {problem}
-        </p>
-      )}
+      <Note band>{problem}</Note>
       <div class="tune-apply" data-staged={gains + wrong > 0}>
         {gains + wrong > 0 ? (
           <>

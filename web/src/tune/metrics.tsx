@@ -4,6 +4,7 @@ import type { Value } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { full, number, signed, withUnit } from "../bench/format";
 import { Glyph } from "../kit/glyph";
+import { Note } from "../kit/note";
 import { tune as words } from "../text/topics";
 import { ms, Swatch } from "./plot";
 import * as lab from "./step-runs";
@@ -28,13 +29,10 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
   return (
     <section class="tune-metrics" aria-label={said.title}>
       {warnings.map(({ letters, line }) => (
-        <p key={line} class="c-note" data-testid="run-warning">
-          <Glyph kind="warning" />
-          <span class="grow">
-            {several && <b>{letters.join(", ")}: </b>}
-            {line}
-          </span>
-        </p>
+        <Note key={line} kind="warning" band testid="run-warning">
+          {several && <b>{letters.join(", ")}: </b>}
+          {line}
+        </Note>
       ))}
       {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be scrollable by keys alone */}
       <div class="tune-table" role="region" aria-label={said.title} tabIndex={0}>

@@ -5,10 +5,10 @@ import type { StepRun } from "../api/lab-types";
 import { clock, date, number, signed, withUnit } from "../bench/format";
 import { up } from "../bench/link";
 import { Button } from "../kit/button";
-import { Dialog } from "../kit/dialog";
-import { Glyph } from "../kit/glyph";
+import { Confirm } from "../kit/confirm";
+import { cell, Tick } from "../kit/field";
 import { Icon } from "../kit/icon";
-import { text } from "../text";
+import { Unread } from "../kit/loaded";
 import { tune as words } from "../text/topics";
 import { Metrics } from "./metrics";
 import { gainsOf, ms, StepPlotPanel } from "./plot";
@@ -50,7 +50,6 @@ function instant(utc: number): string {
 function RunList({ uid }: { uid: string }) {
   const said = words.runs;
   const dropping = useSignal<StepRun | null>(null);
-  const why = useSignal<string | null>(null);
   const list = runs.value;
   const places = new Map(chosenRuns.value.map((id, place) => [id, lab.letter(place)]));
   return (
@@ -59,15 +58,7 @@ function RunList({ uid }: { uid: string }) {
         <h2>{said.title}</h2>
         <p class="second small">{said.lead}</p>
       </header>
-      {runsProblem.value !== null && (
-        <div class="c-note bad" role="alert">
-          <Glyph kind="failure" />
-          <p class="grow">{said.failed(runsProblem.value)}</p>
-          <Button live onClick={() => void loadRuns()}>
-            {said.again}
-          </Button>
-        </div>
-      )}
+      <Unread why={runsProblem.value} said={said.failed} onAgain={() => void loadRuns()} />
       {list === null && runsProblem.value === null && <p class="w-line second">{said.loading}</p>}
       <ul>
         {(list ?? []).map(run => {
@@ -76,15 +67,12 @@ function RunList({ uid }: { uid: string }) {
           const settled = lab.figure(run, "there", "settling_s");
           return (
             <li key={run.id} class="tune-run" data-testid={`run-${run.id}`} data-chosen={place !== undefined}>
-              <label>
-                <input
-                  type="checkbox"
-                  data-testid={`tick-run-${run.id}`}
-                  checked={place !== undefined}
-                  aria-label={said.show(at)}
-                  disabled={!up.value}
-                  onChange={() => toggle(run.id)}
-                />
+              <Tick
+                label={said.show(at)}
+                at={cell(place !== undefined, () => toggle(run.id))}
+                testid={`tick-run-${run.id}`}
+                disabled={!up.value}
+              >
                 <b class="tune-place">{place ?? ""}</b>
                 <span class="grow">
                   <span>
@@ -100,7 +88,7 @@ function RunList({ uid }: { uid: string }) {
                       .join(", ")}
                   </small>
                 </span>
-              </label>
+              </Tick>
               <a class="button" href={`${API}/runs/${run.id}/csv`} download="" aria-label={said.csv(at)}>
                 <Icon name="download" size={15} /> {said.csvWord}
               </a>
@@ -110,7 +98,6 @@ function RunList({ uid }: { uid: string }) {
                 live
                 title={said.drop(at)}
                 onClick={() => {
-                  why.value = null;
                   dropping.value = run;
                 }}
               >
@@ -121,49 +108,18 @@ function RunList({ uid }: { uid: string }) {
         })}
       </ul>
       {dropping.value !== null && (
-        <Dialog
+        <Confirm
           title={said.dropTitle(instant(dropping.value.at))}
           subtitle={said.dropText}
+          verb={said.dropConfirm}
+          danger
           testid="drop-run"
+          actId="drop-run-confirm"
+          act={() => dropRun(dropping.peek()?.id ?? 0)}
           onClose={() => {
             dropping.value = null;
           }}
-          foot={
-            <>
-              <span data-first-focus>
-                <Button
-                  onClick={() => {
-                    dropping.value = null;
-                  }}
-                >
-                  {text.cancel}
-                </Button>
-              </span>
-              <span class="grow" />
-              <Button
-                look="danger"
-                live
-                testid="drop-run-confirm"
-                onClick={() => {
-                  const run = dropping.peek();
-                  if (!run) return;
-                  void dropRun(run.id).then(problem => {
-                    why.value = problem;
-                    if (problem === null) dropping.value = null;
-                  });
-                }}
-              >
-                {said.dropConfirm}
-              </Button>
-            </>
-          }
-        >
-          {why.value !== null && (
-            <p class="refusal" role="alert">
-              <Glyph kind="failure" size={14} /> {why.value}
-            </p>
-          )}
-        </Dialog>
+        />
       )}
     </section>
   );
