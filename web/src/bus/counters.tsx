@@ -7,11 +7,15 @@ import { history } from "../bench/bus-now";
 import { monotonic, now } from "../bench/clock";
 import { grouped, minute, NONE, number } from "../bench/format";
 import { up } from "../bench/link";
-import { LoadPlot } from "../plots/load";
+import { Plot } from "../plots/plot";
+import { TimeSpan } from "../plots/span";
 import type { BusCounter } from "../telemetry/bus-history";
 import { bus as words } from "../text/topics";
 
 const said = words.counters;
+const LOAD_SPAN_S = 60;
+const LOAD_HZ = 5;
+const LEAST_PCT = 60;
 
 export function BusStrip() {
   const state = bus.value;
@@ -24,26 +28,31 @@ export function BusStrip() {
 }
 
 function Load({ cap }: { cap: number | null }) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const plot = useRef<LoadPlot | null>(null);
+  const box = useRef<HTMLDivElement>(null);
+  const plot = useRef<Plot | null>(null);
   const text = words.plot;
   useEffect(() => {
-    if (!canvas.current) return undefined;
-    const made = new LoadPlot(canvas.current, history, {
-      limit: text.limit,
-      now: text.now,
-      seconds: before => text.before(number(before, 0)),
-      percent: value => text.pct(number(value, 0)),
+    if (!box.current) return undefined;
+    const span = new TimeSpan(monotonic);
+    span.choose(LOAD_SPAN_S);
+    const made = new Plot(box.current, {
+      x: before => (before === 0 ? text.now : text.before(number(before, 0))),
+      y: value => text.pct(number(value, 0)),
+      span,
+      hz: LOAD_HZ,
     });
     plot.current = made;
     return () => made.destroy();
   }, []);
   useEffect(() => {
-    if (plot.current) plot.current.cap = cap;
-  });
-  return (
-    <canvas ref={canvas} class="load-plot" role="img" aria-label={text.label} data-testid="bus-load-plot" />
-  );
+    const samples = (from: number) => history.load.since(from);
+    plot.current?.show({
+      curves: [{ samples, colour: "ink", gaps: true, filled: true }],
+      bands: cap === null ? [] : [{ low: cap, high: cap, label: text.limit }],
+      range: drawn => [0, Math.min(100, Math.max(LEAST_PCT, Math.ceil(((drawn?.[1] ?? 0) + 5) / 20) * 20))],
+    });
+  }, [cap]);
+  return <div ref={box} class="load-plot" role="img" aria-label={text.label} data-testid="bus-load-plot" />;
 }
 
 const NODE_IDS = 125;

@@ -1,11 +1,11 @@
 /** The lanes of a plot on the page: their canvases, and what pointers and keys do on them. */
 import { useEffect, useRef } from "preact/hooks";
-import "uplot/dist/uPlot.min.css";
 import { number, withUnit } from "../bench/format";
 import type { TelemetryStore } from "../telemetry/store";
 import { plots as words } from "../text/topics";
-import type { Lane, LaneCurve } from "./lane";
-import { LivePlot, type MarkAt } from "./live-plot";
+import type { MarkAt } from "./annotate";
+import { calmRange, keyOf, type Lane, type LaneCurve } from "./lane";
+import { type Picture, Plot } from "./plot";
 import { stepFrom } from "./reading";
 import type { Cursor, TimeSpan } from "./span";
 
@@ -22,7 +22,7 @@ interface Props {
   label: string;
   testid: string;
   /** Filled with what is drawn, lane by lane, for a picture of it. */
-  plots: { current: (LivePlot | null)[] };
+  plots: { current: (Plot | null)[] };
 }
 
 export function PlotLanes({ lanes, store, span, marks, label, testid, plots }: Props) {
@@ -86,24 +86,21 @@ interface LaneProps {
   marks: () => readonly MarkAt[];
   /** Of all lanes, a line each. */
   names: string;
-  told: (plot: LivePlot | null) => void;
+  told: (plot: Plot | null) => void;
 }
 
 function LaneBox({ lane, first, last, store, span, marks, names, told }: LaneProps) {
   const box = useRef<HTMLDivElement>(null);
-  const plot = useRef<LivePlot | null>(null);
+  const plot = useRef<Plot | null>(null);
   const unit = useRef(lane.unit);
   unit.current = lane.unit;
   useEffect(() => {
     if (!box.current) return undefined;
-    const made = new LivePlot(box.current, store, span, {
-      text: {
-        now: words.now,
-        before: timeText,
-        value: (v, step) => withUnit(number(v, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit.current),
-        cursors: words.letters,
-      },
-      marks,
+    const made = new Plot(box.current, {
+      x: (v, step) => (Math.abs(v) < step * 1e-6 && !span.still.peek() ? words.now : timeText(v, step)),
+      y: (v, step) => withUnit(number(v, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit.current),
+      cursors: words.letters,
+      span,
       first,
       last,
     });
@@ -116,18 +113,42 @@ function LaneBox({ lane, first, last, store, span, marks, names, told }: LanePro
       told(null);
     };
   }, [store, span, marks]);
-  useEffect(() => plot.current?.show(lane, names.split("\n")), [lane, store, span, marks, names]);
+  useEffect(
+    () => plot.current?.show(lanePicture(lane, store, marks, names.split("\n"))),
+    [lane, store, span, marks, names],
+  );
   return <div ref={box} class="plot-lane" />;
 }
 
-function timeText(s: number, step: number): string {
+/** What is shown of a lane: its curves out of a store. */
+export function lanePicture(
+  lane: Lane,
+  store: TelemetryStore,
+  marks: (() => readonly MarkAt[]) | undefined,
+  names: readonly string[],
+): Picture {
+  return {
+    curves: lane.curves.map(one => ({
+      ...one,
+      key: keyOf(one),
+      samples: from => store.ring(one.uid, one.channel).since(from),
+      gaps: true,
+      wraps: lane.unit === "°",
+    })),
+    ...(marks ? { marks } : {}),
+    range: (drawn, before) => calmRange(drawn, lane.unit, before),
+    names,
+  };
+}
+
+export function timeText(s: number, step: number): string {
   if (step >= 60) return words.minutes(number(s / 60, step % 60 === 0 ? 0 : 1));
   if (step < 0.1) return words.milliseconds(number(s * 1000, 0));
   return words.seconds(number(s, step < 1 ? 1 : 0));
 }
 
 /** Press and release places a cursor, a drag from a cursor moves it, any other drag enlarges what was under it. */
-function pointer(box: HTMLElement, plot: LivePlot, span: TimeSpan): () => void {
+function pointer(box: HTMLElement, plot: Plot, span: TimeSpan): () => void {
   let from: { x: number; t: number; grabbed: Cursor | null } | null = null;
   const clamped = (x: number) => {
     const face = box.querySelector(".u-over")?.getBoundingClientRect();

@@ -9,12 +9,13 @@ import { Icon } from "../kit/icon";
 import { toCsv } from "../telemetry/csv";
 import { type TelemetryStore, telemetry } from "../telemetry/store";
 import { plots as words } from "../text/topics";
+import type { MarkAt } from "./annotate";
 import { PlotCursors } from "./cursors";
 import type { Lane } from "./lane";
 import { PlotLanes } from "./lanes";
-import type { LivePlot, MarkAt } from "./live-plot";
 import { marksOf, watchMarks } from "./marks";
 import { recallSamples } from "./past";
+import type { Plot } from "./plot";
 import { pictureOf } from "./png";
 import { type TimeSpan, WINDOWS } from "./span";
 
@@ -43,7 +44,7 @@ const NO_MARKS: readonly MarkAt[] = [];
 
 export function PlotPanel(props: Props) {
   const { lanes, span, label, testid, store = telemetry } = props;
-  const plots = useRef<(LivePlot | null)[]>([]);
+  const plots = useRef<(Plot | null)[]>([]);
   const uids = useMemo(() => new Set(lanes.flatMap(lane => lane.curves.map(one => one.uid))), [lanes]);
   const marks = useMemo(() => (store === telemetry ? () => marksOf(uids) : () => NO_MARKS), [store, uids]);
   const seconds = span.seconds.value;
@@ -181,7 +182,7 @@ function saveSamples({ lanes, span, file, store = telemetry }: Props): void {
   keep(new Blob([text], { type: "text/csv" }), `${fileName(file, shown.to + store.utcOffset)}.csv`);
 }
 
-async function savePicture(plots: readonly (LivePlot | null)[], props: Props): Promise<void> {
+async function savePicture(plots: readonly (Plot | null)[], props: Props): Promise<void> {
   const { lanes, span, label, file, store = telemetry } = props;
   const shown = span.shown();
   if (!shown) return;

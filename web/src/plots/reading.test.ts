@@ -1,7 +1,7 @@
 /** Gaps, and what is read at a cursor: samples that were taken, and nothing between them where none was. */
 import { describe, expect, test } from "vitest";
-import { isGap } from "./draw";
 import { stepFrom, valueAtTime } from "./reading";
+import { isGap, isWrap } from "./series";
 
 const of = (...times: number[]) => ({
   t: Float64Array.from(times),
@@ -49,4 +49,12 @@ test("a cursor steps from sample to sample and stops at the ends", () => {
   expect(stepFrom(one, 2, 10)).toBe(4);
   expect(stepFrom(one, 2, -10)).toBe(1);
   expect(stepFrom(of(), 7, 1)).toBe(7);
+});
+
+test("an angle that goes through ±180° is a wrap; a command may step over most of the circle", () => {
+  expect(isWrap(179.8, -179.9)).toBe(true);
+  expect(isWrap(-170, 175, true)).toBe(true);
+  expect(isWrap(-120, 120, true)).toBe(false);
+  expect(isWrap(-60, 60)).toBe(false);
+  expect(isWrap(Number.NaN, 90)).toBe(false);
 });

@@ -1,5 +1,5 @@
 /** What is read at a time: the sample that was taken there, or nothing in a gap; and the next one. */
-import { isGap } from "./draw";
+import { isGap } from "./series";
 import { firstAt, nearestSample, type Samples } from "./trace";
 
 /** The value of the sample nearest to a time, null where nothing was sampled. */

@@ -3,8 +3,8 @@ import { computed, type Signal, signal } from "@preact/signals";
 import type { BundleContent } from "../api/lab-types";
 import type { ViewPose } from "../bench/view-link";
 import type { BundleLine } from "./bundle";
-import { isGap, NEVER_GAP_S } from "./draw";
 import { stepFrom } from "./reading";
+import { isGap, NEVER_GAP_S } from "./series";
 import { firstAt, type Samples, samples } from "./trace";
 
 /** The rows a pose is made of, as a recording calls them. */

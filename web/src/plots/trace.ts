@@ -17,6 +17,11 @@ export function samples(t: readonly number[], v: readonly (number | null)[], shi
   return made;
 }
 
+/** Samples that are all there, as a plot asks for them. */
+export function still(one: Samples): () => Samples {
+  return () => one;
+}
+
 /** The first index whose time is not before `at`; the length when there is none. */
 export function firstAt(t: Float64Array, at: number): number {
   let low = 0;

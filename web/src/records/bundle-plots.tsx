@@ -1,15 +1,15 @@
 /** The plots of an open bundle: channels of a chosen servo over the time from the first mark. */
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import "uplot/dist/uPlot.min.css";
 import type { BundleContent } from "../api/lab-types";
 import { decimalsOf, number, withUnit } from "../bench/format";
 import { Choice, cell, Tick } from "../kit/field";
 import { type BundleLine, type BundlePanel, panelsOf, USUAL } from "../plots/bundle";
+import { Plot, roomy } from "../plots/plot";
 import type { Scrub } from "../plots/scrub";
 import { ScrubBar } from "../plots/scrub-bar";
-import { samples } from "../plots/trace";
-import { type Curve, TracePlot } from "../plots/trace-plot";
+import type { PlotCurve } from "../plots/series";
+import { samples, still } from "../plots/trace";
 import { recorder as words } from "../text/topics";
 import { ReplayView } from "../view3d/replay";
 import { channelLabelOf, relative, rowOf } from "./bundle-text";
@@ -105,25 +105,23 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
   const decimals = row ? decimalsOf(row.per_unit) : 2;
   useEffect(() => {
     if (!box.current) return undefined;
-    const plot = new TracePlot(
-      box.current,
-      readout.current,
-      {
-        x: (value, step) => relative(value, step % 1 === 0 ? 0 : step < 0.1 ? 2 : 1),
-        y: (value, step) => withUnit(number(value, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit),
-        at: (time, values) =>
-          said.at(
-            relative(time, 2),
-            values.map(one => said.one(one.name, withUnit(number(one.value, decimals), unit))).join(", "),
-          ),
-      },
-      "bundle",
-    );
-    const curves: Curve[] = [];
+    const plot = new Plot(box.current, {
+      readout: readout.current,
+      group: "bundle",
+      x: (value, step) => relative(value, step % 1 === 0 ? 0 : step < 0.1 ? 2 : 1),
+      y: (value, step) => withUnit(number(value, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit),
+      read: (time, values) =>
+        said.at(
+          relative(time, 2),
+          values.map(one => said.one(one.name, withUnit(number(one.value, decimals), unit))).join(", "),
+        ),
+    });
+    const curves: PlotCurve[] = [];
     if (panel.command) {
       curves.push({
-        samples: samples(panel.command.t, panel.command.v, line.zero),
+        samples: still(samples(panel.command.t, panel.command.v, line.zero)),
         colour: "intent",
+        wraps: unit === "°",
         dashed: true,
         held: true,
         name: said.command,
@@ -131,21 +129,23 @@ function ChannelPlot({ panel, content, line, title, scrub }: PlotProps) {
     }
     if (panel.measured) {
       curves.push({
-        samples: samples(panel.measured.t, panel.measured.v, line.zero),
+        samples: still(samples(panel.measured.t, panel.measured.v, line.zero)),
         colour: "ink",
+        wraps: unit === "°",
         // A row keeps what was written; what is measured moves between two samples.
         held: !panel.key.startsWith("current_"),
         name: panel.key === "current_angle" ? said.current : channelLabelOf(panel.key),
       });
     }
+    const marks = content.about.marks
+      .slice(0, 40)
+      .map((mark, place) => ({ t: mark.at - line.zero, word: String(place + 1) }));
     plot.show({
       curves,
-      marks: content.about.marks
-        .slice(0, 40)
-        .map((mark, place) => ({ t: mark.at - line.zero, label: String(place + 1) })),
+      marks: () => marks,
       from: line.from,
       to: line.to,
-      least: (row?.per_unit ?? 1) >= 10 ? 2 : 10,
+      range: roomy((row?.per_unit ?? 1) >= 10 ? 2 : 10),
     });
     const follow = effect(() => plot.head(scrub.at.value));
     return () => {

@@ -1,12 +1,11 @@
 /** The plot of step tests and its legend: line, shape and letter of each run. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import "uplot/dist/uPlot.min.css";
 import type { StepRun } from "../api/lab-types";
 import { angle, number, withUnit } from "../bench/format";
 import { Segments } from "../kit/segments";
+import { Plot } from "../plots/plot";
 import { shape } from "../plots/shapes";
-import { TracePlot } from "../plots/trace-plot";
 import { tune as words } from "../text/topics";
 import { stepPicture } from "./step-picture";
 import * as lab from "./step-runs";
@@ -22,15 +21,16 @@ export function StepPlotPanel({
 }) {
   const box = useRef<HTMLDivElement>(null);
   const readout = useRef<HTMLParagraphElement>(null);
-  const plot = useRef<TracePlot | null>(null);
+  const plot = useRef<Plot | null>(null);
   const first = useSignal(false);
   const said = words.plot;
   useEffect(() => {
     if (!box.current) return undefined;
-    const made = new TracePlot(box.current, readout.current, {
+    const made = new Plot(box.current, {
+      readout: readout.current,
       x: value => ms(value),
       y: (value, step) => withUnit(number(value, step < 1 ? 1 : 0), "°"),
-      at: (time, values) =>
+      read: (time, values) =>
         said.at(ms(time), values.map(one => said.one(one.name, angle(one.value))).join(", ")),
     });
     plot.current = made;
@@ -42,7 +42,7 @@ export function StepPlotPanel({
       said.band(withUnit(number(deg, 1), "°")),
     );
     plot.current?.show(picture);
-    plot.current?.look(first.value ? [picture.from, Math.min(FIRST_S, picture.to)] : null);
+    plot.current?.look(first.value ? [picture.from ?? 0, Math.min(FIRST_S, picture.to ?? FIRST_S)] : null);
   }, [shown, way, first.value]);
   const names = shown.map((_, place) => words.runs.label(lab.letter(place))).join(", ");
   return (

@@ -1,7 +1,8 @@
 /** The picture of step tests: runs over one another, each from where its step began, with target and band. */
 import type { StepRun } from "../api/lab-types";
-import { samples } from "../plots/trace";
-import type { Curve, Picture } from "../plots/trace-plot";
+import { type Picture, roomy } from "../plots/plot";
+import type { PlotCurve } from "../plots/series";
+import { samples, still } from "../plots/trace";
 import { type Direction, letter, stepsOf } from "./step-runs";
 
 /** A little of what was before the command. */
@@ -14,7 +15,7 @@ export function stepPicture(
   bandLabel: (deg: number) => string,
 ): Picture {
   const alone = runs.length === 1;
-  const curves: Curve[] = [];
+  const curves: PlotCurve[] = [];
   let longest = 0.05;
   const targets = runs
     .flatMap(run => stepsOf(run, direction).slice(0, 1))
@@ -26,7 +27,7 @@ export function stepPicture(
       longest = Math.max(longest, last);
       const first = repeat === 0;
       curves.push({
-        samples: samples(step.t, step.angle_deg, 0, step.from_deg),
+        samples: still(samples(step.t, step.angle_deg, 0, step.from_deg)),
         colour: alone ? "ink" : place,
         bold: run.id === chosen || alone,
         ...(first && !alone ? { tag: letter(place), shape: place } : {}),
@@ -40,7 +41,7 @@ export function stepPicture(
     if (!step || (shared && place > 0)) return;
     const target = step.to_deg - step.from_deg;
     curves.unshift({
-      samples: samples([before, 0], [0, target]),
+      samples: still(samples([before, 0], [0, target])),
       colour: shared ? "intent" : place,
       dashed: true,
       held: true,
@@ -48,14 +49,9 @@ export function stepPicture(
   });
   const of = runs.find(run => run.id === chosen) ?? runs.at(-1);
   const target = targets[of ? runs.indexOf(of) : 0];
-  return {
-    curves,
-    bands:
-      of && target !== undefined
-        ? [{ low: target - of.band_deg, high: target + of.band_deg, label: bandLabel(of.band_deg) }]
-        : [],
-    from: before,
-    to: longest,
-    least: 2,
-  };
+  const bands =
+    of && target !== undefined
+      ? [{ low: target - of.band_deg, high: target + of.band_deg, label: bandLabel(of.band_deg) }]
+      : [];
+  return { curves, bands, from: before, to: longest, range: roomy(2, bands) };
 }

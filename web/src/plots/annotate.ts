@@ -1,0 +1,281 @@
+/** What stands in a plot beside its series: ruled lines, bands, marks, cursors, names and letters. */
+import type uPlot from "uplot";
+import type { Palette } from "./palette";
+import type { PlotCurve, Projection } from "./series";
+import { nearestSample } from "./trace";
+
+/** With low and high the same it is a limit: a line. */
+export interface Band {
+  low: number;
+  high: number;
+  label: string;
+}
+
+export interface MarkAt {
+  t: number;
+  word: string;
+}
+
+/** From the plot to the names beside it. */
+export const NAME_GAP_PX = 9;
+const NAME_PX = 14;
+const TAG_PX = 18;
+
+const dpr = () => devicePixelRatio || 1;
+
+export function colourOf(colour: PlotCurve["colour"], colours: Palette): string {
+  if (colour === "ink") return colours.ink;
+  if (colour === "intent") return colours.intent;
+  return colours.series[colour % colours.series.length] ?? colours.ink;
+}
+
+/** The ground, with level lines at the ticks, every second one dotted. */
+export function ground(plot: uPlot, ticks: readonly number[], at: Projection, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  // The plot remembers the style it set last and does not set it again.
+  ctx.save();
+  ctx.fillStyle = colours.well;
+  ctx.fillRect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.strokeStyle = colours.line;
+  ctx.lineWidth = ratio;
+  ticks.forEach((tick, place) => {
+    const y = Math.round(at.y(tick)) + 0.5;
+    ctx.setLineDash(place % 2 === 0 ? [] : [2 * ratio, 3 * ratio]);
+    ctx.beginPath();
+    ctx.moveTo(bbox.left, y);
+    ctx.lineTo(bbox.left + bbox.width, y);
+    ctx.stroke();
+  });
+  ctx.restore();
+}
+
+/** Everything until `restore` stays inside the face of the plot. */
+export function clip(plot: uPlot): void {
+  const { ctx, bbox } = plot;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+}
+
+/** An upright dotted line: cursors and marks, never data. */
+export function upright(plot: uPlot, x: number, colour: string): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = ratio;
+  ctx.setLineDash([2 * ratio, 3 * ratio]);
+  ctx.beginPath();
+  ctx.moveTo(Math.round(x), bbox.top);
+  ctx.lineTo(Math.round(x), bbox.top + bbox.height);
+  ctx.stroke();
+  ctx.setLineDash([]);
+}
+
+export function drawBand(plot: uPlot, band: Band, at: Projection, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const top = at.y(band.high);
+  ctx.fillStyle = colours.limit;
+  ctx.globalAlpha = band.low === band.high ? 1 : 0.2;
+  const height = Math.max(1.5 * ratio, at.y(band.low) - top);
+  ctx.fillRect(bbox.left, top, bbox.width, height);
+  ctx.globalAlpha = 1;
+}
+
+/** Above the band and above every curve, with a halo that parts it from them. */
+export function bandLabel(plot: uPlot, band: Band, at: Projection, colours: Palette): void {
+  const { left, width } = plot.bbox;
+  haloed(
+    plot,
+    band.label,
+    left + width - 8 * dpr(),
+    at.y(band.high) - 5 * dpr(),
+    "right",
+    colours.limit,
+    colours,
+  );
+}
+
+/** What a lane shows, in its corner. */
+export function laneTitle(plot: uPlot, title: string, colours: Palette): void {
+  const { left, top } = plot.bbox;
+  haloed(plot, title, left + 8 * dpr(), top + 16 * dpr(), "left", colours.ink, colours, 600);
+}
+
+function haloed(
+  plot: uPlot,
+  text: string,
+  x: number,
+  y: number,
+  align: CanvasTextAlign,
+  colour: string,
+  colours: Palette,
+  weight = 400,
+): void {
+  const { ctx } = plot;
+  const ratio = dpr();
+  ctx.font = `${weight} ${12 * ratio}px ${colours.font}`;
+  ctx.textAlign = align;
+  ctx.textBaseline = "alphabetic";
+  ctx.strokeStyle = colours.well;
+  ctx.lineJoin = "round";
+  ctx.lineWidth = 5 * ratio;
+  ctx.strokeText(text, x, y);
+  ctx.fillStyle = colour;
+  ctx.fillText(text, x, y);
+}
+
+/** Letters stand at the curves, each at a time of its own, in turn above and below. */
+export function tagAtCurve(
+  plot: uPlot,
+  curve: PlotCurve,
+  place: number,
+  at: Projection,
+  colours: Palette,
+): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const one = curve.samples(at.min);
+  const index = nearestSample(one, at.min + (at.max - at.min) * (0.26 + 0.085 * place));
+  const value = one.v[index] ?? Number.NaN;
+  if (index < 0 || Number.isNaN(value)) return;
+  const side = place % 2 === 0 ? -1 : 1;
+  const high = bbox.top + (TAG_PX / 2 + 2) * ratio;
+  const low = bbox.top + bbox.height - (TAG_PX / 2 + 2) * ratio;
+  const y = Math.min(low, Math.max(high, at.y(value) + side * 18 * ratio));
+  boxed(ctx, curve.tag ?? "", at.x(one.t[index] ?? 0), y, colourOf(curve.colour, colours), colours);
+}
+
+function boxed(
+  ctx: CanvasRenderingContext2D,
+  letter: string,
+  x: number,
+  y: number,
+  colour: string,
+  colours: Palette,
+): void {
+  const ratio = dpr();
+  const half = (TAG_PX / 2) * ratio;
+  ctx.fillStyle = colours.well;
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = 1.5 * ratio;
+  ctx.beginPath();
+  ctx.roundRect(x - half, y - half, 2 * half, 2 * half, 2 * ratio);
+  ctx.fill();
+  ctx.stroke();
+  ctx.fillStyle = colours.ink;
+  ctx.font = `600 ${12 * ratio}px ${colours.font}`;
+  ctx.textAlign = "center";
+  ctx.textBaseline = "middle";
+  ctx.fillText(letter, x, y + 0.5 * ratio);
+}
+
+export interface CurveEnd {
+  name: string;
+  letter: string | null;
+  y: number;
+  colour: string;
+  alpha: number;
+}
+
+/** Names stand right of the plot at the end of their curves, never on one another and never on a curve. */
+export function endNames(plot: uPlot, ends: CurveEnd[], gutter: number, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const step = (ends.some(one => one.letter) ? TAG_PX + 4 : NAME_PX) * ratio;
+  const most = Math.max(1, Math.floor(bbox.height / step));
+  ends.sort((a, b) => a.y - b.y);
+  const told = ends.length > most ? ends.filter((_, i) => i % Math.ceil(ends.length / most) === 0) : ends;
+  const tops = told.map(one => one.y);
+  const low = bbox.top + step / 2;
+  for (let i = 0; i < tops.length; i++) {
+    tops[i] = Math.max(tops[i] ?? low, i === 0 ? low : (tops[i - 1] ?? low) + step);
+  }
+  for (let i = tops.length - 1; i >= 0; i--) {
+    const below = i === tops.length - 1 ? bbox.top + bbox.height : (tops[i + 1] ?? 0) - step;
+    tops[i] = Math.min(tops[i] ?? low, below);
+  }
+  ctx.save();
+  told.forEach((one, i) => {
+    const y = tops[i] ?? low;
+    const left = bbox.left + bbox.width;
+    ctx.globalAlpha = one.alpha;
+    ctx.strokeStyle = one.colour;
+    ctx.lineWidth = ratio;
+    ctx.beginPath();
+    ctx.moveTo(left + ratio, one.y);
+    ctx.lineTo(left + 7 * ratio, y);
+    ctx.stroke();
+    let x = left + NAME_GAP_PX * ratio;
+    if (one.letter) {
+      boxed(ctx, one.letter, x + (TAG_PX / 2) * ratio, y, one.colour, colours);
+      x += (TAG_PX + 6) * ratio;
+    }
+    ctx.font = `${12 * ratio}px ${colours.font}`;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "middle";
+    ctx.fillStyle = one.letter ? colours.ink2 : one.colour;
+    const room = gutter * ratio - (one.letter ? (TAG_PX + 6) * ratio : 0);
+    ctx.fillText(fitting(ctx, one.name, room), x, y);
+  });
+  ctx.restore();
+}
+
+/** Above the plot: marks with a word where there is room. */
+export function markHeads(
+  plot: uPlot,
+  marks: readonly MarkAt[],
+  at: Projection,
+  gutter: number,
+  colours: Palette,
+): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  ctx.save();
+  ctx.font = `${12 * ratio}px ${colours.font}`;
+  ctx.textBaseline = "alphabetic";
+  ctx.textAlign = "left";
+  ctx.fillStyle = colours.ink2;
+  let free = Number.NEGATIVE_INFINITY;
+  for (const [place, mark] of marks.entries()) {
+    const x = at.x(mark.t);
+    const next = at.x(marks[place + 1]?.t ?? Number.POSITIVE_INFINITY) - 6 * ratio;
+    ctx.beginPath();
+    ctx.moveTo(x - 4 * ratio, bbox.top - 8 * ratio);
+    ctx.lineTo(x + 4 * ratio, bbox.top - 8 * ratio);
+    ctx.lineTo(x, bbox.top - ratio);
+    ctx.fill();
+    const width = ctx.measureText(mark.word).width;
+    const right = bbox.left + bbox.width + gutter * ratio;
+    const after = x + 7 * ratio;
+    // Before the mark where it would leave the picture after it; nowhere if another stands there.
+    const left = after + width <= right ? after : x - 7 * ratio - width;
+    const fits = left >= free && (left < x || left + width <= next);
+    if (fits) ctx.fillText(mark.word, left, bbox.top - 5 * ratio);
+    free = Math.max(x + 6 * ratio, fits ? left + width + 6 * ratio : free);
+  }
+  ctx.restore();
+}
+
+export function cursorHead(plot: uPlot, x: number, letter: string, colours: Palette): void {
+  const ratio = dpr();
+  boxed(plot.ctx, letter, x, plot.bbox.top - 10 * ratio, colours.ink2, colours);
+}
+
+/** Room for names beside a plot, in pixels. */
+export function widest(names: readonly string[], most: number, font: string): number {
+  const ctx = document.createElement("canvas").getContext("2d");
+  if (!ctx) return most;
+  ctx.font = `12px ${font}`;
+  return Math.min(most, Math.ceil(Math.max(0, ...names.map(one => ctx.measureText(one).width))));
+}
+
+/** A name, cut where it would leave the picture. */
+function fitting(ctx: CanvasRenderingContext2D, name: string, width: number): string {
+  if (ctx.measureText(name).width <= width + 2) return name;
+  let cut = name;
+  while (cut.length > 1 && ctx.measureText(`${cut}…`).width > width) cut = cut.slice(0, -1);
+  return `${cut}…`;
+}

@@ -1,0 +1,475 @@
+/** The one plot: axes, series and cursors by uPlot, drawn in the page's one animation frame, in the page's colours. */
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import type { Band, CurveEnd, MarkAt } from "./annotate";
+import * as pen from "./annotate";
+import { everyFrame } from "./frames";
+import { laneTicksOf } from "./lane";
+import { type Palette, palette } from "./palette";
+import { Playhead } from "./playhead";
+import { linePath, type PlotCurve, type Projection, pointsPath, projection } from "./series";
+import type { Still, TimeSpan } from "./span";
+import { extent, nearestSample } from "./trace";
+
+export interface Picture {
+  curves: readonly PlotCurve[];
+  bands?: readonly Band[];
+  marks?: () => readonly MarkAt[];
+  /** Stands in the corner. */
+  title?: string;
+  /** All there is; a plot over a span of time shows what the span says. */
+  from?: number;
+  to?: number;
+  /** The range of y round what is drawn, which is null where there is nothing. */
+  range: (
+    drawn: readonly [number, number] | null,
+    before: readonly [number, number] | null,
+  ) => readonly [number, number];
+  /** All names that stand beside any plot of a stack, so that they are of one width; none stand there without. */
+  names?: readonly string[];
+}
+
+export interface PlotOptions {
+  x: (value: number, step: number) => string;
+  y: (value: number, step: number) => string;
+  /** The time it shows and follows; without one it shows all, and a drag enlarges a part. */
+  span?: TimeSpan;
+  /** Seen at most so often a second. */
+  hz?: number;
+  /** Heads of marks and cursors stand above it; the axis of x below it. */
+  first?: boolean;
+  last?: boolean;
+  cursors?: readonly [string, string];
+  /** Upright lines at the ticks of x. */
+  ruled?: boolean;
+  yWidth?: number;
+  /** Says what is under the pointer. */
+  read?: (x: number, values: readonly { name: string; value: number }[]) => string;
+  readout?: HTMLElement | null;
+  /** Plots of a group share their cursor and their zoom. */
+  group?: string;
+  /** Other things that call for another drawing of a picture that stands still. */
+  state?: () => string;
+  /** Draws above everything. */
+  over?: (plot: uPlot, at: Projection, colours: Palette) => void;
+}
+
+/** What a screen shows, at most. */
+const FPS = 60;
+const LOOK_HZ = 10;
+const EDGE_PX = 14;
+const NAMES_PX = 104;
+const LETTER_PX = 24;
+const HEAD_PX = 20;
+const DIM = 0.35;
+const X_STEPS = [
+  0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120,
+  300, 600, 1200, 3600,
+];
+/** What uPlot is told of data: the paths read the curves themselves. */
+const FLAT = [0, 0];
+
+export class Plot {
+  #box: HTMLElement;
+  #options: PlotOptions;
+  #picture: Picture = { curves: [], range: () => [0, 1] };
+  #curves: readonly PlotCurve[] = [];
+  #plot: uPlot | null = null;
+  #made = "";
+  #view: [number, number] | null = null;
+  #range: readonly [number, number] | null = null;
+  #ticks: number[] = [];
+  #still: Still | null = null;
+  #shown: Still | null = null;
+  #drawn = "";
+  #version = 0;
+  #ends: (CurveEnd | null)[] = [];
+  #head = new Playhead();
+  #moment: number | null = null;
+  #forget: () => void;
+  #resize: ResizeObserver;
+
+  constructor(box: HTMLElement, options: PlotOptions) {
+    this.#box = box;
+    this.#options = options;
+    this.#forget = everyFrame(box, options.span ? (options.hz ?? FPS) : LOOK_HZ, () => this.#frame());
+    this.#resize = new ResizeObserver(() => this.#fit());
+    this.#resize.observe(box);
+  }
+
+  show(picture: Picture): void {
+    this.#picture = picture;
+    // A command is drawn over what follows it, so that both are seen where they coincide.
+    this.#curves = [...picture.curves].sort((a, b) => Number(a.dashed === true) - Number(b.dashed === true));
+    this.#version++;
+    this.#drawn = "";
+    if (this.#plot && this.#made === this.#make()) this.#zoom();
+  }
+
+  /** Shows this part of the time; null: all of it. */
+  look(view: [number, number] | null): void {
+    this.#view = view;
+    this.#zoom();
+  }
+
+  /** Draws a line at the moment that is looked at; null: none. */
+  head(moment: number | null): void {
+    this.#moment = moment;
+    this.#place();
+  }
+
+  destroy(): void {
+    this.#forget();
+    this.#resize.disconnect();
+    this.#plot?.destroy();
+    if (this.#options.readout) this.#options.readout.textContent = "";
+  }
+
+  /** What is seen now, to be put into a file. */
+  get canvas(): HTMLCanvasElement | null {
+    return this.#plot?.ctx.canvas ?? null;
+  }
+
+  /** The time under a pixel of the window; null outside the face. */
+  timeAt(clientX: number): number | null {
+    const face = this.#plot?.over.getBoundingClientRect();
+    const shown = this.#shown;
+    if (!face || !shown || face.width === 0) return null;
+    const part = (clientX - face.left) / face.width;
+    return part < 0 || part > 1 ? null : shown.from + part * (shown.to - shown.from);
+  }
+
+  /** How much of the picture's time a pixel of the window is. */
+  get secondsPerPixel(): number {
+    const width = this.#plot?.over.clientWidth ?? 0;
+    return this.#shown && width > 0 ? (this.#shown.to - this.#shown.from) / width : 0;
+  }
+
+  #fit(): void {
+    const { clientWidth: width, clientHeight: height } = this.#box;
+    if (this.#plot && width > 0 && height > 0) this.#plot.setSize({ width, height });
+    this.#drawn = "";
+  }
+
+  /** What a plot is made of: where it changes, it is made again. */
+  #make(): string {
+    const { names } = this.#picture;
+    const looks = this.#curves.map(one => [one.colour, one.dashed, one.bold, one.faint, one.filled].join());
+    return [document.documentElement.dataset.theme, names?.join(), ...looks].join("|");
+  }
+
+  #frame(): void {
+    const made = this.#make();
+    if (!this.#plot || made !== this.#made) this.#build(made);
+    const span = this.#options.span;
+    if (!span || !this.#plot) return;
+    const shown = span.shown();
+    if (!shown) return;
+    const still = span.still.peek();
+    const moment = span.head.peek();
+    this.#head.place(
+      this.#plot.over,
+      moment === null ? null : (moment - shown.from) / (shown.to - shown.from),
+    );
+    if (still && !this.#changed(span, still)) return;
+    const turned = this.#still !== still;
+    this.#still = still;
+    if (turned && still) this.#range = null;
+    this.#shown = span.drawn = shown;
+    const [min, max] = this.#high(shown.from, shown.to);
+    // Both lead to one drawing, at the end of this turn. The data is what makes uPlot ask for paths again.
+    this.#plot.setData(this.#data(), false);
+    this.#plot.setScale("x", { min: shown.from - shown.zero, max: shown.to - shown.zero });
+    this.#plot.setScale("y", { min, max });
+    if (turned) this.#plot.redraw(false, true);
+  }
+
+  /** A picture that stands still is drawn again only when something in it is another. */
+  #changed(span: TimeSpan, still: Still): boolean {
+    const { cursors, drag, lit } = span;
+    const dragged = drag.peek();
+    const now = [
+      this.#version,
+      still.from,
+      still.to,
+      ...cursors.peek(),
+      dragged?.from,
+      dragged?.to,
+      lit.peek(),
+      this.#picture.marks?.().length,
+      this.#made,
+      this.#options.state?.(),
+    ].join(" ");
+    if (now === this.#drawn) return false;
+    this.#drawn = now;
+    return true;
+  }
+
+  #data(): uPlot.AlignedData {
+    const { from = 0, to = 1 } = this.#picture;
+    return [[from, to], ...this.#curves.map(() => FLAT)];
+  }
+
+  #zoom(): void {
+    const { from = 0, to = 1 } = this.#picture;
+    if (!this.#plot || this.#options.span) return;
+    const [min, max] = this.#view ?? [from, to];
+    this.#plot.setData(this.#data(), false);
+    this.#plot.setScale("x", { min, max });
+  }
+
+  #place(): void {
+    const { min, max } = this.#plot?.scales.x ?? {};
+    if (!this.#plot || this.#options.span || min === undefined || max === undefined) return;
+    this.#head.place(this.#plot.over, this.#moment === null ? null : (this.#moment - min) / (max - min));
+  }
+
+  #high(from: number, to: number): readonly [number, number] {
+    const drawn = extent(
+      this.#curves.map(one => one.samples(from)),
+      from,
+      to,
+    );
+    this.#range = this.#picture.range(drawn, this.#range);
+    const [min, max] = this.#range;
+    const height = (this.#plot?.bbox.height ?? 200) / (devicePixelRatio || 1);
+    this.#ticks = laneTicksOf(min, max, Math.max(2, height / 34));
+    return this.#range;
+  }
+
+  #build(made: string): void {
+    this.#plot?.destroy();
+    this.#made = made;
+    this.#drawn = "";
+    this.#range = null;
+    const colours = palette();
+    const font = `12px ${colours.font}`;
+    const { span, first, last = true, group, x, y, ruled, yWidth = 56 } = this.#options;
+    const gutter = this.#gutter(colours);
+    this.#plot = new uPlot(
+      {
+        width: Math.max(50, this.#box.clientWidth),
+        height: Math.max(50, this.#box.clientHeight),
+        padding: [
+          first || (!span && this.#picture.marks) ? HEAD_PX : span ? 6 : 10,
+          gutter > 0 ? Math.max(18, gutter + pen.NAME_GAP_PX + EDGE_PX) : 30,
+          last ? 0 : 6,
+          0,
+        ],
+        legend: { show: false },
+        cursor: span
+          ? { show: false }
+          : {
+              y: false,
+              points: { show: false },
+              drag: { x: true, y: false, setScale: true },
+              ...(group === undefined ? {} : { sync: { key: group } }),
+            },
+        scales: {
+          x: { time: false, auto: false, min: this.#picture.from ?? 0, max: this.#picture.to ?? 1 },
+          y: span
+            ? { auto: false }
+            : {
+                range: plot => {
+                  const [low, high] = this.#high(plot.scales.x?.min ?? 0, plot.scales.x?.max ?? 1);
+                  return [low, high];
+                },
+              },
+        },
+        axes: [
+          {
+            show: last,
+            stroke: colours.ink2,
+            font,
+            size: 28,
+            gap: 6,
+            space: 64,
+            incrs: X_STEPS,
+            grid: { show: ruled === true, stroke: colours.line, width: 1 },
+            ticks: { stroke: colours.edge, width: 1, size: 4 },
+            values: (_plot, splits, _axis, _space, step) => splits.map(v => x(v, step)),
+          },
+          {
+            stroke: colours.ink2,
+            font,
+            size: yWidth,
+            gap: 6,
+            splits: () => this.#ticks,
+            grid: { show: false },
+            ticks: { show: false },
+            values: (_plot, splits) => {
+              const step = (splits[1] ?? 1) - (splits[0] ?? 0);
+              return splits.map(v => y(v, step));
+            },
+          },
+        ],
+        series: [{}, ...this.#curves.map((curve, place) => this.#series(curve, place, colours))],
+        hooks: {
+          drawClear: [plot => this.#under(plot, colours)],
+          draw: [plot => this.#over(plot, colours), () => this.#place()],
+          setCursor: [plot => this.#say(plot)],
+        },
+      },
+      this.#data(),
+      this.#box,
+    );
+    this.#zoom();
+  }
+
+  #gutter(colours: Palette): number {
+    const { names } = this.#picture;
+    if (!names) return 0;
+    const letters = this.#curves.some(one => one.tag !== undefined) ? LETTER_PX : 0;
+    return pen.widest(names, NAMES_PX, colours.font) + letters;
+  }
+
+  #series(curve: PlotCurve, place: number, colours: Palette): uPlot.Series {
+    const ratio = devicePixelRatio || 1;
+    const colour = pen.colourOf(curve.colour, colours);
+    const spanned = this.#options.span !== undefined;
+    const width = curve.bold ? 2.2 : spanned ? 1.8 : 1.5;
+    const lit = () => this.#options.span?.lit.peek() ?? null;
+    // A command in the colour of what follows it is wider, so that its dashes are seen on the line, too.
+    const dashes = typeof curve.colour === "number" ? 3 : 1.6;
+    return {
+      stroke: colour,
+      width: curve.dashed ? dashes : width,
+      alpha: 1,
+      ...(curve.dashed ? { dash: [7 * ratio, 5 * ratio] } : {}),
+      ...(curve.filled ? { fill: tinted(colour) } : {}),
+      pxAlign: 0,
+      auto: false,
+      paths: plot => {
+        const shown = this.#of(place);
+        const chosen = lit() !== null && lit() === shown.key;
+        const series = plot.series[place + 1];
+        if (series) {
+          series.alpha = (lit() === null || chosen ? 1 : DIM) * (shown.faint ? 0.6 : 1);
+          series.width = chosen ? 2.6 : curve.dashed ? dashes : width;
+        }
+        const line = linePath(plot, projection(plot, this.#zero), shown);
+        this.#ends[place] = line.end && {
+          name: shown.name ?? "",
+          letter: shown.tag ?? null,
+          y: line.end.y,
+          colour,
+          alpha: series?.alpha ?? 1,
+        };
+        return { stroke: line.stroke, fill: line.fill, flags: 0 };
+      },
+      points: {
+        show: !spanned && !curve.dashed && !curve.held && !curve.plain,
+        width: 0,
+        stroke: colour,
+        fill: colour,
+        paths: plot => ({
+          stroke: null,
+          fill: pointsPath(plot, projection(plot, this.#zero), this.#of(place)) ?? new Path2D(),
+          flags: 0,
+        }),
+      },
+    };
+  }
+
+  #of(place: number): PlotCurve {
+    return this.#curves[place] as PlotCurve;
+  }
+
+  get #zero(): number {
+    return this.#options.span ? (this.#shown?.zero ?? 0) : 0;
+  }
+
+  #under(plot: uPlot, colours: Palette): void {
+    const at = projection(plot, this.#zero);
+    this.#ends = [];
+    pen.ground(plot, this.#ticks, at, colours);
+    pen.clip(plot);
+    for (const band of this.#picture.bands ?? []) pen.drawBand(plot, band, at, colours);
+    plot.ctx.restore();
+  }
+
+  #over(plot: uPlot, colours: Palette): void {
+    const at = projection(plot, this.#zero);
+    const { ctx, bbox } = plot;
+    const { span, first, cursors } = this.#options;
+    const { names, bands = [], title } = this.#picture;
+    const marks = (this.#picture.marks?.() ?? []).filter(one => one.t >= at.min && one.t <= at.max);
+    pen.clip(plot);
+    for (const one of marks) pen.upright(plot, at.x(one.t), colours.ink3);
+    const drag = span?.drag.peek();
+    const placed = span?.cursors.peek() ?? [];
+    const [a, b] = placed;
+    const tint =
+      drag ?? (cursors && typeof a === "number" && typeof b === "number" ? { from: a, to: b } : null);
+    if (tint) {
+      ctx.fillStyle = colours.ink;
+      ctx.globalAlpha = drag ? 0.12 : 0.035;
+      ctx.fillRect(at.x(tint.from), bbox.top, at.x(tint.to) - at.x(tint.from), bbox.height);
+      ctx.globalAlpha = 1;
+    }
+    for (const one of placed) if (one !== null) pen.upright(plot, at.x(one), colours.ink2);
+    for (const band of bands) pen.bandLabel(plot, band, at, colours);
+    if (!names) {
+      this.#curves
+        .filter(one => one.tag !== undefined)
+        .forEach((curve, place) => {
+          pen.tagAtCurve(plot, curve, place, at, colours);
+        });
+    }
+    if (title) pen.laneTitle(plot, title, colours);
+    ctx.restore();
+    ctx.save();
+    if (names) {
+      const crowd = this.#curves.length > 8;
+      const ends = this.#ends.filter((one, i) => one && one.name !== "" && !(crowd && this.#of(i).dashed));
+      pen.endNames(plot, ends as CurveEnd[], this.#gutter(colours), colours);
+    }
+    if (first || !span) pen.markHeads(plot, marks, at, names ? this.#gutter(colours) : 0, colours);
+    if (first && cursors) {
+      placed.forEach((one, i) => {
+        if (one !== null && one >= at.min && one <= at.max) {
+          pen.cursorHead(plot, at.x(one), cursors[i] ?? "", colours);
+        }
+      });
+    }
+    this.#options.over?.(plot, at, colours);
+    ctx.restore();
+  }
+
+  #say(plot: uPlot): void {
+    const { readout, read } = this.#options;
+    if (!readout || !read) return;
+    const left = plot.cursor.left ?? -1;
+    if (left < 0) {
+      readout.textContent = "";
+      return;
+    }
+    const at = plot.posToVal(left, "x");
+    const values = this.#picture.curves.flatMap(curve => {
+      if (curve.name === undefined) return [];
+      const one = curve.samples(Number.NEGATIVE_INFINITY);
+      const index = nearestSample(one, at);
+      const value = one.v[index] ?? Number.NaN;
+      return index < 0 || Number.isNaN(value) ? [] : [{ name: curve.name, value }];
+    });
+    readout.textContent = read(at, values);
+  }
+}
+
+/** A tint of a token's colour, for the area below a curve. */
+function tinted(colour: string): string {
+  return `color-mix(in srgb, ${colour} 10%, transparent)`;
+}
+
+/** A range round what is drawn, at least so high, so that noise does not fill the plot; bands stay inside. */
+export function roomy(least: number, bands: readonly Band[] = []): Picture["range"] {
+  return drawn => {
+    let [low, high] = drawn ?? [0, 0];
+    for (const band of bands) {
+      low = Math.min(low, band.low);
+      high = Math.max(high, band.high);
+    }
+    const room = Math.max(0, least - (high - low)) / 2 + 0.09 * Math.max(least, high - low);
+    return [low - room, high + room];
+  };
+}
