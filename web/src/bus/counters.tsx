@@ -15,6 +15,8 @@ import { bus as words } from "../text/topics";
 const said = words.counters;
 const LOAD_SPAN_S = 60;
 const LOAD_HZ = 5;
+/** The bus is told about once a second: further apart than this is a gap. */
+const GAP_S = 3.5;
 const LEAST_PCT = 60;
 
 export function BusStrip() {
@@ -47,7 +49,7 @@ function Load({ cap }: { cap: number | null }) {
   useEffect(() => {
     const samples = (from: number) => history.load.since(from);
     plot.current?.show({
-      curves: [{ samples, colour: "ink", gaps: true, filled: true }],
+      curves: [{ samples, colour: "ink", gaps: GAP_S, filled: true }],
       bands: cap === null ? [] : [{ low: cap, high: cap, label: text.limit }],
       range: drawn => [0, Math.min(100, Math.max(LEAST_PCT, Math.ceil(((drawn?.[1] ?? 0) + 5) / 20) * 20))],
     });

@@ -233,7 +233,7 @@ export class Plot {
     this.#range = this.#picture.range(drawn, this.#range);
     const [min, max] = this.#range;
     const height = (this.#plot?.bbox.height ?? 200) / (devicePixelRatio || 1);
-    this.#ticks = laneTicksOf(min, max, Math.max(2, height / 34));
+    this.#ticks = laneTicksOf(min, max, Math.max(3, height / 34));
     return this.#range;
   }
 

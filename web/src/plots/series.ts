@@ -15,8 +15,8 @@ export interface PlotCurve {
   dashed?: boolean;
   /** Holds each value until the next one. */
   held?: boolean;
-  /** Interrupted where nothing was sampled. */
-  gaps?: boolean;
+  /** Interrupted where nothing was sampled; a number: for longer than so many seconds, at least. */
+  gaps?: boolean | number;
   /** Degrees round a circle: interrupted where it jumps from one end to the other. */
   wraps?: boolean;
   bold?: boolean;
@@ -45,9 +45,9 @@ const COMMAND_TURN = 300;
  * Whether nothing was sampled between a sample and the one before: they lie three times as far apart as their
  * neighbours. The rule needs no rate, for a plot may span several.
  */
-export function isGap(t: Float64Array, at: number): boolean {
+export function isGap(t: Float64Array, at: number, never = NEVER_GAP_S): boolean {
   const here = (t[at] ?? 0) - (t[at - 1] ?? 0);
-  if (!(here > NEVER_GAP_S)) return false;
+  if (!(here > never)) return false;
   const before = at >= 2 ? (t[at - 1] ?? 0) - (t[at - 2] ?? 0) : Number.POSITIVE_INFINITY;
   const after = at + 1 < t.length ? (t[at + 1] ?? 0) - (t[at] ?? 0) : Number.POSITIVE_INFINITY;
   const usual = Math.min(before, after);
@@ -112,7 +112,7 @@ export function linePath(plot: uPlot, at: Projection, curve: PlotCurve): CurveDr
     value = v[i] ?? Number.NaN;
     if (
       Number.isNaN(value) ||
-      (curve.gaps && i > first && isGap(t, i)) ||
+      (curve.gaps && i > first && isGap(t, i, curve.gaps === true ? NEVER_GAP_S : curve.gaps)) ||
       (curve.wraps && isWrap(before, value, curve.dashed))
     ) {
       lift();
