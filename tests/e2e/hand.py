@@ -86,9 +86,9 @@ class Hand:
     def confirms(self) -> None:
         """Say that the horn is free if asked, and answer the dialog, whose job then ends well."""
         self.tick("horn-free")
-        self.press("confirm-save")
+        self.press("save-go")
         expect(self.page.get_by_test_id("step-read_back")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
-        self.press("job-close")
+        self.press("change-close")
 
     def _find(self, target: str | Locator) -> Locator:
         return self.page.get_by_test_id(target) if isinstance(target, str) else target

@@ -136,9 +136,9 @@ def test_the_records_show_what_was_written_and_undo_it(page: Page, demo: Demo, n
     page.get_by_test_id(f"snapshot-{taken}").click()
     page.get_by_test_id("differs-angle_limit_cw").get_by_role("checkbox").check()
     page.get_by_test_id("restore-ticked").click()
-    expect(page.get_by_test_id("plan-angle_limit_cw")).to_be_visible()
+    expect(page.get_by_test_id("snapshot-angle_limit_cw")).to_be_visible()
     assert demo.api.get(f"/servos/{uid}/parameters/angle_limit_cw").json()["value"] == held - 10, "a preview writes"
-    page.get_by_test_id("write-confirm").click()
+    page.get_by_test_id("snapshot-go").click()
     expect(page.get_by_test_id("records-note").first).to_contain_text("written and read back")
     assert demo.api.get(f"/servos/{uid}/parameters/angle_limit_cw").json()["value"] == held
 

@@ -63,12 +63,12 @@ def test_the_difference_is_shown_and_written_back_and_saved(meddled: tuple[Serve
     expect(row).to_contain_text(f"{found['angle_limit_cw']['was']:.1f}".replace("-", "−"))
     expect(row).to_contain_text(f"{found['angle_limit_cw']['now']:.1f}".replace("-", "−"))
     assert complaints(page) == []
-    expect(page.get_by_test_id("drift-save"), "a save is asked for, never assumed").not_to_be_checked()
-    page.get_by_test_id("drift-save").check()
+    expect(page.get_by_test_id("change-save"), "a save is asked for, never assumed").not_to_be_checked()
+    page.get_by_test_id("change-save").check()
     expect(dialog.get_by_test_id("after-save")).to_contain_text("restarts")
-    expect(page.get_by_test_id("drift-restore")).to_be_disabled()
+    expect(page.get_by_test_id("drift-go")).to_be_disabled()
     page.get_by_test_id("horn-free").check()
-    page.get_by_test_id("drift-restore").click()
+    page.get_by_test_id("drift-go").click()
     expect(dialog).to_have_count(0, timeout=30_000)
     assert limit(server, uid) == found["angle_limit_cw"]["was"]
     until(lambda: drift_of(server, uid) == [], 20, "it is still flagged")
@@ -80,7 +80,7 @@ def test_what_was_found_is_accepted_from_the_records(meddled: tuple[Server, Page
     held = limit(server, uid)
     page.goto(server.url + "records")
     page.get_by_test_id(f"known-{uid}").get_by_role("button", name="Changed outside").click()
-    page.get_by_test_id("drift-accept").click()
+    page.get_by_test_id("change-other").click()
     expect(page.get_by_test_id("drift-dialog")).to_have_count(0)
     assert limit(server, uid) == held, "accepting writes nothing"
     assert drift_of(server, uid) == []

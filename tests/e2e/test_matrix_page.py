@@ -65,13 +65,13 @@ def test_by_keyboard_cells_are_reached_edited_and_applied(page: Page, demo: Demo
     expect(page.get_by_test_id("matrix-bar")).to_contain_text("1 needs a look")
 
     page.get_by_test_id("matrix-review").click()
-    plan = page.get_by_test_id(f"plan-{uids[1]}")
+    plan = page.get_by_test_id(f"batch-{uids[1]}")
     expect(plan).to_contain_text("33")
     assert held(demo, uids[1], "angle_p_gain")["value"] == 40, "a plan writes nothing"
-    page.get_by_test_id("plan-go").click()
-    expect(page.get_by_test_id(f"result-{uids[1]}")).to_have_attribute("data-state", "ok")
+    page.get_by_test_id("batch-go").click()
+    expect(page.get_by_test_id(f"turn-{uids[1]}")).to_have_attribute("data-state", "done")
     assert held(demo, uids[1], "angle_p_gain")["value"] == 33
-    page.get_by_test_id("plan-close").click()
+    page.get_by_test_id("change-close").click()
     page.get_by_test_id("matrix-discard").click()
 
 
@@ -86,16 +86,16 @@ def test_a_row_is_set_on_all_and_saved_with_a_result_for_each(page: Page, demo: 
     page.get_by_test_id("set-go").click()
     expect(page.get_by_test_id("matrix-bar")).to_contain_text("4 changes on 4 servos")
     page.get_by_test_id("matrix-review").click()
-    page.get_by_test_id("plan-save").check()
-    expect(page.get_by_test_id("plan-dialog")).to_contain_text("restarts")
-    expect(page.get_by_test_id("plan-go")).to_be_disabled()
+    page.get_by_test_id("change-save").check()
+    expect(page.get_by_test_id("batch-dialog")).to_contain_text("restarts")
+    expect(page.get_by_test_id("batch-go")).to_be_disabled()
     page.get_by_test_id("horn-free").check()
-    page.get_by_test_id("plan-go").click()
+    page.get_by_test_id("batch-go").click()
     for uid in uids:
-        expect(page.get_by_test_id(f"result-{uid}")).to_have_attribute("data-state", "ok", timeout=40_000)
-        expect(page.get_by_test_id(f"result-{uid}")).to_contain_text("read back from ROM")
+        expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done", timeout=40_000)
+        expect(page.get_by_test_id(f"turn-{uid}")).to_contain_text("read back from ROM")
         assert held(demo, uid, "angle_d_gain")["rom"] == 44
-    page.get_by_test_id("plan-close").click()
+    page.get_by_test_id("change-close").click()
 
 
 def test_a_column_is_copied_to_the_others_but_for_who_they_are(page: Page, demo: Demo, uids: list[str]) -> None:
@@ -119,26 +119,26 @@ def test_a_plan_that_could_switch_servos_off_says_so_and_writes_nothing_without_
     page.get_by_test_id("set-value").fill("7.2")
     page.get_by_test_id("set-go").click()
     page.get_by_test_id("matrix-review").click()
-    dialog = page.get_by_test_id("plan-dialog")
+    dialog = page.get_by_test_id("batch-dialog")
     for uid in uids[:2]:
-        expect(page.get_by_test_id(f"plan-{uid}")).to_have_attribute("data-outcome", "rejected")
-        expect(page.get_by_test_id(f"plan-{uid}")).to_contain_text("could switch the output off at once")
+        expect(page.get_by_test_id(f"batch-{uid}")).to_have_attribute("data-outcome", "rejected")
+        expect(page.get_by_test_id(f"batch-{uid}")).to_contain_text("could switch the output off at once")
     expect(dialog).not_to_contain_text("confirm")
-    expect(page.get_by_test_id("plan-go")).to_have_count(0)
-    expect(page.get_by_test_id("plan-again")).to_be_disabled()
+    expect(page.get_by_test_id("batch-go")).to_have_count(0)
+    expect(page.get_by_test_id("change-again")).to_be_disabled()
     assert [held(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
 
     dialog.get_by_role("checkbox", name="I checked the supply").check()
-    page.get_by_test_id("plan-again").click()
-    expect(page.get_by_test_id("plan-go")).to_be_enabled()
+    page.get_by_test_id("change-again").click()
+    expect(page.get_by_test_id("batch-go")).to_be_enabled()
     assert [held(demo, uid, "voltage_limit_lower")["value"] for uid in uids[:2]] == [before, before]
     dialog.get_by_role("checkbox", name="I checked the supply").uncheck()
-    expect(page.get_by_test_id("plan-go")).to_have_count(0)
-    expect(page.get_by_test_id("plan-again")).to_be_disabled()
+    expect(page.get_by_test_id("batch-go")).to_have_count(0)
+    expect(page.get_by_test_id("change-again")).to_be_disabled()
     dialog.get_by_role("checkbox", name="I checked the supply").check()
-    page.get_by_test_id("plan-go").click()
+    page.get_by_test_id("batch-go").click()
     for uid in uids[:2]:
-        expect(page.get_by_test_id(f"result-{uid}")).to_have_attribute("data-state", "ok")
+        expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done")
         assert held(demo, uid, "voltage_limit_lower")["value"] == 7.2
         path = f"/servos/{uid}/parameters/voltage_limit_lower"
         demo.api.put(path, json={"value": before}).raise_for_status()

@@ -133,10 +133,10 @@ def test_a_limit_that_would_switch_the_servo_off_is_asked_about_written_and_undo
     box.fill("7.2")
     box.press("Enter")
     page.get_by_test_id("apply").click()
-    dialog = page.get_by_test_id("ask-back")
+    dialog = page.get_by_test_id("apply-dialog")
     expect(dialog).to_contain_text(re.compile(r"could switch the output off at once: the supply is 7\.\d\sV now"))
     expect(dialog).not_to_contain_text("confirm:")
-    expect(page.get_by_test_id("ask-back-go")).to_be_disabled()
+    expect(page.get_by_test_id("apply-go")).to_be_disabled()
 
     # no: nothing is written, the value stays staged
     dialog.get_by_role("button", name="Cancel").click()
@@ -145,7 +145,7 @@ def test_a_limit_that_would_switch_the_servo_off_is_asked_about_written_and_undo
 
     page.get_by_test_id("apply").click()
     dialog.get_by_role("checkbox").check()
-    page.get_by_test_id("ask-back-go").click()
+    page.get_by_test_id("apply-go").click()
     expect(page.get_by_test_id("row-voltage_limit_lower")).to_have_attribute("data-state", "applied")
     assert value(demo, uid, "voltage_limit_lower") == 7.2
 

@@ -77,7 +77,7 @@ def test_outputs_come_on_again_after_a_dialog_that_names_who_is_under_load(serve
     assert [output(server, uid) for uid in uids] == ["off", "brake", "off"]
 
     hand.press("restore-all")
-    dialog = page.get_by_test_id("restore-dialog")
+    dialog = page.get_by_test_id("output-dialog")
     expect(dialog).to_contain_text("Restore output of 3 servos?", timeout=SLOW_MS)
     expect(page.get_by_test_id("restore-load")).to_contain_text("Under load: Arm.")
     expect(page.get_by_test_id(f"restore-{arm}")).to_have_attribute("data-load", "true")
@@ -85,10 +85,10 @@ def test_outputs_come_on_again_after_a_dialog_that_names_who_is_under_load(serve
     assert [output(server, uid) for uid in uids] == ["off", "brake", "off"], "a look changes nothing"
     assert server.api.get("/stop").json()["latched"]
 
-    hand.press("restore-go")
-    expect(page.get_by_test_id("restore-job")).to_have_attribute("data-state", "succeeded", timeout=SLOW_MS)
-    expect(dialog).to_contain_text("Output is on: 3 servos")
-    hand.press("restore-close")
+    hand.press("output-go")
+    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
+    expect(page.get_by_test_id("job-dialog")).to_contain_text("Output is on: 3 servos")
+    hand.press("change-close")
     expect(page.get_by_test_id("stop-band")).to_have_count(0)
     expect(page.get_by_test_id("outputs-off")).to_have_count(0)
     assert [output(server, uid) for uid in uids] == ["on", "on", "on"]
@@ -102,10 +102,10 @@ def test_a_servo_that_lets_go_by_itself_is_kept_on_until_motion_is_turned_off(se
     expect(page.get_by_test_id(f"servo-row-{uid}")).to_be_visible()
     mouse.stop_and_clear()
     mouse.press("restore-all")
-    expect(page.get_by_test_id("restore-dialog")).to_contain_text("this page takes motion control")
-    mouse.press("restore-go")
-    expect(page.get_by_test_id("restore-job")).to_have_attribute("data-state", "succeeded", timeout=SLOW_MS)
-    mouse.press("restore-close")
+    expect(page.get_by_test_id("output-dialog")).to_contain_text("this page takes motion control")
+    mouse.press("output-go")
+    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
+    mouse.press("change-close")
     expect(page.get_by_test_id("kept-band")).to_contain_text("Output is on for 1 servo")
     end = time.monotonic() + 4  # a lease of 3 s, a timeout of 0.5 s
     while time.monotonic() < end:
@@ -130,8 +130,8 @@ def test_the_dialog_opens_only_after_the_server_agreed_and_not_for_a_stop_presse
     expect(page.get_by_role("dialog")).to_have_count(0)
     server.api.delete(f"/leases/{lease}").raise_for_status()
     mouse.press("restore-all")
-    expect(page.get_by_test_id("restore-dialog")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id("output-dialog")).to_be_visible(timeout=SLOW_MS)
     server.api.post("/stop?by=Ben").raise_for_status()
-    expect(page.get_by_test_id("restore-refused")).to_contain_text("Stop was pressed again")
-    expect(page.get_by_test_id("restore-go")).to_be_disabled()
+    expect(page.get_by_test_id("change-refused")).to_contain_text("Stop was pressed again")
+    expect(page.get_by_test_id("output-go")).to_be_disabled()
     assert output(server, uid) == "off"

@@ -108,8 +108,8 @@ def test_six_identical_servos_are_told_apart_one_restarts_one_row_gets_its_defau
     hand.press(page.locator(f"[data-testid=servo-row-{uid}] a.row-link"))
     tune_gain(hand, server, uid, 55)
     hand.choose("menu-restart")
-    expect(page.get_by_test_id("lost-angle_p_gain")).to_contain_text("55")
-    expect(page.get_by_test_id("lost-angle_p_gain")).to_contain_text(str(standard))
+    expect(page.get_by_test_id("restart-angle_p_gain")).to_contain_text("55")
+    expect(page.get_by_test_id("restart-angle_p_gain")).to_contain_text(str(standard))
     assert reading(server, uid, "angle_p_gain")["value"] == 55, "the question changes nothing"
     looks(hand)
     boots = server.api.get(f"/servos/{uid}").json()["uptime_s"]
@@ -120,7 +120,7 @@ def test_six_identical_servos_are_told_apart_one_restarts_one_row_gets_its_defau
     assert reading(server, uid, "angle_p_gain")["value"] == standard
     assert server.api.get(f"/servos/{uid}").json()["uptime_s"] < boots + 5
     looks(hand)
-    hand.press("servo-job-close")
+    hand.press("change-close")
 
     # one row to its default: staged by one press, sent by Apply
     tune_gain(hand, server, uid, 60)
@@ -138,18 +138,18 @@ def test_six_identical_servos_are_told_apart_one_restarts_one_row_gets_its_defau
     server.api.patch(f"/servos/{uid}", json={"label": "Winch"}).raise_for_status()
     page.goto(f"{server.url}servos/{uid}/motion")
     hand.choose("menu-factory-reset")
-    expect(page.get_by_test_id("reset-angle_p_gain")).to_contain_text("70")
-    expect(page.get_by_test_id("reset-dialog")).to_contain_text("Keep servo ID 7")
-    expect(page.get_by_test_id("reset-go")).to_be_disabled()
+    expect(page.get_by_test_id("factory-reset-angle_p_gain")).to_contain_text("70")
+    expect(page.get_by_test_id("factory-reset-dialog")).to_contain_text("Keep servo ID 7")
+    expect(page.get_by_test_id("factory-reset-go")).to_be_disabled()
     looks(hand)
     agree(hand)
     hand.type("reset-name", "Winch")
-    hand.press("reset-go")
+    hand.press("factory-reset-go")
     over(page)
     expect(page.get_by_test_id("step-verify")).to_have_attribute("data-state", "done")
     assert (reading(server, uid, "angle_p_gain")["rom"], reading(server, uid, "servo_id")["rom"]) == (standard, 7)
-    hand.press("servo-job-close")
-    expect(page.get_by_test_id("servo-job-dialog")).to_have_count(0)
+    hand.press("change-close")
+    expect(page.get_by_test_id("job-dialog")).to_have_count(0)
     assert told == []
 
 
@@ -178,7 +178,7 @@ def agree(hand: Hand) -> None:
 
 
 def over(page: Page) -> None:
-    expect(page.get_by_test_id("servo-job-dialog").locator("[data-state=over]")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_test_id("change-progress")).to_have_attribute("data-state", "done", timeout=SLOW_MS)
 
 
 def looks(hand: Hand) -> None:

@@ -87,7 +87,7 @@ def test_a_profile_is_chosen_for_the_ticked_servos(page: Page, demo: Demo) -> No
     page.get_by_test_id(f"select-{one['uid']}").check()
     page.get_by_test_id("apply-profile").click()
     page.get_by_test_id("profile-Bench").click()
-    dialog = page.get_by_test_id("apply-dialog")
+    dialog = page.get_by_test_id("profile-dialog")
     expect(dialog.get_by_test_id(f"apply-{one['uid']}").get_by_role("checkbox")).to_be_checked()
     expect(dialog.get_by_test_id(f"apply-{other['uid']}").get_by_role("checkbox")).not_to_be_checked()
 

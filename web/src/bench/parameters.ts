@@ -2,7 +2,7 @@
 import { batch, effect, type Signal, signal } from "@preact/signals";
 import { ask, Problem, problemOf } from "../api/client";
 import type { BatchRead } from "../api/config-types";
-import type { Parameters, ProblemBody, Reading, Value } from "../api/types";
+import type { Change, Parameters, ProblemBody, Reading, Value } from "../api/types";
 import { batched } from "./batched";
 import { catalog } from "./catalog";
 import { monotonic } from "./clock";
@@ -25,6 +25,16 @@ export type Outcome =
   | { kind: "clamped"; asked: Value }
   | { kind: "saved"; at: number };
 
+export type WantedValue = boolean | number | string;
+
+/** What the last write changed in RAM, to be written back; gone on the next visit. */
+export interface Written {
+  at: number;
+  /** When the servo had started, on our monotonic clock; null where it did not say. */
+  bootAt: number | null;
+  changes: readonly Change[];
+}
+
 export class Sheet {
   readonly uid: string;
   /** Keys this servo has, in the server's order; null until read. */
@@ -32,6 +42,9 @@ export class Sheet {
   readonly problem = signal<Problem | null>(null);
   readonly outcomes = signal<ReadonlyMap<string, Outcome>>(new Map());
   readonly busy = signal<"applying" | "saving" | null>(null);
+  /** A problem of the whole rather than of a row. */
+  readonly trouble = signal<string | null>(null);
+  readonly written: Signal<Written | null> = signal(null);
   readonly drafts = new Drafts();
   revision = "";
   #readings = new Map<string, Signal<KnownReading | undefined>>();
@@ -63,6 +76,19 @@ export class Sheet {
     const readAt = reading.age_s === null ? null : monotonic() - reading.age_s;
     this.reading(reading.key).value = { ...reading, value: reading.configured, ram: reading.value, readAt };
     this.#judge(reading.key);
+  }
+
+  /** What a write has read back; the socket tells what it means for other rows. */
+  takeWritten(revision: string, changes: readonly Change[]): void {
+    batch(() => {
+      this.revision = revision;
+      for (const { key, after } of changes) {
+        const held = this.reading(key).peek();
+        // Of torque mode the answer tells RAM, which Stop may switch.
+        if (held === undefined || after === null || key === "torque_mode") continue;
+        this.reading(key).value = { ...held, value: after, ram: after, readAt: monotonic(), stale: false };
+      }
+    });
   }
 
   /** Judges a typed number by what the row allows now. */

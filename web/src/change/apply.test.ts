@@ -2,7 +2,8 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Reading } from "../api/types";
 import { Sheet } from "../bench/parameters";
-import { apply, sheetProblem } from "./apply";
+import { apply } from "./apply";
+import { closeChange, shownChange } from "./flow";
 
 interface Sent {
   method: string;
@@ -47,7 +48,6 @@ beforeEach(() => {
   sheet = new Sheet("a".repeat(32));
   for (const key of ["a", "b"]) sheet.put(reading(key, 1));
   sheet.revision = "7";
-  sheetProblem.value = null;
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const headers = init.headers as Record<string, string>;
     sent.push({
@@ -90,7 +90,7 @@ describe("apply", () => {
     expect(sent[0]?.body).toEqual({ values: { a: 5 } });
     expect(sheet.drafts.get("b")?.text).toBe("999");
     sent = [];
-    stage("a", 1);
+    stage("a", 5);
     expect(await apply(sheet)).toBe(true);
     expect(sent).toEqual([]);
   });
@@ -148,10 +148,39 @@ describe("apply", () => {
     answer = { status: 412, body: { code: "stale_revision", detail: "", title: "", type: "", status: 412 } };
     stage("a", 5);
     await apply(sheet);
-    expect(sheetProblem.value?.text).toContain("somebody else");
+    expect(sheet.trouble.value).toContain("somebody else");
     expect(sent.map(one => one.method)).toEqual(["PATCH", "GET"]);
     expect(sheet.drafts.get("a")?.text).toBe("5");
     expect(sheet.revision).toBe("8");
+  });
+
+  test("what it has read back is what the row holds: nothing is asked for again", async () => {
+    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    stage("a", 5);
+    await apply(sheet);
+    expect(sent.map(one => one.method)).toEqual(["PATCH"]);
+    expect(sheet.held("a")).toBe(5);
+    expect(sheet.written.value?.changes).toEqual([change("a", "applied")]);
+  });
+
+  test("what the server wants confirmed is asked, and sent only with the word for it", async () => {
+    answer = {
+      status: 409,
+      body: { code: "needs_confirmation", status: 409, detail: "?", confirm: "supply" },
+    };
+    stage("a", 5);
+    expect(await apply(sheet)).toBe(false);
+    expect(outcome("a"), "nothing is wrong with it").toBeUndefined();
+    const flow = shownChange.value;
+    expect(flow?.mayGo.value).toBe(false);
+    await flow?.go();
+    expect(sent).toHaveLength(1);
+    if (flow) flow.agreed.value = ["supply"];
+    answer = { status: 200, body: { outcome: "applied", revision: "8", changes: [change("a", "applied")] } };
+    await flow?.go();
+    expect(sent[1]?.body).toEqual({ values: { a: 5 }, confirm: ["supply"] });
+    expect(sheet.drafts.map.value.size).toBe(0);
+    closeChange();
   });
 
   test("no server: said at the row", async () => {

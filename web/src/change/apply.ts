@@ -1,31 +1,17 @@
-/** Writing: staged edits to RAM in one PATCH, RAM to ROM by a job, and what each row is told of it. */
+/** Writing one servo's rows: staged edits to RAM, with or without a save, taking them back, and what each row is told. */
 
-import { signal } from "@preact/signals";
-import { ask, type Problem, problemOf } from "../api/client";
-import type { SafetyWord, SavePreview } from "../api/config-types";
-import type { Change, Job, ParametersPatched, Value } from "../api/types";
+import { type Problem, problemOf } from "../api/client";
+import type { SavePreview } from "../api/config-types";
+import type { Change, ParametersPatched, Value } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { staged } from "../bench/draft";
-import { endText, failureText, problemText } from "../bench/facts";
+import { problemText } from "../bench/facts";
 import { type KnownServo, peekServo } from "../bench/fleet";
 import { full } from "../bench/format";
-import { jobs, setJob, settled } from "../bench/jobs";
-import type { Outcome, Sheet } from "../bench/parameters";
+import type { Outcome, Sheet, WantedValue, Written } from "../bench/parameters";
 import { text } from "../text";
-
-/** The save under way or just ended, for the dialog; `shown` is false once it was hidden. */
-export const saving = signal<{ uid: string; job: string; keys: string[]; shown: boolean } | null>(null);
-
-/** A problem of the whole sheet rather than of a row. */
-export const sheetProblem = signal<{ uid: string; text: string } | null>(null);
-
-/** What the last write of a servo's page changed in RAM, to be written back; gone on the next visit. */
-export interface Written {
-  at: number;
-  /** When the servo had started, on our monotonic clock; null where it did not say. */
-  bootAt: number | null;
-  changes: readonly Change[];
-}
+import { type ChangeRequest, doChange, type Wish } from "./flow";
+import { followSave, followWrite, plannedPart, send, startJob } from "./send";
 
 /** An uptime is told in whole seconds, and late. */
 const SAME_BOOT_S = 3;
@@ -42,94 +28,142 @@ export function undoable(written: Written, sheet: Sheet): readonly Change[] {
   return written.changes.filter(change => sheet.held(change.key) === change.after);
 }
 
-export const lastWritten = signal<{ uid: string; written: Written } | null>(null);
-
-/** Asks whoever sits here; null is no. */
-export type AskBack = (problem: Problem) => Promise<SafetyWord | null>;
+type Values = ReadonlyMap<string, WantedValue>;
 
 export interface ApplyOptions {
-  askBack?: AskBack;
-
   /** These rows alone; other drafts stay drafts. */
   only?: readonly string[];
   headers?: Record<string, string>;
 }
 
 /** Writes the staged values to RAM, all or nothing. Answers whether everything asked for is there. */
-export async function apply(sheet: Sheet, options: ApplyOptions = {}): Promise<boolean> {
-  sheetProblem.value = null;
-  const all = staged(sheet.drafts.map.peek(), key => sheet.held(key));
-  const values = new Map([...all].filter(([key]) => options.only?.includes(key) ?? true));
+export async function apply(sheet: Sheet, { only, headers = {} }: ApplyOptions = {}): Promise<boolean> {
+  const values = new Map([...stagedIn(sheet)].filter(([key]) => only?.includes(key) ?? true));
+  sheet.trouble.value = null;
   if (values.size === 0) return true;
-  return write(sheet, values, options);
+  return doChange({
+    kind: "apply",
+    save: "never",
+    together: true,
+    quick: true,
+    count: values.size,
+    facts: sheet.uid,
+    run: async (wish, _, tell) => {
+      const answer = await write(sheet, values, wish, headers);
+      await followWrite(sheet.uid, answer, tell, "");
+      // The row says what the servo made of it.
+      if (answer.changes.some(one => !WELL.has(one.verdict))) tell("", { state: "failed" });
+    },
+  });
 }
 
-/** Writes these values to RAM, all or nothing, staged or not. */
-export async function write(
-  sheet: Sheet,
-  values: ReadonlyMap<string, WantedValue>,
-  options: ApplyOptions = {},
-): Promise<boolean> {
-  sheetProblem.value = null;
-  sheet.busy.value = "applying";
-  sheet.setOutcomes([...values.keys()].map(key => [key, { kind: "pending" }]));
-  try {
-    const answer = await patch(sheet, values, options, []);
-    sheet.revision = answer.revision;
-    const changes = answer.changes.filter(change => change.verdict !== "unchanged" && change.before !== null);
-    if (answer.outcome === "applied" && changes.length > 0) {
-      const bootAt = peekServo(sheet.uid)?.bootAt ?? null;
-      lastWritten.value = { uid: sheet.uid, written: { at: Date.now() / 1000, bootAt, changes } };
-    }
-    return takeOutcomes(sheet, answer);
-  } catch (error) {
-    refuse(sheet, [...values.keys()], problemOf(error), options.askBack !== undefined);
-    return false;
-  } finally {
-    await sheet.load();
-    sheet.busy.value = null;
-  }
+/** What was written last is written back. */
+export function undoChange(sheet: Sheet, changes: readonly Change[]): ChangeRequest {
+  const values: Values = new Map(
+    changes.flatMap(one => (one.before === null ? [] : [[one.key, one.before] as const])),
+  );
+  return {
+    kind: "undo",
+    save: "never",
+    quick: true,
+    needsChanges: true,
+    facts: sheet.uid,
+    plan: async wish => [plannedPart(sheet.uid, await patch(sheet, values, wish, { dry_run: true }), false)],
+    run: async (wish, _, tell) => {
+      // What is staged over it would be applied with the next press, and undo the undo.
+      sheet.drafts.drop(values.keys());
+      const answer = await write(sheet, values, wish);
+      sheet.written.value = null;
+      await followWrite(sheet.uid, answer, tell);
+    },
+  };
 }
 
-export type WantedValue = boolean | number | string;
+/** RAM goes into ROM, with what is staged written to RAM first. */
+export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest {
+  const { uid } = sheet;
+  const path = `/servos/${uid}/save`;
+  return {
+    kind: "save",
+    save: "always",
+    count: keys.length,
+    plan: async wish => {
+      const values = stagedIn(sheet);
+      sheet.trouble.value = null;
+      const answer: SavePreview =
+        values.size === 0
+          ? await send("POST", path, { confirm: wish.confirm, dry_run: true })
+          : await patch(sheet, values, wish, { dry_run: true });
+      return [{ ...plannedPart(uid, answer, true), changes: [] }];
+    },
+    run: async (wish, _, tell) => {
+      const values = stagedIn(sheet);
+      sheet.busy.value = "saving";
+      try {
+        const why =
+          values.size === 0
+            ? await followSave(uid, await startJob(path, { confirm: wish.confirm }), keys, tell)
+            : await followWrite(uid, await write(sheet, values, wish), tell, uid, keys);
+        if (why !== null) sheet.trouble.value = text.save.notSaved(why);
+      } finally {
+        sheet.busy.value = null;
+      }
+    },
+  };
+}
 
-/** Sends it; and again, with one more word, each time somebody agrees to what the server asks back. */
-async function patch(
+const stagedIn = (sheet: Sheet): Values => staged(sheet.drafts.map.peek(), key => sheet.held(key));
+
+function patch(
   sheet: Sheet,
-  values: ReadonlyMap<string, WantedValue>,
-  options: ApplyOptions,
-  confirm: readonly SafetyWord[],
+  values: Values,
+  { save, confirm }: Wish,
+  more: { dry_run?: true; headers?: Record<string, string> } = {},
 ): Promise<ParametersPatched> {
+  const { headers, ...dry } = more;
+  const body = {
+    values: Object.fromEntries(values),
+    ...(confirm.length > 0 ? { confirm } : {}),
+    ...(save ? { save } : {}),
+    ...dry,
+  };
+  return send("PATCH", `/servos/${sheet.uid}/parameters`, body, {
+    headers: { "If-Match": sheet.revision, ...headers },
+  });
+}
+
+/** Writes values, all or nothing: each row is told what came of it, and what can be taken back is kept. */
+async function write(
+  sheet: Sheet,
+  values: Values,
+  wish: Wish,
+  headers: Record<string, string> = {},
+): Promise<ParametersPatched> {
+  const keys = [...values.keys()];
+  sheet.trouble.value = null;
+  sheet.busy.value = "applying";
+  sheet.setOutcomes(keys.map(key => [key, { kind: "pending" }]));
   try {
-    return await ask<ParametersPatched>("PATCH", `/servos/${sheet.uid}/parameters`, {
-      body: { values: Object.fromEntries(values), ...(confirm.length > 0 ? { confirm } : {}) },
-      headers: { "If-Match": sheet.revision, ...options.headers },
-      timeout_ms: 30_000,
-    });
+    const answer = await patch(sheet, values, wish, { headers });
+    sheet.takeWritten(answer.revision, answer.changes);
+    const changes = answer.changes.filter(one => one.verdict !== "unchanged" && one.before !== null);
+    if (answer.outcome === "applied" && !wish.save && changes.length > 0) {
+      sheet.written.value = {
+        at: Date.now() / 1000,
+        bootAt: peekServo(sheet.uid)?.bootAt ?? null,
+        changes,
+      };
+    }
+    takeOutcomes(sheet, answer);
+    return answer;
   } catch (error) {
     const problem = problemOf(error);
-    const word =
-      problem.code === "needs_confirmation" ? await askSomebody(sheet, values, options, problem) : null;
-    if (word === null || confirm.includes(word)) throw error;
-    return patch(sheet, values, options, [...confirm, word]);
+    refuse(sheet, keys, problem);
+    if (problem.code !== "needs_confirmation") await sheet.load();
+    throw problem;
+  } finally {
+    sheet.busy.value = null;
   }
-}
-
-/** While somebody thinks about it nothing is being written, and no row says so. */
-async function askSomebody(
-  sheet: Sheet,
-  values: ReadonlyMap<string, WantedValue>,
-  options: ApplyOptions,
-  problem: Problem,
-): Promise<SafetyWord | null> {
-  if (!options.askBack) return null;
-  const say = (outcome: Outcome | null) => sheet.setOutcomes([...values.keys()].map(key => [key, outcome]));
-  say(null);
-  sheet.busy.value = null;
-  const word = await options.askBack(problem);
-  sheet.busy.value = "applying";
-  say({ kind: "pending" });
-  return word;
 }
 
 /** Takes the answer of a write of some rows: drafts that are done go, each row is told. Answers whether all is well. */
@@ -173,116 +207,21 @@ function failure(change: Change, culprits: Change[], why: string | null): Outcom
 }
 
 /** Tells rows that nothing was written, and why: the row the problem names, or all of them. */
-export function refuse(sheet: Sheet, keys: string[], problem: Problem, declined = false): void {
+export function refuse(sheet: Sheet, keys: string[], problem: Problem): void {
   const named = [problem.facts.key, problem.facts.parameter].find(
     fact => typeof fact === "string" && keys.includes(fact),
   );
-  // Whoever was asked said no: it stays staged, and nothing is wrong with it.
-  if (problem.code === "needs_confirmation" && declined) {
+  // It stays staged, and nothing is wrong with it: somebody is asked.
+  if (problem.code === "needs_confirmation") {
     sheet.setOutcomes(keys.map(key => [key, null]));
     return;
   }
   if (problem.code === "stale_revision") {
-    sheetProblem.value = { uid: sheet.uid, text: text.rows.staleRevision };
+    sheet.trouble.value = text.rows.staleRevision;
     sheet.setOutcomes(keys.map(key => [key, null]));
     return;
   }
   const what = text.rows.notWritten(problemText(problem));
   const hit = typeof named === "string" ? [named] : keys;
   sheet.setOutcomes(keys.map(key => [key, hit.includes(key) ? { kind: "failed", what, rest: "" } : null]));
-}
-
-/** Starts the save of a servo, and once only, however often the request is sent. Throws what the server answers. */
-export function startSave(uid: string, confirm: readonly SafetyWord[]): Promise<Job> {
-  const headers = { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` };
-  return ask<Job>("POST", `/servos/${uid}/save`, { body: { confirm }, headers });
-}
-
-/** What a save of RAM, or of RAM with what is staged, would do. Nothing is written; refused as the save itself is. */
-export function planSave(sheet: Sheet, confirm: readonly SafetyWord[]): Promise<SavePreview> {
-  const values = stagedIn(sheet);
-  if (values.size === 0) {
-    return ask<SavePreview>("POST", `/servos/${sheet.uid}/save`, { body: { confirm, dry_run: true } });
-  }
-  return patchAndSave(sheet, values, confirm, true);
-}
-
-/** Writes what is staged and saves, as one request. The dialog follows the job; the rows are told when it has ended. */
-export async function applyAndSave(
-  sheet: Sheet,
-  keys: readonly string[],
-  confirm: readonly SafetyWord[],
-): Promise<void> {
-  const values = stagedIn(sheet);
-  sheetProblem.value = null;
-  sheet.busy.value = values.size > 0 ? "applying" : "saving";
-  try {
-    const job = await (values.size > 0
-      ? writeAndSave(sheet, values, confirm)
-      : startSave(sheet.uid, confirm).then(begun => {
-          // What the socket told of it meanwhile is newer than this answer.
-          if (!jobs.peek().has(begun.id)) setJob(begun);
-          return begun.id;
-        }));
-    if (job === null) return;
-    sheet.busy.value = "saving";
-    saving.value = { uid: sheet.uid, job, keys: [...keys], shown: true };
-    await followSave(sheet, job, keys);
-  } catch (error) {
-    refuse(sheet, [...values.keys()], problemOf(error));
-    if (sheetProblem.peek() === null) {
-      sheetProblem.value = { uid: sheet.uid, text: text.save.notSaved(problemText(problemOf(error))) };
-    }
-    await sheet.load();
-  } finally {
-    sheet.busy.value = null;
-  }
-}
-
-const stagedIn = (sheet: Sheet) => staged(sheet.drafts.map.peek(), key => sheet.held(key));
-
-function patchAndSave(
-  sheet: Sheet,
-  values: ReadonlyMap<string, WantedValue>,
-  confirm: readonly SafetyWord[],
-  dryRun: boolean,
-): Promise<ParametersPatched> {
-  return ask<ParametersPatched>("PATCH", `/servos/${sheet.uid}/parameters`, {
-    body: { values: Object.fromEntries(values), confirm, save: true, ...(dryRun ? { dry_run: true } : {}) },
-    headers: { "If-Match": sheet.revision },
-    timeout_ms: 30_000,
-  });
-}
-
-/** The job that saves; null when the values were not written, which the rows say. */
-async function writeAndSave(
-  sheet: Sheet,
-  values: ReadonlyMap<string, WantedValue>,
-  confirm: readonly SafetyWord[],
-): Promise<string | null> {
-  sheet.setOutcomes([...values.keys()].map(key => [key, { kind: "pending" }]));
-  const answer = await patchAndSave(sheet, values, confirm, false);
-  sheet.revision = answer.revision;
-  takeOutcomes(sheet, answer);
-  if (answer.outcome === "applied" && answer.job) return answer.job;
-  await sheet.load();
-  if (answer.outcome === "applied") {
-    sheetProblem.value = {
-      uid: sheet.uid,
-      text: text.save.notSaved(answer.problem ? failureText(answer.problem) : ""),
-    };
-  }
-  return null;
-}
-
-async function followSave(sheet: Sheet, job: string, keys: readonly string[]): Promise<void> {
-  const end = await settled(job);
-  await sheet.load();
-  if (end.state === "succeeded") {
-    const at = end.ended_at ?? Date.now() / 1000;
-    const left = new Set(peekServo(sheet.uid)?.unsaved ?? []);
-    sheet.setOutcomes(keys.filter(key => !left.has(key)).map(key => [key, { kind: "saved", at }]));
-  } else {
-    sheetProblem.value = { uid: sheet.uid, text: endText(end) };
-  }
 }

@@ -1,5 +1,4 @@
 /** Choose a profile for servos that are already chosen; the dialog that applies it does the rest. */
-import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { ask } from "../api/client";
 import type { Profile } from "../api/config-types";
@@ -7,9 +6,11 @@ import { Asked } from "../bench/asked";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
+import { Note } from "../kit/note";
 import { text } from "../text";
 import { records, matrix as words } from "../text/topics";
-import { ApplyDialog } from "./apply-profile";
+import { openChange } from "./flow";
+import { profileChange } from "./requests";
 import "./change.css";
 
 const said = words.profile;
@@ -18,8 +19,6 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
   const list = useMemo(() => new Asked<Profile[]>(), []);
   const load = () => void list.load(() => ask<Profile[]>("GET", "/profiles"));
   useEffect(load, []);
-  const chosen = useSignal<Profile | null>(null);
-  if (chosen.value !== null) return <ApplyDialog one={chosen.value} uids={uids} onClose={onClose} />;
   const found = list.value.value;
   return (
     <Dialog
@@ -33,9 +32,9 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
       }
     >
       {list.problem.value !== null && (
-        <p class="refusal" role="alert">
+        <Note>
           {records.failed(list.problem.value)} <Button onClick={load}>{records.again}</Button>
-        </p>
+        </Note>
       )}
       {found === null && list.problem.value === null && <p>{records.loading}</p>}
       {found?.length === 0 && (
@@ -54,7 +53,8 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
               <Button
                 testid={`profile-${one.name}`}
                 onClick={() => {
-                  chosen.value = one;
+                  onClose();
+                  openChange(profileChange(one, uids));
                 }}
               >
                 {one.name}

@@ -7,13 +7,12 @@ import { angle, number, withUnit } from "../bench/format";
 import { limitsOf } from "../bench/servo-condition";
 import { Dial } from "../kit/dial";
 import { Glyph } from "../kit/glyph";
-import { restarting as words } from "../text/topics";
-import type { Verb } from "./servo-jobs";
+import { changing as words } from "../text/topics";
 
 interface Props {
   one: KnownServo;
   forecast: Forecast;
-  verb: Verb | "save";
+  verb: "save" | "restart" | "factory-reset";
   /** Further sentences below it. */
   children?: ComponentChildren;
 }

@@ -1,16 +1,14 @@
 /** Every dialog that can save asks whether the horn can turn freely, where a restart may turn it; none begins with save. */
-import { type ComponentChildren, render } from "preact";
+import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
-import { Problem } from "../api/client";
 import type { Forecast, Profile, Restored } from "../api/config-types";
 import type { Job, Servo } from "../api/types";
-import { openDrift } from "../bench/drift-open";
 import { replaceAll } from "../bench/fleet";
 import { link } from "../bench/link";
-import { ApplyDialog } from "./apply-profile";
-import { DriftDialog } from "./drift-dialog";
-import { WriteDialog } from "./write-dialog";
+import { ChangeDialog } from "./dialog";
+import { beginChange, openChange, shownChange } from "./flow";
+import { openDrift, profileChange, snapshotChange } from "./requests";
 
 const UID = "e".repeat(32);
 const OTHER = "f".repeat(32);
@@ -24,6 +22,7 @@ const TURNS = { moves: true, code: "unknown_start" } as Forecast;
 const HOLDS = { moves: false, code: "no_torque" } as Forecast;
 /** What the server says that a save does to the horn. */
 let restart: Forecast;
+let refused: { code: string; status: number; detail: string; confirm?: string } | null;
 const planOf = (save: boolean) => ({ ...plan, restart: save ? restart : null });
 const planned = (uids: readonly string[], save: boolean) =>
   ({
@@ -48,12 +47,14 @@ beforeEach(() => {
   link.value = { state: "up", since: 0 };
   replaceAll([servo(UID), servo(OTHER)]);
   restart = TURNS;
+  refused = null;
   document.body.append(root);
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const body = init.body ? JSON.parse(String(init.body)) : {};
+    if (refused) return new Response(JSON.stringify(refused), { status: refused.status });
     const answer = url.endsWith("/drift")
       ? drift
-      : url.endsWith("/parameters")
+      : url.endsWith("/parameters") || url.endsWith("/restore")
         ? planOf(body.save)
         : planned(body.uids, body.save);
     return new Response(JSON.stringify(answer));
@@ -61,7 +62,7 @@ beforeEach(() => {
 });
 
 afterEach(() => {
-  openDrift.value = null;
+  shownChange.value = null;
   act(() => render(null, root));
   root.remove();
   vi.unstubAllGlobals();
@@ -70,66 +71,43 @@ afterEach(() => {
 const found = (testid: string) => root.querySelector<HTMLInputElement>(`[data-testid="${testid}"]`);
 const press = (testid: string) => act(async () => found(testid)?.click());
 
-/** Ticks Save; the dialog of a profile is asked for its preview once more. */
-async function tick(save: string): Promise<void> {
-  await press(save);
+/** Ticks Save: what is planned is another change then, and is asked for once more. */
+async function tick(): Promise<void> {
+  await press("change-save");
   await act(async () => new Promise(resolve => setTimeout(resolve, 2)));
-  if (save === "apply-save") {
-    expect(found("apply-confirm")?.disabled, "what was planned was without a save").toBe(true);
-    await press("apply-preview");
-    await act(async () => undefined);
-  }
 }
 
-async function show(children: ComponentChildren): Promise<void> {
-  await act(async () => render(children, root));
-  await act(async () => undefined);
+async function show(open: () => unknown): Promise<void> {
+  await act(async () => render(<ChangeDialog />, root));
+  await act(async () => void (await open()));
+  await act(async () => new Promise(resolve => setTimeout(resolve, 2)));
 }
 
 const profile = { name: "Elevator", values: {}, model: null } as unknown as Profile;
-const close = () => undefined;
+const snapshot = () => beginChange(snapshotChange(UID, 1, null, () => undefined));
 const DIALOGS = [
-  ["restore of a snapshot", "write-save", "write-confirm", () => show(<Write />)],
-  ["what was changed outside", "drift-save", "drift-restore", showDrift],
-  ["profile", "apply-save", "apply-confirm", showProfile],
+  ["restore of a snapshot", "snapshot-go", () => show(snapshot)],
+  ["what another tool changed", "drift-go", () => show(() => openDrift(UID))],
+  ["profile", "profile-go", showProfile],
 ] as const;
 
-function Write() {
-  return (
-    <WriteDialog
-      uid={UID}
-      name="Gripper"
-      write={async wish => planOf(wish.save)}
-      onClose={close}
-      onRefused={close}
-    />
-  );
-}
-
-function Drift() {
-  openDrift.value = UID;
-  return <DriftDialog />;
-}
-
-/** What it differs in is read first, then asked about. */
-async function showDrift(): Promise<void> {
-  await show(<Drift />);
-  await act(async () => new Promise(resolve => setTimeout(resolve, 2)));
-}
-
 async function showProfile(): Promise<void> {
-  await show(<ApplyDialog one={profile} uids={[UID]} onClose={close} />);
-  await press("apply-preview");
+  await show(() => openChange(profileChange(profile, [UID])));
+  await preview();
+}
+
+async function preview(): Promise<void> {
+  await press("change-again");
   await act(async () => undefined);
 }
 
-describe.each(DIALOGS)("%s", (_, save, go, open) => {
+describe.each(DIALOGS)("%s", (_, go, open) => {
   test("does not begin with save; with it, the horn is asked about, and the button waits for the answer", async () => {
     await open();
-    expect(found(save)?.checked).toBe(false);
+    expect(found("change-save")?.checked).toBe(false);
     expect(found("horn-free")).toBeNull();
     expect(found(go)?.disabled).toBe(false);
-    await tick(save);
+    await tick();
     expect(found("after-save")?.textContent).toContain("moves to 0.0°");
     expect(found(go)?.disabled).toBe(true);
     await press("horn-free");
@@ -139,7 +117,7 @@ describe.each(DIALOGS)("%s", (_, save, go, open) => {
   test("does not ask where the restart turns nothing", async () => {
     restart = HOLDS;
     await open();
-    await tick(save);
+    await tick();
     expect(found("after-save")?.textContent).toContain("torque off");
     expect(found("horn-free")).toBeNull();
     expect(found(go)?.disabled).toBe(false);
@@ -148,29 +126,36 @@ describe.each(DIALOGS)("%s", (_, save, go, open) => {
 
 test("a yes for one horn is none for another", async () => {
   await showProfile();
-  await tick("apply-save");
+  await tick();
   await press("horn-free");
-  expect(found("apply-confirm")?.disabled).toBe(false);
+  expect(found("profile-go")?.disabled).toBe(false);
   await act(async () => found(`apply-${OTHER}`)?.querySelector("input")?.click());
-  await press("apply-preview");
-  await act(async () => undefined);
+  expect(found("profile-go"), "what was planned was another change").toBeNull();
+  await preview();
   expect(found("horn-free")?.checked).toBe(false);
-  expect(found("apply-confirm")?.disabled).toBe(true);
+  expect(found("profile-go")?.disabled).toBe(true);
 });
 
 describe("a refused dry run", () => {
   test("keeps the dialog of a restore from opening, and says why", async () => {
-    const refused = vi.fn();
-    const write = () => Promise.reject(new Problem("stopped", 423, "Stopped."));
-    await show(<WriteDialog uid={UID} name="Gripper" write={write} onClose={close} onRefused={refused} />);
-    expect(found("write-dialog")).toBeNull();
-    expect(refused).toHaveBeenCalledExactlyOnceWith(expect.stringContaining("clear the stop first"));
+    refused = { code: "stopped", status: 423, detail: "Stopped." };
+    await show(() => undefined);
+    await act(async () => expect(await snapshot()).toContain("clear the stop first"));
+    expect(found("snapshot-dialog")).toBeNull();
   });
 
   test("that only wants a yes opens it with the question", async () => {
-    const write = () => Promise.reject(new Problem("needs_confirmation", 409, "?", { confirm: "supply" }));
-    await show(<WriteDialog uid={UID} name="Gripper" write={write} onClose={close} onRefused={close} />);
-    expect(found("write-dialog")?.textContent).toContain("I checked the supply");
-    expect(found("write-confirm")).toBeNull();
+    refused = { code: "needs_confirmation", status: 409, detail: "?", confirm: "supply" };
+    await show(snapshot);
+    expect(found("snapshot-dialog")?.textContent).toContain("I checked the supply");
+    expect(found("snapshot-go")).toBeNull();
+    expect(found("change-again")?.disabled).toBe(true);
+    refused = null;
+    await press("confirm-supply");
+    await press("change-again");
+    await act(async () => new Promise(resolve => setTimeout(resolve, 2)));
+    expect(found("snapshot-go")?.disabled).toBe(false);
+    await press("confirm-supply");
+    expect(found("snapshot-go"), "a word that is taken back").toBeNull();
   });
 });

@@ -1,6 +1,8 @@
 /** The list of a job's steps with their evidence, as commissioning, profiles and reports show it. */
 import type { Job, JobStep } from "../api/types";
-import { withUnit } from "../bench/format";
+import { now } from "../bench/clock";
+import { angleOf, servo } from "../bench/fleet";
+import { angle, withUnit } from "../bench/format";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { text } from "../text";
@@ -19,31 +21,57 @@ interface Props {
   inRam?: boolean;
   /** The job has ended: what steps said of steps to come is past. */
   over?: boolean;
+  /** Its servo, whose angle is shown while the horn turns. */
+  uid?: string | null;
 }
 
-export function JobSteps({ kind, steps, label, name, bare = false, inRam = false, over = false }: Props) {
+export function JobSteps({
+  kind,
+  steps,
+  label,
+  name,
+  bare = false,
+  inRam = false,
+  over = false,
+  uid,
+}: Props) {
   return (
     <ol class="job-steps" aria-label={label}>
-      {steps.map(step => (
-        <li
-          key={step.name}
-          class={`step ${step.state}`}
-          data-testid={`step-${step.name}`}
-          data-state={step.state}
-        >
-          <Mark state={step.state} inRam={inRam} />
-          <span class="step-text">
-            <span class={step.state === "running" || step.state === "failed" ? "strong" : ""}>
-              {name ? name(step) : stepText(kind, step, bare)}
+      {steps.map(step => {
+        const called = name ? name(step) : stepText(kind, step, bare);
+        const never = over && step.state === "waiting";
+        const under = [liveAngle(step, uid ?? null), step.evidence ? evidenceText(step, over) : ""]
+          .filter(Boolean)
+          .join(" ");
+        return (
+          <li
+            key={step.name}
+            class={`step ${step.state}`}
+            data-testid={`step-${step.name}`}
+            data-state={step.state}
+          >
+            <Mark state={step.state} inRam={inRam} />
+            <span class="step-text">
+              <span class={step.state === "running" || step.state === "failed" ? "strong" : ""}>
+                {step.state === "failed" ? text.job.notConfirmed(called) : called}
+              </span>
+              {under !== "" && <small class="second">{under}</small>}
             </span>
-            {step.evidence && <small class="second">{evidenceText(step, over)}</small>}
-          </span>
-          <span class="small dim">{took(step)}</span>
-          <span class="hidden-text">{text.job.stepState[step.state]}</span>
-        </li>
-      ))}
+            <span class="small dim">
+              {never ? text.job.never : step.state === "skipped" ? text.job.stepState.skipped : took(step)}
+            </span>
+            {!never && <span class="hidden-text">{text.job.stepState[step.state]}</span>}
+          </li>
+        );
+      })}
     </ol>
   );
+}
+
+function liveAngle(step: JobStep, uid: string | null): string {
+  if (uid === null || step.state !== "running" || step.code !== "soft_start") return "";
+  const one = servo(uid);
+  return one ? text.job.liveAngle(angle(angleOf(one, now.value).value)) : "";
 }
 
 function took(step: JobStep): string {

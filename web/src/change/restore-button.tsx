@@ -2,8 +2,8 @@
 import { useSignal } from "@preact/signals";
 import { motion } from "../bench/motion";
 import { Button } from "../kit/button";
-import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
+import { Note } from "../kit/note";
 import { text } from "../text";
 import { planRestore } from "./restoring";
 
@@ -40,9 +40,5 @@ export function RestoreButton({ uids, onRefused, testid }: Props) {
 /** Why the dry run was refused, where the button stands in a line of its own. */
 export function RestoreRefused({ why }: { why: string | null }) {
   if (why === null) return null;
-  return (
-    <p class="refusal" role="alert" data-testid="restore-refused">
-      <Glyph kind="failure" size={14} /> {why}
-    </p>
-  );
+  return <Note testid="restore-refused">{why}</Note>;
 }

@@ -5,7 +5,8 @@ import { stop } from "../bench/bench";
 import { link } from "../bench/link";
 import { endMotion, motion } from "../bench/motion";
 import { stopButton } from "../testing/stop-button";
-import { type Prospect, planned, planRestore, restore } from "./restoring";
+import { shownChange } from "./flow";
+import { type OutputFacts, type Prospect, planRestore, restore } from "./restoring";
 
 const [FREE, BRAKED, HOT] = ["a", "b", "c"].map(one => one.repeat(32)) as [string, string, string];
 const HOT_PROBLEM = {
@@ -40,7 +41,7 @@ beforeEach(() => {
   endMotion(null);
   sent = [];
   refuse = null;
-  planned.value = null;
+  shownChange.value = null;
   plan = { clears_stop: true, servos: [] };
   link.value = { state: "up", since: 0 };
   stop.value = null;
@@ -76,15 +77,15 @@ beforeEach(() => {
 test("the dialog opens when the dry run has succeeded, and not when it was refused", async () => {
   refuse = "busy";
   expect(await planRestore(null)).not.toBeNull();
-  expect(planned.value).toBeNull();
+  expect(shownChange.value).toBeNull();
   refuse = null;
   expect(await planRestore(null), "nobody to restore").not.toBeNull();
   plan.servos = [prospect(HOT, { problem: HOT_PROBLEM })];
   expect(await planRestore(null), "none that could be").not.toBeNull();
-  expect(planned.value).toBeNull();
+  expect(shownChange.value).toBeNull();
   plan.servos = [prospect(FREE), prospect(HOT, { problem: HOT_PROBLEM })];
   expect(await planRestore(null)).toBeNull();
-  expect(planned.value).toEqual(plan);
+  expect((shownChange.value?.request.facts as OutputFacts | undefined)?.plan.value).toEqual(plan);
 });
 
 test("those that were named are restored, a load is agreed to only where one was named, and no lease is taken", async () => {

@@ -1,18 +1,19 @@
 /** Restoring outputs that Stop, motion control or a page switched off: the dry run, then the job that does it. */
 
-import { computed, signal } from "@preact/signals";
-import { ask, Problem, problemOf } from "../api/client";
+import { computed, type Signal, signal } from "@preact/signals";
+import { Problem } from "../api/client";
 import type { Job, OutputRestorePreview } from "../api/types";
-import { problemText } from "../bench/facts";
+import { stop } from "../bench/bench";
 import { all, type KnownServo } from "../bench/fleet";
 import { holder } from "../bench/holder";
-import { jobs, setJob, settled } from "../bench/jobs";
 import { motion, takeControl } from "../bench/motion";
 import { switchedOff } from "../bench/output";
 import { forget } from "../bench/release";
 import { route } from "../bench/route";
 import { stopSeen } from "../bench/stop-sight";
 import { text } from "../text";
+import { beginChange, type ChangeRequest, type Tell } from "./flow";
+import { followTogether, send, startJob } from "./send";
 
 /** Servos whose output the session took and can give back. */
 export const restorable = computed(() => all.value.filter(canRestore));
@@ -23,24 +24,45 @@ export function canRestore(one: KnownServo): boolean {
 
 export type Prospect = OutputRestorePreview["servos"][number];
 
-/** What the dialog asks about, found by a dry run; null while it is closed. */
-export const planned = signal<OutputRestorePreview | null>(null);
-
 /** The lease that was taken to keep outputs on. */
 export const keptOn = signal<string | null>(null);
 
+export interface OutputFacts {
+  plan: Signal<OutputRestorePreview | null>;
+  /** Stop was pressed after the plan. */
+  stopped: () => boolean;
+}
+
 /** Has the server check everything, and opens the dialog. The answer is why not, in words. `uids`: null for all. */
-export async function planRestore(uids: readonly string[] | null): Promise<string | null> {
-  try {
-    const found = await send<OutputRestorePreview>({ uids, dry_run: true }, ownLease());
-    const problem = found.servos.every(one => one.problem) ? found.servos[0]?.problem : undefined;
-    if (problem) return problemText(toProblem(problem));
-    if (found.servos.length === 0) return text.output.nothing;
-    planned.value = found;
-    return null;
-  } catch (error) {
-    return problemText(problemOf(error));
-  }
+export function planRestore(uids: readonly string[] | null): Promise<string | null> {
+  return beginChange(outputChange(uids));
+}
+
+export function outputChange(uids: readonly string[] | null): ChangeRequest & { facts: OutputFacts } {
+  const plan: OutputFacts["plan"] = signal(null);
+  const opened = stop.peek()?.at ?? null;
+  const facts = { plan, stopped: () => stop.value?.latched === true && stop.value.at !== opened };
+  return {
+    kind: "output",
+    save: "never",
+    together: true,
+    facts,
+    ready: () => !facts.stopped(),
+    plan: async () => {
+      const body = { uids, dry_run: true };
+      const found = await send<OutputRestorePreview>("POST", path(), body, leased());
+      if (found.servos.length === 0) throw new Problem("nothing_to_restore", 0, text.output.nothing);
+      plan.value = found;
+      return found.servos.map(one => ({
+        uid: one.uid,
+        changes: [],
+        problem: one.problem ? toProblem(one.problem) : null,
+      }));
+    },
+    run: async (_, __, tell) => {
+      if (plan.value) await restore(plan.value, tell);
+    },
+  };
 }
 
 export function toProblem(found: NonNullable<Prospect["problem"]>): Problem {
@@ -63,20 +85,16 @@ export function restoredBy(job: Job): readonly OutputRestored[] {
   return (job.result as { servos?: OutputRestored[] } | null)?.servos ?? [];
 }
 
-/** Does what was planned and agreed to; `begun` is told the job. Takes motion control where a servo lets go by itself. */
-export async function restore(plan: OutputRestorePreview, begun: (id: string) => void): Promise<void> {
+/** Does what was planned and agreed to. Takes motion control where a servo lets go by itself. */
+export async function restore(plan: OutputRestorePreview, tell: Tell): Promise<void> {
   const uids = able(plan).map(one => one.uid);
   const here = route.peek().uid;
   // Its page shows it under command, not another of them.
   if (here && uids.includes(here)) uids.unshift(...uids.splice(uids.indexOf(here), 1));
   const confirm = able(plan).some(one => one.under_load) ? ["load"] : [];
   const run = async (lease: string | null) => {
-    const job = await send<Job>({ uids, confirm }, lease);
-    // What the socket told of it meanwhile is newer than this answer.
-    if (!jobs.peek().has(job.id)) setJob(job);
-    begun(job.id);
-    const done = restoredBy(await settled(job.id));
-    const on = done.flatMap(one => (one.outcome === "on" ? [one.uid] : []));
+    const end = await followTogether(await startJob(path(), { uids, confirm }, leased(lease)), tell);
+    const on = restoredBy(end).flatMap(one => (one.outcome === "on" ? [one.uid] : []));
     for (const uid of on) forget(uid);
     return on;
   };
@@ -100,10 +118,6 @@ function ownLease(): string | null {
   return present.phase === "held" ? present.lease : null;
 }
 
-function send<Answer>(body: object, lease: string | null): Promise<Answer> {
-  return ask<Answer>("POST", `/stop/restore?by=${encodeURIComponent(holder())}`, {
-    body,
-    headers: lease === null ? {} : { Lease: lease },
-    timeout_ms: 30_000,
-  });
-}
+const path = () => `/stop/restore?by=${encodeURIComponent(holder())}`;
+
+const leased = (lease = ownLease()) => ({ headers: lease === null ? {} : { Lease: lease } });

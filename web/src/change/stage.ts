@@ -3,9 +3,8 @@ import type { Row } from "../api/types";
 import type { Draft } from "../bench/draft";
 import { decimalsOf, number } from "../bench/format";
 import { check, checkValue } from "../bench/number";
-import type { Sheet } from "../bench/parameters";
+import type { Sheet, WantedValue } from "../bench/parameters";
 import { spanOf } from "../bench/row-state";
-import type { WantedValue } from "./apply";
 
 /** What `value` becomes on this servo: a draft, or the reason why not. */
 export function draftFor(sheet: Sheet, row: Row, value: WantedValue): Draft | { why: string } {

@@ -1,6 +1,6 @@
 /** Japanese names of the steps of jobs, and what they found. tests/contract holds them complete. */
 import type { Topics } from "../text/language";
-import { words as restarting } from "./restarting.ja";
+import { words as changing } from "./changing.ja";
 
 const saving = {
   silence: "書き込みと起動中の無通信",
@@ -11,12 +11,12 @@ const saving = {
 
 /** What a restart does to the horn, by the code of its forecast. */
 const HORN: Readonly<Record<string, string>> = {
-  unknown_start: restarting.horn.unknown_start,
-  stays: restarting.horn.stays,
-  holds: restarting.horn.holds,
-  no_torque: restarting.horn.no_torque,
-  brake: restarting.horn.brake,
-  unknown: restarting.horn.unknown,
+  unknown_start: changing.horn.unknown_start,
+  stays: changing.horn.stays,
+  holds: changing.horn.holds,
+  no_torque: changing.horn.no_torque,
+  brake: changing.horn.brake,
+  unknown: changing.horn.unknown,
 };
 
 const TORQUE: Readonly<Record<string, string>> = { on: "オン", off: "オフ", brake: "ブレーキ" };
@@ -84,7 +84,7 @@ export const words = {
         `${p.rows}行を読み出し`,
         p.supply_v && `電源${p.supply_v}`,
         p.speed_rpm && `ホーンは${p.speed_rpm}で動いています`,
-        p.horn && (p.horn === "moves" ? restarting.horn.moves(p.from_deg ?? "") : HORN[p.horn]),
+        p.horn && (p.horn === "moves" ? changing.horn.moves(p.from_deg ?? "") : HORN[p.horn]),
       ]
         .filter(Boolean)
         .join("、"),

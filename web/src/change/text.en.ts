@@ -30,8 +30,6 @@ export const words = {
   },
 
   confirm: {
-    title: (name: string) => `${name} asks back`,
-    lead: "Nothing was written.",
     supply: (row: string, wanted: string, reading: string, margin: string) =>
       `${row} ${wanted} could switch the output off at once: the supply is ${reading} now (±${margin}). A servo whose output is off holds nothing; a load can drop.`,
     temperature: (row: string, wanted: string, reading: string, margin: string) =>
@@ -47,7 +45,6 @@ export const words = {
       torque_on_in_rom: "Torque on in ROM is intended: the servo holds its horn after every start",
       multi_turn: "Angles beyond ±180° are intended: the turn count is lost at power-off",
     },
-    go: (n: number) => `Write ${values(n)} all the same`,
     torqueOff:
       "ROM will hold torque off or brake. After every start the servo holds nothing until torque is turned on.",
     torqueUnknown:
@@ -56,7 +53,6 @@ export const words = {
       torque_on_in_rom: "Torque on: the servo holds its horn after every start",
       torque_off_in_rom: "Torque off: the servo holds nothing after a start",
     } as Record<string, string>,
-    next: "Continue",
   },
 
   lost: {
@@ -70,9 +66,5 @@ export const words = {
     line: (n: number, at: string) => `${at}: ${values(n)} written to RAM.`,
     open: "Undo…",
     dismiss: "Dismiss",
-    title: (n: number, name: string) => `Write ${values(n)} back on ${name}?`,
-    lead: "These values stood in RAM before. They are written to RAM and read back; ROM is not touched.",
-    head: { parameter: "Parameter", now: "Now", before: "Before" },
-    go: (n: number) => `Write ${values(n)} back`,
   },
 };

@@ -29,8 +29,6 @@ export const words = {
     what: names => `上級者向け: ${names}。`,
   },
   confirm: {
-    title: name => `${name}の確認`,
-    lead: "まだ何も書き込んでいません。",
     supply: (row, wanted, reading, margin) =>
       `${row} ${wanted}では出力がすぐにオフになることがあります: 電源は現在${reading}（±${margin}）です。${LOAD}`,
     temperature: (row, wanted, reading, margin) =>
@@ -54,8 +52,6 @@ export const words = {
       torque_on_in_rom: "トルクオン: 起動のたびにホーンを保持する",
       torque_off_in_rom: "トルクオフ: 起動後は何も保持しない",
     },
-    next: "続ける",
-    go: n => `それでも${n}件の値を書き込む`,
   },
   lost: {
     line: (n, at) => `${at}: 保存せずに再起動したため、RAMの${n}件の値が失われました。`,
@@ -67,9 +63,5 @@ export const words = {
     line: (n, at) => `${at}: ${n}件の値をRAMに書き込みました。`,
     open: "元に戻す…",
     dismiss: "閉じる",
-    title: (n, name) => `${name}の${n}件の値を元に戻しますか？`,
-    lead: "以前RAMにあった値です。RAMに書き込んで読み返します。ROMは変わりません。",
-    head: { parameter: "パラメーター", now: "現在", before: "以前" },
-    go: n => `${n}件の値を元に戻す`,
   },
 } satisfies Topics["editing"];

@@ -10,7 +10,6 @@ import { link } from "../bench/link";
 import { type Sheet, sheetOf } from "../bench/parameters";
 import type { Lost } from "../parameters/lost";
 import { LostLine } from "../parameters/lost-values";
-import { lastWritten } from "./apply";
 import { UndoLine } from "./undo";
 
 const UID = "7".repeat(32);
@@ -51,7 +50,7 @@ beforeEach(() => {
   holds(40);
   link.value = { state: "up", since: monotonic() };
   catalog.value = { rows: new Map([[row.key, row]]) } as unknown as typeof catalog.value;
-  lastWritten.value = { uid: UID, written: { at: 0, bootAt: 100, changes: [change] } };
+  sheet.written.value = { at: 0, bootAt: 100, changes: [change] };
   document.body.append(root);
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     sent.push(`${init.method} ${url}`);
@@ -62,14 +61,13 @@ beforeEach(() => {
 afterEach(() => {
   act(() => render(null, root));
   root.remove();
-  lastWritten.value = null;
+  sheet.written.value = null;
   catalog.value = null;
   vi.unstubAllGlobals();
 });
 
 const found = (testid: string) => root.querySelector<HTMLElement>(`[data-testid=${testid}]`);
-const show = (servo: KnownServo) =>
-  act(() => render(<UndoLine sheet={sheet} one={servo} name="Gripper" askBack={async () => null} />, root));
+const show = (servo: KnownServo) => act(() => render(<UndoLine sheet={sheet} one={servo} />, root));
 
 describe("Undo", () => {
   test("is offered while the servo runs on and holds what was written", () => {

@@ -1,5 +1,5 @@
 /** The fourth step: what each servo becomes, what moves, and the one press that starts the job. */
-import { useEffect } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import type { CommissionPlan, SafetyWord } from "../api/config-types";
 import { stopped } from "../bench/bench";
 import { servo } from "../bench/fleet";
@@ -7,8 +7,9 @@ import { NONE } from "../bench/format";
 import { wholeNumber } from "../bench/number";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { hornLine } from "../change/horn-forecast";
-import { HornFreeTick, useHornFree } from "../change/horn-free";
+import { HornFree } from "../change/horn-free";
 import { isOpen, withTick } from "../change/safety-words";
+import { HornFreeTick } from "../change/ticks";
 import { Button } from "../kit/button";
 import { cell, Tick } from "../kit/field";
 import { Spinner } from "../kit/icon";
@@ -34,8 +35,15 @@ export function CheckStep() {
     if (draft.peek().profile !== null) void loadProfiles();
   }, []);
   const known = plans.value;
-  const free = useHornFree(
-    (present.save ? uids : []).map(uid => ({ uid, moves: known?.get(uid)?.restart?.moves !== false })),
+  const free = useMemo(
+    () =>
+      new HornFree(() =>
+        (draft.value.save ? wanted(draft.value) : []).map(uid => ({
+          uid,
+          restart: plans.value?.get(uid)?.restart,
+        })),
+      ),
+    [],
   );
   const problem = startRefused.value;
   const needed = [...new Set([...present.confirm, ...(problem?.confirm ?? [])])];

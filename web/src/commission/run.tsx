@@ -10,13 +10,14 @@ import { nameOf, servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { connection } from "../bench/link";
 import { readSheet, sheetOf } from "../bench/parameters";
+import { beginChange } from "../change/flow";
 import { JobSteps } from "../change/job-steps";
 import { ReportLinks } from "../change/report-links";
+import { batchSaveChange } from "../change/requests";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
-import { lazy } from "../kit/lazy";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { text } from "../text";
@@ -26,19 +27,11 @@ import { Actions, StepQuestion } from "./parts";
 import { cancel, jobUnderWay, recallJobs, resume, retry, starting, startRefused } from "./state";
 import { merged, resumableOf, type Tally, tally, type Unit, type ValuesPlace, valuesPlaceOf } from "./units";
 
-const PlanDialog = lazy<{
-  uids: readonly string[];
-  saveOnly: boolean;
-  onClose: () => void;
-  onRefused: (why: string) => void;
-}>(() => import("../change/batch-dialog").then(file => file.PlanDialog));
-
 const said = words.run;
 const done = words.report;
 
 export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   const stopping = useSignal(false);
-  const saving = useSignal(false);
   // A refusal is about what was tried before.
   useEffect(() => {
     startRefused.value = null;
@@ -60,6 +53,11 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
   const left = running ? null : resumableOf(jobs);
   const all = units.length;
   const problem = startRefused.value;
+  const saveAll = async () => {
+    startRefused.value = null;
+    const why = await beginChange(batchSaveChange(inRam));
+    if (why !== null) startRefused.value = { text: why, uid: null, confirm: [] };
+  };
   return (
     <>
       <StepQuestion title={running ? said.title(sums.done + sums.ram, all) : reportTitle(sums, all)}>
@@ -123,10 +121,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
                 live
                 testid="report-save"
                 disabled={stopped.value}
-                onClick={() => {
-                  startRefused.value = null;
-                  saving.value = true;
-                }}
+                onClick={() => void saveAll()}
               >
                 {text.save.saveOnly}
               </Button>
@@ -134,20 +129,6 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
           </>
         )}
       </Actions>
-      {saving.value && (
-        <PlanDialog
-          uids={inRam}
-          saveOnly
-          onRefused={why => {
-            saving.value = false;
-            startRefused.value = { text: why, uid: null, confirm: [] };
-          }}
-          onClose={() => {
-            saving.value = false;
-            load();
-          }}
-        />
-      )}
       {stopping.value && running && (
         <CancelDialog
           job={running}

@@ -2,12 +2,12 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { connectOpen } from "../bench/connect-open";
-import { openDrift } from "../bench/drift-open";
 import { servo } from "../bench/fleet";
 import { onKey } from "../bench/keys";
 import { link } from "../bench/link";
 import { route } from "../bench/route";
 import { signedOut } from "../bench/session";
+import { shownChange } from "../change/flow";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
 import { MotionPage } from "../motion/page";
@@ -30,7 +30,7 @@ const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
 );
 const RecordsPage = lazy<{ hash: string }>(() => import("../records/page").then(file => file.RecordsPage));
 const TunePage = lazy<{ uid: string | null }>(() => import("../tune/page").then(file => file.TunePage));
-const DriftDialog = lazy(() => import("../change/drift-dialog").then(file => file.DriftDialog));
+const ChangeDialog = lazy(() => import("../change/dialog").then(file => file.ChangeDialog));
 const ConnectDialog = lazy(() => import("../bus/connect").then(file => file.ConnectDialog));
 
 export function App() {
@@ -69,9 +69,9 @@ export function App() {
           <ConnectDialog />
         </Panel>
       )}
-      {openDrift.value !== null && (
+      {shownChange.value !== null && (
         <Panel>
-          <DriftDialog />
+          <ChangeDialog />
         </Panel>
       )}
       {help.value && (

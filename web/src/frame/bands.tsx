@@ -13,15 +13,11 @@ import { route } from "../bench/route";
 import { signedOut } from "../bench/session";
 import { clearStop, unsent } from "../bench/stop";
 import { RestoreButton } from "../change/restore-button";
-import { keptOn, planned, restorable } from "../change/restoring";
+import { keptOn, restorable } from "../change/restoring";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
-import { lazy } from "../kit/lazy";
-import { Panel } from "../kit/panel";
 import { text } from "../text";
-
-const RestoreDialog = lazy(() => import("../change/restore-output").then(file => file.RestoreDialog));
 
 export function Bands() {
   return (
@@ -46,11 +42,6 @@ export function Bands() {
       {stop.value?.latched && <StopBand stop={stop.value} />}
       <KeptBand />
       <AskedBand />
-      {planned.value !== null && (
-        <Panel>
-          <RestoreDialog />
-        </Panel>
-      )}
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
         {up.value ? text.link.up : text.link.down}
       </span>

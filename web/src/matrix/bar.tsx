@@ -2,7 +2,7 @@
 import { all } from "../bench/fleet";
 import { up } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
-import { stagedOn } from "../change/batch";
+import { stagedOn } from "../change/requests";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { useKeys } from "../kit/use-keys";

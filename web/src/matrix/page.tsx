@@ -10,7 +10,8 @@ import { all, servo } from "../bench/fleet";
 import { connection, up } from "../bench/link";
 import { loadSheets, sheetOf } from "../bench/parameters";
 import { go, inAddress, oneInAddress, pathOf, wordInAddress } from "../bench/route";
-import { PlanDialog } from "../change/batch-dialog";
+import { beginChange, type ChangeRequest } from "../change/flow";
+import { batchChange, batchSaveChange } from "../change/requests";
 import { Button } from "../kit/button";
 import { Unread } from "../kit/loaded";
 import { Search } from "../kit/search";
@@ -62,6 +63,10 @@ export function MatrixPage({ hash }: { hash: string }) {
   useEffect(() => {
     if (round > 0) void load();
   }, [round, shown]);
+  const begin = async (request: ChangeRequest) => {
+    refused.value = null;
+    refused.value = await beginChange(request);
+  };
   const known = catalog.value;
   const [differ = "0", changed = "0"] = split(
     useComputed(() => countRows(catalog.value, split(shownIn.value)).join(" ")).value,
@@ -132,32 +137,12 @@ export function MatrixPage({ hash }: { hash: string }) {
       <MatrixBar
         uids={uids}
         problem={refused.value}
-        onReview={() => {
-          refused.value = null;
-          open.value = { what: "apply" };
-        }}
-        onSave={() => {
-          refused.value = null;
-          open.value = { what: "save" };
-        }}
+        onReview={() => void begin(batchChange(uids))}
+        onSave={() => void begin(batchSaveChange(uids.filter(uid => (servo(uid)?.unsaved.length ?? 0) > 0)))}
       />
       {present?.what === "set" && <SetDialog uids={uids} row={present.row} onClose={close} />}
       {present?.what === "copy" && known && (
         <CopyDialog from={present.uid} uids={uids} rows={settable(known)} onClose={close} />
-      )}
-      {(present?.what === "apply" || present?.what === "save") && (
-        <PlanDialog
-          uids={present.what === "save" ? uids.filter(uid => (servo(uid)?.unsaved.length ?? 0) > 0) : uids}
-          saveOnly={present.what === "save"}
-          onRefused={why => {
-            close();
-            refused.value = why;
-          }}
-          onClose={() => {
-            close();
-            void load();
-          }}
-        />
       )}
     </div>
   );

@@ -2,7 +2,7 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Reading, Row } from "../api/types";
 import { sheetOf } from "../bench/parameters";
-import { stagedOn, writeMatrix } from "../change/batch";
+import { stagedOn, writeMatrix } from "../change/requests";
 import { draftFor, stageValue } from "../change/stage";
 import { copyOf, type HeldValue, oddOnes, uidsIn } from "./state";
 

@@ -1,7 +1,6 @@
 /** The Parameters page of one servo: head, tabs, rows, live panel, save bar and its dialogs. */
 import { useSignal } from "@preact/signals";
-import { useEffect, useMemo } from "preact/hooks";
-import type { SavePreview } from "../api/config-types";
+import { useEffect } from "preact/hooks";
 import { catalog } from "../bench/catalog";
 import { staged, wrong } from "../bench/draft";
 import { nameOf, servo } from "../bench/fleet";
@@ -10,13 +9,10 @@ import { connection } from "../bench/link";
 import { type Sheet, sheetOf } from "../bench/parameters";
 import { changeChoices, oneInAddress, wordInAddress } from "../bench/route";
 import { narrow } from "../bench/screen";
-import { apply, applyAndSave, lastWritten, planSave, saving, sheetProblem } from "../change/apply";
-import { willBe } from "../change/change-list";
-import { AskBackDialog, askingIn, type WriteQuestion } from "../change/confirm-write";
-import { DryRun } from "../change/dry-run";
-import { JobDialog } from "../change/job-dialog";
+import { apply, saveChange } from "../change/apply";
+import { DiffDialog, willBe } from "../change/diff";
+import { beginChange } from "../change/flow";
 import { SaveBar } from "../change/save-bar";
-import { DiffDialog, SaveDialog } from "../change/save-dialogs";
 import { UndoLine } from "../change/undo";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
@@ -40,9 +36,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   const sheet = sheetOf(uid);
   const one = servo(uid);
   const diff = useSignal(false);
-  const saveRun = useMemo(() => new DryRun<SavePreview>(), [uid]);
-  const question = useSignal<WriteQuestion | null>(null);
-  const askBack = useMemo(() => askingIn(question), []);
+  const checking = useSignal(false);
   const round = connection.value;
   const ready = one?.online === true && one.state !== "identifying" && one.state !== "restarting";
 
@@ -53,7 +47,8 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   useEffect(() => {
     // What was saved or refused on the last visit is no news on this one.
     if (sheet.busy.peek() === null) sheet.outcomes.value = new Map();
-    lastWritten.value = null;
+    sheet.written.value = null;
+    sheet.trouble.value = null;
     return onKey("Ctrl+Z", () => sheet.drafts.undo());
   }, [uid]);
 
@@ -68,8 +63,14 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
   const tab = known ? openTab(known.tabs, hash, chosenTab.value) : "";
   const prediction = predict(key => willBe(sheet, key));
   const total = values.size + bad.length + ramOnly.length;
-  const refused = saveRun.problem.value === null ? null : text.save.notSaved(saveRun.problem.value);
-  const problem = sheetProblem.value?.uid === uid ? sheetProblem.value.text : refused;
+  const problem = sheet.trouble.value;
+  const save = async () => {
+    if (checking.peek()) return;
+    checking.value = true;
+    const why = await beginChange(saveChange(sheet, changed));
+    if (why !== null) sheet.trouble.value = text.save.notSaved(why);
+    checking.value = false;
+  };
   return (
     <div class="page">
       <ServoHead one={one}>
@@ -111,13 +112,13 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
             hash={hash}
             wanted={wanted}
             changedOnly={filter.value === "changed"}
-            onRetry={() => void apply(sheet, { askBack })}
+            onRetry={() => void apply(sheet)}
           />
         )}
         {(!narrow.value || tab === LIVE_TAB) && <SidePanel uid={uid} />}
       </div>
       <LostLine sheet={sheet} one={one} />
-      <UndoLine sheet={sheet} one={one} name={name} askBack={askBack} />
+      <UndoLine sheet={sheet} one={one} />
       {(total > 0 || problem !== null) && (
         <SaveBar
           name={name}
@@ -126,22 +127,19 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           ramOnly={ramOnly.length}
           torqueChanged={values.has("torque_mode") || one.unsaved.includes("torque_mode")}
           sideEffect={sideEffect(prediction, name)}
-          busy={saveRun.busy.value ? "checking" : sheet.busy.value}
+          busy={checking.value ? "checking" : sheet.busy.value}
           online={one.online}
           problem={problem}
           onDiscard={() => {
             sheet.drafts.clear();
             sheet.setOutcomes([...sheet.outcomes.peek().keys()].map(key => [key, null]));
-            sheetProblem.value = null;
+            sheet.trouble.value = null;
           }}
           onDiff={() => {
             diff.value = true;
           }}
-          onApply={() => void apply(sheet, { askBack })}
-          onSave={() => {
-            sheetProblem.value = null;
-            void saveRun.open(confirm => planSave(sheet, confirm), askBack);
-          }}
+          onApply={() => void apply(sheet)}
+          onSave={() => void save()}
         />
       )}
       {diff.value && (
@@ -154,19 +152,6 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           }}
         />
       )}
-      {saveRun.plan.value && (
-        <SaveDialog
-          one={one}
-          plan={saveRun.plan.value}
-          onClose={() => saveRun.close()}
-          onConfirm={() => {
-            saveRun.close();
-            void applyAndSave(sheet, changed, saveRun.confirm);
-          }}
-        />
-      )}
-      {question.value && <AskBackDialog name={name} count={values.size} question={question.value} />}
-      {saving.value && <JobDialog uid={uid} />}
     </div>
   );
 }

@@ -1,25 +1,18 @@
 /** The Torque off button of a servo's page: needs no lease and asks nothing. */
 
 import { useSignal } from "@preact/signals";
-import { ask, problemOf } from "../api/client";
-import type { Reading } from "../api/types";
-import { problemText } from "../bench/facts";
 import { servo } from "../bench/fleet";
-import { sheetOf } from "../bench/parameters";
+import { torqueOff } from "../change/torque";
 import { Button } from "../kit/button";
 import { text } from "../text";
 
 export function TorqueOff({ uid }: { uid: string }) {
   const problem = useSignal<string | null>(null);
-  const sheet = sheetOf(uid);
   const one = servo(uid);
   const press = async () => {
     problem.value = null;
-    try {
-      sheet.put(await ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" } }));
-    } catch (error) {
-      problem.value = text.params.torqueOffFailed(problemText(problemOf(error)));
-    }
+    const why = await torqueOff(uid);
+    if (why !== null) problem.value = text.params.torqueOffFailed(why);
   };
   return (
     <>

@@ -3,11 +3,11 @@ import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { InventoryServo } from "../api/config-types";
 import { Asked } from "../bench/asked";
-import { openDrift } from "../bench/drift-open";
 import { servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { connection } from "../bench/link";
 import { pathOf } from "../bench/route";
+import { openDrift } from "../change/requests";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
@@ -79,7 +79,7 @@ export function Inventory() {
                           type="button"
                           class="drift-badge"
                           onClick={() => {
-                            openDrift.value = one.uid;
+                            openDrift(one.uid);
                           }}
                         >
                           <Glyph kind="warning" size={14} /> {words.inventory.drift}

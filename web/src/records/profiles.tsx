@@ -7,8 +7,9 @@ import type { Profile } from "../api/config-types";
 import { Asked } from "../bench/asked";
 import { date } from "../bench/format";
 import { connection } from "../bench/link";
-import { ApplyDialog } from "../change/apply-profile";
+import { openChange } from "../change/flow";
 import { ProfileValues } from "../change/profile-values";
+import { profileChange } from "../change/requests";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Icon } from "../kit/icon";
@@ -19,7 +20,7 @@ import { CreateDialog, ImportDialog } from "./profile-dialogs";
 
 const said = words.profiles;
 
-type Open = { what: "create" | "import" } | { what: "apply" | "remove"; one: Profile };
+type Open = { what: "create" | "import" } | { what: "remove"; one: Profile };
 
 export function Profiles() {
   const list = useMemo(() => new Asked<Profile[]>(), []);
@@ -101,7 +102,7 @@ export function Profiles() {
                 <Button live onClick={() => (open.value = { what: "remove", one })}>
                   {said.remove}
                 </Button>
-                <Button live testid="profile-apply" onClick={() => (open.value = { what: "apply", one })}>
+                <Button live testid="profile-apply" onClick={() => openChange(profileChange(one))}>
                   {said.apply}
                 </Button>
               </div>
@@ -112,7 +113,6 @@ export function Profiles() {
       </Scroll>
       {present?.what === "create" && <CreateDialog names={names} onClose={close} />}
       {present?.what === "import" && <ImportDialog names={names} onClose={close} />}
-      {present?.what === "apply" && <ApplyDialog one={present.one} onClose={() => close(null)} />}
       {present?.what === "remove" && <RemoveDialog one={present.one} onClose={close} />}
     </>
   );

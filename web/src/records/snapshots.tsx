@@ -3,7 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
-import type { Comparison, InventoryServo, Profile, Restored, Snapshot } from "../api/config-types";
+import type { Comparison, InventoryServo, Profile, Snapshot } from "../api/config-types";
 import { Asked } from "../bench/asked";
 import { problemText } from "../bench/facts";
 import { loaded, servo } from "../bench/fleet";
@@ -12,7 +12,8 @@ import { connection } from "../bench/link";
 import { pathOf } from "../bench/route";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { narrow } from "../bench/screen";
-import { WriteDialog } from "../change/write-dialog";
+import { beginChange, type Turn } from "../change/flow";
+import { snapshotChange } from "../change/requests";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Choice, cell, inSet, Tick } from "../kit/field";
@@ -151,7 +152,6 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   const found = useMemo(() => new Asked<Comparison>(), []);
   const profiles = useMemo(() => new Asked<Profile[]>(), []);
   const ticked = useSignal<ReadonlySet<string>>(new Set());
-  const writing = useSignal<readonly string[] | "all" | null>(null);
   const dropping = useSignal(false);
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
@@ -174,6 +174,18 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   useEffect(() => {
     ticked.value = new Set();
   }, [found.value.value]);
+  const restore = async (keys: readonly string[] | null) => {
+    refused.value = null;
+    const told = (turns: readonly Turn[]) => {
+      const [turn] = turns;
+      if (turn === undefined || turn.fault === "rolled_back" || turn.fault === "not_written") return;
+      note.value = words.write.done(turn.count, name, turn.saved);
+      load();
+      onWritten(note.value);
+    };
+    const why = await beginChange(snapshotChange(one.uid, one.id, keys, told));
+    if (why !== null) refused.value = words.write.refused(why);
+  };
   const model = one.model === null ? [] : [`default:${one.model}${one.firmware ? `@${one.firmware}` : ""}`];
   const options = [
     ...(online ? [{ key: `servo:${one.uid}`, label: said.now }] : []),
@@ -276,15 +288,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
         ) : (
           <Note testid="restore-refused">{refused.value}</Note>
         )}
-        <Button
-          live
-          disabled={!online}
-          testid="restore-all"
-          onClick={() => {
-            refused.value = null;
-            writing.value = "all";
-          }}
-        >
+        <Button live disabled={!online} testid="restore-all" onClick={() => void restore(null)}>
           {said.restoreAll}
         </Button>
         <Button
@@ -292,37 +296,11 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           look="primary"
           testid="restore-ticked"
           disabled={!online || ticked.value.size === 0}
-          onClick={() => {
-            refused.value = null;
-            writing.value = [...ticked.peek()];
-          }}
+          onClick={() => void restore([...ticked.peek()])}
         >
           {said.restoreTicked(ticked.value.size)}
         </Button>
       </div>
-      {writing.value !== null && (
-        <WriteDialog
-          uid={one.uid}
-          name={name}
-          write={wish =>
-            ask<Restored>("POST", `/servos/${one.uid}/snapshots/${one.id}/restore`, {
-              body: { ...wish, keys: writing.peek() === "all" ? null : writing.peek() },
-              timeout_ms: 60_000,
-            })
-          }
-          onRefused={why => {
-            writing.value = null;
-            refused.value = why;
-          }}
-          onClose={told => {
-            writing.value = null;
-            if (told === null) return;
-            note.value = told;
-            load();
-            onWritten(told);
-          }}
-        />
-      )}
       {dropping.value && (
         <Confirm
           title={said.dropTitle(instant(one.at))}

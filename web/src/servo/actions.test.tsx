@@ -6,9 +6,9 @@ import { type KnownServo, replaceAll, servo } from "../bench/fleet";
 import { listen } from "../bench/keys";
 import { link } from "../bench/link";
 import { wiggled } from "../bench/wiggle";
-import { ResetDialog } from "../change/reset-dialog";
-import { RestartDialog } from "../change/restart-dialog";
-import { servoTurns } from "../change/servo-jobs";
+import { ChangeDialog } from "../change/dialog";
+import { beginChange, type ChangeRequest, shownChange } from "../change/flow";
+import { resetChange, restartChange } from "../change/requests";
 import { stopButton } from "../testing/stop-button";
 import { ServoActions } from "./actions";
 
@@ -38,7 +38,7 @@ beforeEach(() => {
   noStop = stopButton();
   link.value = { state: "up", since: 0 };
   wiggled.value = null;
-  servoTurns.value = null;
+  shownChange.value = null;
   sent = [];
   replaceAll([
     { uid: UID, label: "Tail", online: true, state: "ready", unsaved: [], angle_deg: 35, age_s: 0 } as never,
@@ -58,6 +58,12 @@ afterEach(() => {
 
 const find = <T extends HTMLElement>(id: string) => host.querySelector<T>(`[data-testid="${id}"]`);
 const known = () => servo(UID) as KnownServo;
+async function open(request: ChangeRequest, plan: object): Promise<void> {
+  answer = { status: 200, body: plan };
+  await act(async () => render(<ChangeDialog />, host));
+  await act(async () => void (await beginChange(request)));
+  sent = [];
+}
 const press = (id: string) => act(() => find(id)?.click());
 
 describe("in the head", () => {
@@ -111,34 +117,28 @@ describe("in the head", () => {
 });
 
 describe("before a restart", () => {
-  const show = (restart: object, lost: object[] = [change]) =>
-    act(() =>
-      render(
-        <RestartDialog plans={[{ uid: UID, plan: { lost, restart } as never }]} onClose={vi.fn()} />,
-        host,
-      ),
-    );
+  const show = (restart: object, lost: object[] = [change]) => open(restartChange([UID]), { lost, restart });
 
-  test("what is lost and where the horn goes is said, and it must be free to turn", () => {
-    show(forecast);
+  test("what is lost and where the horn goes is said, and it must be free to turn", async () => {
+    await show(forecast);
     expect(find("horn-forecast")?.textContent).toContain("+35.0° to 0.0°");
     expect(find("lost")?.textContent).toContain("1 value in RAM only is lost");
-    expect(find("lost-angle_p_gain")?.textContent).toContain("55");
+    expect(find("restart-angle_p_gain")?.textContent).toContain("55");
     expect(find<HTMLButtonElement>("restart-go")?.disabled).toBe(true);
     press("horn-free");
     expect(find<HTMLButtonElement>("restart-go")?.disabled).toBe(false);
   });
 
-  test("a horn that does not move needs no tick", () => {
-    show({ ...forecast, code: "holds", moves: false }, []);
-    expect(find("nothing-lost")).not.toBeNull();
+  test("a horn that does not move needs no tick", async () => {
+    await show({ ...forecast, code: "holds", moves: false }, []);
+    expect(find("nothing-changes")).not.toBeNull();
     expect(find("horn-free")).toBeNull();
     expect(find<HTMLButtonElement>("restart-go")?.disabled).toBe(false);
   });
 
-  test("a supply near a limit is not said: nothing is written to ROM", () => {
+  test("a supply near a limit is not said: nothing is written to ROM", async () => {
     const near = { code: "supply_near_limit", text: "near", params: { supply_v: 4.3, limit_v: 4 } };
-    show({ ...forecast, coded_warnings: [near] });
+    await show({ ...forecast, coded_warnings: [near] });
     expect(host.textContent).not.toContain("4.3");
   });
 });
@@ -146,9 +146,7 @@ describe("before a restart", () => {
 describe("before a factory reset", () => {
   const plan = { changes: [change], kept, restart: forecast };
 
-  beforeEach(() =>
-    act(() => render(<ResetDialog one={known()} plan={plan as never} onClose={vi.fn()} />, host)),
-  );
+  beforeEach(() => open(resetChange(UID, "Tail"), plan));
 
   function type(text: string): void {
     const box = find<HTMLInputElement>("reset-name");
@@ -160,7 +158,7 @@ describe("before a factory reset", () => {
   }
 
   test("the name is typed and the horn is free, or nothing can be pressed", () => {
-    const go = () => find<HTMLButtonElement>("reset-go")?.disabled;
+    const go = () => find<HTMLButtonElement>("factory-reset-go")?.disabled;
     type("Tail");
     expect(go()).toBe(true);
     press("horn-free");
@@ -175,12 +173,12 @@ describe("before a factory reset", () => {
       body: { ...plan, kept: {}, changes: [change, { ...change, key: "servo_id", before: 1, requested: 0 }] },
     };
     press("reset-keep");
-    await vi.waitFor(() => expect(find("reset-servo_id")).not.toBeNull());
+    await vi.waitFor(() => expect(find("factory-reset-servo_id")).not.toBeNull());
     expect(sent[0]?.body).toEqual({ dry_run: true, keep_identity: false });
     type("Tail");
     press("horn-free");
     answer = { status: 202, body: { id: "r", uid: UID, state: "running", steps: [], error: null } };
-    press("reset-go");
+    press("factory-reset-go");
     await vi.waitFor(() => expect(sent).toHaveLength(2));
     expect(sent[1]?.body).toEqual({ keep_identity: false });
   });
@@ -188,15 +186,16 @@ describe("before a factory reset", () => {
   test("where that is refused, the identity stays ticked and the reason is said", async () => {
     answer = { status: 409, body: { code: "busy", status: 409, detail: "Tail is being worked on." } };
     press("reset-keep");
-    await vi.waitFor(() => expect(find("reset-dialog")?.textContent).toContain("Tail is being worked on."));
+    await vi.waitFor(() =>
+      expect(find("factory-reset-dialog")?.textContent).toContain("Tail is being worked on."),
+    );
     expect(find<HTMLInputElement>("reset-keep")?.checked).toBe(true);
   });
 
-  test("a supply near a limit is said: ROM is written", () => {
+  test("a supply near a limit is said: ROM is written", async () => {
     const near = { code: "supply_near_limit", text: "near", params: { supply_v: 4.3, limit_v: 4 } };
     const told = { ...plan, restart: { ...forecast, coded_warnings: [near] } };
-    act(() => render(null, host));
-    act(() => render(<ResetDialog one={known()} plan={told as never} onClose={vi.fn()} />, host));
+    await open(resetChange(UID, "Tail"), told);
     expect(find("horn-forecast")?.textContent).toContain("4.3\u202fV");
   });
 });

@@ -2,34 +2,20 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { problemOf } from "../api/client";
-import type { ResetPreview } from "../api/config-types";
-import { problemText } from "../bench/facts";
 import { type KnownServo, nameOf } from "../bench/fleet";
 import { angle } from "../bench/format";
 import { wiggle, wiggled, wiggling } from "../bench/wiggle";
-import type { Planned } from "../change/restart-dialog";
-import { planReset, planRestart, type Verb } from "../change/servo-jobs";
+import { beginChange } from "../change/flow";
+import { resetChange, restartChange } from "../change/requests";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
-import { lazy } from "../kit/lazy";
 import { Menu } from "../kit/menu";
 import { useKeys } from "../kit/use-keys";
 import { text } from "../text";
 import "./actions.css";
 
-const RestartDialog = lazy<{ plans: readonly Planned[]; onClose: () => void }>(() =>
-  import("../change/restart-dialog").then(file => file.RestartDialog),
-);
-const ResetDialog = lazy<{ one: KnownServo; plan: ResetPreview; onClose: () => void }>(() =>
-  import("../change/reset-dialog").then(file => file.ResetDialog),
-);
-
-type Open =
-  | { verb: "restart"; plans: readonly Planned[] }
-  | { verb: "factory-reset"; plan: ResetPreview }
-  | null;
+type Verb = "restart" | "factory-reset";
 
 const said = text.actions;
 
@@ -40,7 +26,6 @@ export function ServoActions({ one }: { one: KnownServo }) {
   const { uid } = one;
   const checking = useSignal<Verb | null>(null);
   const refused = useSignal<string | null>(null);
-  const open = useSignal<Open>(null);
   /** A wiggle from here is to be told of: those of another page are not. */
   const tells = useSignal(false);
   const shake = () => {
@@ -55,15 +40,8 @@ export function ServoActions({ one }: { one: KnownServo }) {
     refused.value = null;
     tells.value = false;
     checking.value = verb;
-    try {
-      open.value =
-        verb === "restart"
-          ? { verb, plans: [{ uid, plan: await planRestart(uid) }] }
-          : { verb, plan: await planReset(uid, true) };
-    } catch (error) {
-      const why = problemText(problemOf(error));
-      refused.value = verb === "restart" ? said.notRestarted(why) : said.notReset(why);
-    }
+    const why = await beginChange(verb === "restart" ? restartChange([uid]) : resetChange(uid, nameOf(one)));
+    if (why !== null) refused.value = verb === "restart" ? said.notRestarted(why) : said.notReset(why);
     checking.value = null;
   };
   const last = tells.value && wiggled.value?.uid === uid ? wiggled.value : null;
@@ -76,9 +54,6 @@ export function ServoActions({ one }: { one: KnownServo }) {
     return () => clearTimeout(timer);
   }, [moved]);
   const bad = refused.value ?? (last?.phase === "refused" ? said.notWiggled(last.why) : null);
-  const close = () => {
-    open.value = null;
-  };
   return (
     <div class="servo-actions">
       <Button live testid="wiggle" title={said.wiggleHint} onClick={shake}>
@@ -123,10 +98,6 @@ export function ServoActions({ one }: { one: KnownServo }) {
             </p>
           )}
         </div>
-      )}
-      {open.value?.verb === "restart" && <RestartDialog plans={open.value.plans} onClose={close} />}
-      {open.value?.verb === "factory-reset" && (
-        <ResetDialog one={one} plan={open.value.plan} onClose={close} />
       )}
     </div>
   );

@@ -1,8 +1,8 @@
 /** The live panel beside the rows: 3D view, readouts, angle plot; polled only while looked at. */
 import { useEffect } from "preact/hooks";
-import { openDrift } from "../bench/drift-open";
 import { servo } from "../bench/fleet";
 import { watch } from "../bench/telemetry-subscription";
+import { openDrift } from "../change/requests";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
@@ -43,7 +43,7 @@ function DriftLine({ uid }: { uid: string }) {
         type="button"
         class="link"
         onClick={() => {
-          openDrift.value = uid;
+          openDrift(uid);
         }}
       >
         {text.servos.showChanged}

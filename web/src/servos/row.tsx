@@ -1,7 +1,6 @@
 /** One servo's row: horn, angle, who it is, how it is, its last half minute, and whether ROM holds it all. */
 
 import { useEffect, useRef } from "preact/hooks";
-import { openDrift } from "../bench/drift-open";
 import { type KnownServo, nameOf, servo } from "../bench/fleet";
 import { age, angle, NONE, number, withUnit } from "../bench/format";
 import { angleNow, figureNow } from "../bench/fresh";
@@ -11,6 +10,7 @@ import { sheetOf, wantSheet } from "../bench/parameters";
 import { pathOf } from "../bench/route";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
 import { wiggled, wiggling } from "../bench/wiggle";
+import { openDrift } from "../change/requests";
 import { cell, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
@@ -195,7 +195,7 @@ function DriftBadge({ uid, name }: { uid: string; name: string }) {
       data-testid={`drift-${uid}`}
       aria-label={`${name}: ${text.servos.changedOutside}`}
       onClick={() => {
-        openDrift.value = uid;
+        openDrift(uid);
       }}
     >
       <Glyph kind="warning" size={14} />

@@ -2,15 +2,13 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
-import type { Reading } from "../api/types";
 import { problemText } from "../bench/facts";
 import { nameOf, peekServo, servo } from "../bench/fleet";
-import { sheetOf } from "../bench/parameters";
 import { go, pathOf } from "../bench/route";
 import { endRound, round, wiggleInTurn, wiggling } from "../bench/wiggle";
-import type { Planned } from "../change/restart-dialog";
-import { planRestart } from "../change/servo-jobs";
+import { beginChange, ChangeFlow } from "../change/flow";
+import { restartChange } from "../change/requests";
+import { torqueOff } from "../change/torque";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
@@ -21,15 +19,6 @@ import { selected, selectNone } from "./selection";
 
 const ApplyProfile = lazy<{ uids: readonly string[]; onClose: () => void }>(() =>
   import("../change/choose-profile").then(file => file.ApplyProfile),
-);
-
-interface Restarts {
-  plans: readonly Planned[];
-  leftOut: readonly string[];
-}
-
-const RestartDialog = lazy<Restarts & { onClose: () => void }>(() =>
-  import("../change/restart-dialog").then(file => file.RestartDialog),
 );
 
 /** Where the parameters of these servos stand side by side. */
@@ -47,7 +36,6 @@ export function SelectionBar({ plotting, onPlot }: Props) {
   const refused = useSignal<readonly string[]>([]);
   const done = useSignal<string | null>(null);
   const checking = useSignal(false);
-  const restarts = useSignal<Restarts | null>(null);
   const chosen = selected.value;
   const said = text.servos.bar;
   const shake = () => {
@@ -82,18 +70,24 @@ export function SelectionBar({ plotting, onPlot }: Props) {
     done.value = null;
     round.value = null;
     checking.value = true;
-    const asked = await Promise.all(chosen.map(planOne));
-    const plans = asked.flatMap(one => (typeof one === "string" ? [] : [one]));
-    refused.value = asked.filter(one => typeof one === "string");
+    const flow = new ChangeFlow(restartChange(chosen));
+    await beginChange(flow.request, flow);
+    refused.value = (flow.parts.peek() ?? []).flatMap(one =>
+      one.problem ? [said.notRestarted(nameOf(peekServo(one.uid)), problemText(one.problem))] : [],
+    );
     checking.value = false;
-    if (plans.length > 0) restarts.value = { plans, leftOut: refused.peek() };
   };
   const online = chosen.filter(uid => servo(uid)?.online === true);
-  const torqueOff = async () => {
+  const letGo = async () => {
     refused.value = [];
     done.value = null;
-    const failures = await Promise.all(online.map(torqueOffOne));
-    refused.value = failures.filter(one => one !== null);
+    const failures = await Promise.all(
+      online.map(async uid => {
+        const why = await torqueOff(uid);
+        return why === null ? [] : [said.torqueOffFailed(nameOf(peekServo(uid)), why)];
+      }),
+    );
+    refused.value = failures.flat();
     const well = online.length - refused.value.length;
     if (well > 0) done.value = said.torqueOffDone(well);
   };
@@ -121,12 +115,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
       <Button live testid="restart-selected" onClick={() => void restart()}>
         {text.actions.restart}
       </Button>
-      <Button
-        live
-        testid="torque-off-selected"
-        disabled={online.length === 0}
-        onClick={() => void torqueOff()}
-      >
+      <Button live testid="torque-off-selected" disabled={online.length === 0} onClick={() => void letGo()}>
         {text.params.torqueOff}
       </Button>
       <Button testid="plot-selected" pressed={plotting} onClick={onPlot}>
@@ -154,14 +143,6 @@ export function SelectionBar({ plotting, onPlot }: Props) {
           ))}
         </ul>
       )}
-      {restarts.value && (
-        <RestartDialog
-          {...restarts.value}
-          onClose={() => {
-            restarts.value = null;
-          }}
-        />
-      )}
       {profile.value && (
         <ApplyProfile
           uids={chosen}
@@ -172,23 +153,4 @@ export function SelectionBar({ plotting, onPlot }: Props) {
       )}
     </section>
   );
-}
-
-/** Null when torque is off, or the sentence that says why that is not known. */
-async function torqueOffOne(uid: string): Promise<string | null> {
-  try {
-    sheetOf(uid).put(await ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode: "off" } }));
-    return null;
-  } catch (error) {
-    return text.servos.bar.torqueOffFailed(nameOf(peekServo(uid)), problemText(problemOf(error)));
-  }
-}
-
-/** What a restart would do, or the sentence that says why it is refused. */
-async function planOne(uid: string): Promise<Planned | string> {
-  try {
-    return { uid, plan: await planRestart(uid) };
-  } catch (error) {
-    return text.servos.bar.notRestarted(nameOf(peekServo(uid)), problemText(problemOf(error)));
-  }
 }

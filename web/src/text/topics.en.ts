@@ -2,8 +2,7 @@
 
 import { words as findings } from "../bus/findings.en";
 import { words as bus } from "../bus/text.en";
-import { words as restarting } from "../change/restarting.en";
-import { words as restoring } from "../change/restoring.en";
+import { words as changing } from "../change/changing.en";
 import { words as help } from "../change/row-help.en";
 import { words as steps } from "../change/steps.en";
 import { words as editing } from "../change/text.en";
@@ -24,6 +23,7 @@ import { view } from "../view3d/text.en";
 export const topics = {
   api,
   bus,
+  changing,
   commission,
   editing,
   faults,
@@ -36,8 +36,6 @@ export const topics = {
   plots,
   recorder,
   records,
-  restarting,
-  restoring,
   steps,
   takeOver,
   tune,

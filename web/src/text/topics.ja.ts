@@ -2,8 +2,7 @@
 
 import { words as findings } from "../bus/findings.ja";
 import { words as bus } from "../bus/text.ja";
-import { words as restarting } from "../change/restarting.ja";
-import { words as restoring } from "../change/restoring.ja";
+import { words as changing } from "../change/changing.ja";
 import { words as help } from "../change/row-help.ja";
 import { words as steps } from "../change/steps.ja";
 import { words as editing } from "../change/text.ja";
@@ -25,6 +24,7 @@ import type { Topics } from "./language";
 export const topics = {
   api,
   bus,
+  changing,
   commission,
   editing,
   faults,
@@ -37,8 +37,6 @@ export const topics = {
   plots,
   recorder,
   records,
-  restarting,
-  restoring,
   steps,
   takeOver,
   tune,

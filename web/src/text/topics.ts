@@ -4,6 +4,7 @@ import { loadedTopics } from "./language";
 export const {
   api,
   bus,
+  changing,
   commission,
   editing,
   faults,
@@ -16,8 +17,6 @@ export const {
   plots,
   recorder,
   records,
-  restarting,
-  restoring,
   steps,
   takeOver,
   tune,

@@ -5,7 +5,6 @@ import { servo } from "../bench/fleet";
 import { up } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
 import { go, pathOf } from "../bench/route";
-import { sheetProblem } from "../change/apply";
 import { ParameterRow } from "../change/row";
 import { Button } from "../kit/button";
 import { Spinner } from "../kit/icon";
@@ -29,7 +28,7 @@ export function TuneGains({ uid }: { uid: string }) {
   const drafts = sheet.drafts.map.value;
   const wrong = GAINS.filter(key => drafts.get(key)?.verdict.ok === false).length;
   const unsaved = one?.unsaved.filter(key => (GAINS as readonly string[]).includes(key)).length ?? 0;
-  const problem = sheetProblem.value?.uid === uid ? sheetProblem.value.text : null;
+  const problem = sheet.trouble.value;
   const mayApply = gains > 0 && wrong === 0 && !busy && sheet.busy.value === null && one?.online === true;
   useKeys({ "Ctrl+Enter": () => mayApply && up.value && void applyGains(uid) });
   // What a run shows is answered before the gains; a general list comes after them.

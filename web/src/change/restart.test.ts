@@ -1,7 +1,8 @@
 /** Restarts and resets: asked about first, done once and in turn, and who is left out. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { motion } from "../bench/motion";
-import { planReset, planRestart, runInTurn, servoTurns, turnsUnderWay } from "./servo-jobs";
+import { ChangeFlow, type ChangeRequest } from "./flow";
+import { resetChange, restartChange } from "./requests";
 
 const [A, B, C] = ["a", "b", "c"].map(one => one.repeat(32)) as [string, string, string];
 
@@ -17,7 +18,6 @@ let fate: Record<string, { status: number; code?: string; error?: string }>;
 beforeEach(() => {
   sent = [];
   fate = {};
-  servoTurns.value = null;
   motion.value = { phase: "off", why: null };
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const uid = /servos\/([a-c]{32})/.exec(url)?.[1] ?? "";
@@ -39,35 +39,48 @@ beforeEach(() => {
 
 afterEach(() => vi.unstubAllGlobals());
 
-const states = () => servoTurns.value?.turns.map(one => one.state);
+let flow: ChangeFlow;
+const states = () => flow.turns.value.map(one => one.state);
+
+/** Does it to all of these, as if the plan had refused none. */
+async function run(request: ChangeRequest, uids: readonly string[]): Promise<void> {
+  const plan = async () => uids.map(uid => ({ uid, changes: [] }));
+  flow = new ChangeFlow({ ...request, plan, ready: () => true });
+  await flow.look();
+  await flow.go();
+}
 
 test("the plan is a dry run under the lease of this page", async () => {
   motion.value = { phase: "on", uid: A, lease: "mine", torque: "on", others: [] };
-  await planRestart(A);
-  await planReset(A, false);
+  await new ChangeFlow(restartChange([A])).look();
+  const reset = resetChange(A, "Tail");
+  reset.facts.keep.value = false;
+  await new ChangeFlow(reset).look();
   expect(sent.map(one => [one.path.slice(33), one.body, one.headers.Lease])).toEqual([
     ["restart", { dry_run: true }, "mine"],
     ["factory-reset", { dry_run: true, keep_identity: false }, "mine"],
   ]);
 });
 
-test("a refused plan is thrown as it is", async () => {
+test("a refused plan says why of its servo", async () => {
   fate = { [A]: { status: 423, code: "stopped" } };
-  await expect(planRestart(A)).rejects.toMatchObject({ code: "stopped" });
+  flow = new ChangeFlow(restartChange([A]));
+  await flow.look();
+  expect(flow.parts.value?.[0]?.problem).toMatchObject({ code: "stopped" });
 });
 
 test("each is sent once, in order, with a key that keeps a repeated request from doing it again", async () => {
-  await runInTurn("restart", [A, B]);
+  await run(restartChange([A, B]), [A, B]);
   expect(sent.map(one => one.path)).toEqual([`${A}/restart`, `${B}/restart`]);
   expect(new Set(sent.map(one => one.headers["Idempotency-Key"])).size).toBe(2);
   expect(states()).toEqual(["done", "done"]);
-  expect(turnsUnderWay()).toBe(false);
+  expect(flow.well).toBe(true);
 });
 
 test("one that fails or is refused does not keep the others from it", async () => {
   fate = { [A]: { status: 202, error: "no_answer" }, [B]: { status: 409, code: "busy" } };
-  await runInTurn("restart", [A, B, C]);
-  expect(servoTurns.value?.turns.map(one => [one.state, one.why])).toEqual([
+  await run(restartChange([A, B, C]), [A, B, C]);
+  expect(flow.turns.value.map(one => [one.state, one.why])).toEqual([
     ["failed", "It is no_answer."],
     ["failed", "busy here"],
     ["done", null],
@@ -76,14 +89,13 @@ test("one that fails or is refused does not keep the others from it", async () =
 
 test("after a stop nobody is restarted any more, and each says why", async () => {
   fate = { [B]: { status: 423, code: "stopped" } };
-  await runInTurn("restart", [A, B, C]);
+  await run(restartChange([A, B, C]), [A, B, C]);
   expect(sent).toHaveLength(2);
   expect(states()).toEqual(["done", "left_out", "left_out"]);
-  expect(servoTurns.value?.turns[2]?.why).toBe(servoTurns.value?.turns[1]?.why);
+  expect(flow.turns.value[2]?.why).toBe(flow.turns.value[1]?.why);
 });
 
 test("a reset carries what it is to keep", async () => {
-  await runInTurn("factory-reset", [A], { keep_identity: true });
+  await run(resetChange(A, "Tail"), [A]);
   expect(sent[0]).toMatchObject({ path: `${A}/factory-reset`, body: { keep_identity: true } });
-  expect(servoTurns.value?.verb).toBe("factory-reset");
 });

@@ -4,8 +4,8 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, test } from "vitest";
 import type { Job } from "../api/types";
 import { jobs } from "../bench/jobs";
-import { saving } from "./apply";
-import { JobDialog } from "./job-dialog";
+import { ChangeDialog } from "./dialog";
+import { ChangeFlow, shownChange } from "./flow";
 
 const UID = "9".repeat(32);
 const root = document.createElement("div");
@@ -32,19 +32,25 @@ const job = (state: Job["state"], took: number | null) =>
 
 beforeEach(() => {
   document.body.append(root);
-  saving.value = { uid: UID, job: "s", keys: ["a"], shown: true };
+  const flow = new ChangeFlow({ kind: "save", save: "always", run: async () => undefined });
+  flow.phase.value = "running";
+  flow.turns.value = [
+    { uid: UID, state: "running", job: "s", count: 0, saved: false, fault: null, why: null },
+  ];
+  shownChange.value = flow;
 });
 
 afterEach(() => {
   act(() => render(null, root));
   root.remove();
-  saving.value = null;
+  shownChange.value = null;
   jobs.value = new Map();
 });
 
 function show(one: Job): { end: number; text: string } {
   jobs.value = new Map([["s", one]]);
-  act(() => render(<JobDialog uid={UID} />, root));
+  if (shownChange.value && one.state !== "running") shownChange.value.phase.value = "over";
+  act(() => render(<ChangeDialog />, root));
   const bar = root.querySelector("[data-testid=time-bar]")?.getAttribute("d") ?? "";
   return { end: Number(bar.split("H")[1]), text: root.textContent ?? "" };
 }

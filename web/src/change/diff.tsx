@@ -1,30 +1,44 @@
-/** The list of changes: what ROM and RAM hold, and what they will. */
+/** The dialog of what is changed: what ROM and RAM hold, and what they will. */
 
 import { catalog } from "../bench/catalog";
 import { full } from "../bench/format";
 import type { Sheet } from "../bench/parameters";
 import { spanOf } from "../bench/row-state";
+import { Button } from "../kit/button";
+import { Dialog } from "../kit/dialog";
 import { text } from "../text";
 
 /** The value a key will have once everything staged is applied. */
 export function willBe(sheet: Sheet, key: string) {
   const draft = sheet.drafts.get(key);
-  return draft?.verdict.ok ? draft.verdict.value : willSave(sheet, key);
+  return draft?.verdict.ok ? draft.verdict.value : sheet.held(key);
 }
 
-/** The value a save puts into ROM where nothing is staged. */
-export function willSave(sheet: Sheet, key: string) {
-  return sheet.held(key);
-}
-
-interface Props {
+interface DiffProps {
   sheet: Sheet;
+  name: string;
   keys: readonly string[];
-  /** The dialog before a save compares ROM with what comes; the diff shows RAM too. */
-  withRam?: boolean;
+  onClose: () => void;
 }
 
-export function ChangeList({ sheet, keys, withRam = false }: Props) {
+export function DiffDialog({ sheet, name, keys, onClose }: DiffProps) {
+  return (
+    <Dialog
+      title={text.save.diffTitle(keys.length, name)}
+      testid="diff-dialog"
+      onClose={onClose}
+      foot={
+        <span data-first-focus>
+          <Button onClick={onClose}>{text.close}</Button>
+        </span>
+      }
+    >
+      <ChangeList sheet={sheet} keys={keys} />
+    </Dialog>
+  );
+}
+
+function ChangeList({ sheet, keys }: Pick<DiffProps, "sheet" | "keys">) {
   const head = text.save.head;
   return (
     <table class="changes">
@@ -32,7 +46,7 @@ export function ChangeList({ sheet, keys, withRam = false }: Props) {
         <tr>
           <th>{head.parameter}</th>
           <th class="right">{head.rom}</th>
-          {withRam && <th class="right">{head.ram}</th>}
+          <th class="right">{head.ram}</th>
           <th class="right">{head.after}</th>
         </tr>
       </thead>
@@ -49,7 +63,7 @@ export function ChangeList({ sheet, keys, withRam = false }: Props) {
                 {row.label} <small class="second">{row.name}</small>
               </td>
               <td class="right second">{rom === null ? text.servos.notKnown : full(rom, span)} →</td>
-              {withRam && <td class="right second">{full(reading?.ram, span)} →</td>}
+              <td class="right second">{full(reading?.ram, span)} →</td>
               <td class="right strong k-intent">{full(willBe(sheet, key), span)}</td>
             </tr>
           );

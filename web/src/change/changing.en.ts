@@ -1,0 +1,243 @@
+/** English words of changes to servos: the dialog before one, its progress, and what came of it; loaded with them. */
+import type { ChangeKind } from "./flow";
+
+const values = (n: number) => `${n} ${n === 1 ? "value" : "values"}`;
+const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;
+
+/** What a change is about. */
+export interface About {
+  /** The servo, or the profile. */
+  name: string;
+  servos: number;
+  values: number;
+  save: boolean;
+}
+
+type Sentence = (about: About) => string;
+
+interface Kind {
+  title: Sentence;
+  lead?: string;
+  head?: { now: string; next: string };
+  nothing?: string;
+  /** The tick that asks for a save; the line where it is not set. */
+  save?: string;
+  ram?: string;
+  go: Sentence;
+  running?: Sentence;
+  done?: Sentence;
+  failed?: Sentence;
+  other?: string;
+}
+
+const them = ({ servos: n, name }: About) => (n === 1 ? name : servos(n));
+
+const kinds: Record<ChangeKind, Kind> = {
+  apply: {
+    title: ({ name }) => `Confirm changes to ${name}`,
+    lead: "Nothing was written.",
+    go: ({ values: n }) => `Write ${values(n)} anyway`,
+  },
+  save: {
+    title: ({ name, values: n }) =>
+      n === 0 ? `Save ${name} to ROM?` : `Save ${values(n)} to ROM on ${name}?`,
+    nothing: "ROM already holds all of this. The servo is saved and restarts anyway.",
+    go: ({ name }) => `Save and restart ${name}`,
+    running: ({ name }) => `Saving to ROM on ${name}`,
+    done: ({ name }) => `Saved to ROM on ${name}`,
+    failed: ({ name }) => `Not saved on ${name}`,
+  },
+  undo: {
+    title: ({ name, values: n }) => `Write ${values(n)} back on ${name}?`,
+    lead: "RAM held these values before. They are written to RAM and read back; ROM is not changed.",
+    head: { now: "Now", next: "Before" },
+    go: ({ values: n }) => `Write ${values(n)} back`,
+  },
+  snapshot: {
+    title: ({ name }) => `Restore ${name}`,
+    nothing: "Nothing would change: the servo already holds all of this.",
+    save: "Save to ROM as well. The servo restarts: no torque for about a second, and its horn may go slowly to 0°",
+    ram: "To RAM only: lost at power-off.",
+    go: ({ values: n, save }) => `Write ${values(n)}${save ? " and save" : ""}`,
+  },
+  drift: {
+    title: ({ name }) => `Another tool changed ${name}`,
+    lead: "ROM differs from what hornbill last knew: it was written elsewhere or with another tool.",
+    head: { now: "Found", next: "Known before" },
+    nothing: "Nothing differs any more.",
+    save: "Save to ROM: the servo restarts, holds no torque for about a second, and its horn may go slowly to 0°",
+    ram: "To RAM only: the mark stays until ROM is proved to hold it.",
+    go: ({ values: n }) => `Restore ${values(n)}`,
+    other: "Accept what was found",
+  },
+  batch: {
+    title: ({ servos: n }) => `Apply to ${servos(n)}?`,
+    save: "Save to ROM as well: each of these servos restarts",
+    ram: "To RAM only: no restart. Lost at power-off.",
+    go: ({ servos: n, save }) => `Apply ${save ? "and save" : "to"} ${servos(n)}`,
+    running: ({ servos: n }) => `Applying to ${servos(n)}`,
+    done: ({ servos: n }) => `Applied to ${servos(n)}`,
+    failed: ({ servos: n }) => `Not applied to ${servos(n)}`,
+  },
+  "batch-save": {
+    title: ({ servos: n }) => `Save ${servos(n)} to ROM?`,
+    nothing: "ROM already holds all of this. The servo is saved and restarts anyway.",
+    go: ({ servos: n }) => `Save and restart ${servos(n)}`,
+    running: ({ servos: n }) => `Saving ${servos(n)} to ROM`,
+    done: ({ servos: n }) => `${servos(n)} saved`,
+    failed: ({ servos: n }) => `${servos(n)} not saved`,
+  },
+  profile: {
+    title: ({ name }) => `Apply ${name}`,
+    save: "Save to ROM. Each servo restarts: no torque for about a second, its horn may go slowly to 0°",
+    go: ({ servos: n }) => `Apply to ${servos(n)}`,
+    running: ({ name }) => `Applying ${name}`,
+    done: ({ name }) => `${name} applied`,
+    failed: ({ name }) => `${name} not applied to all`,
+  },
+  restart: {
+    title: about => `Restart ${them(about)}?`,
+    head: { now: "In RAM now", next: "After, from ROM" },
+    nothing: "No value is lost: RAM holds what ROM is known to hold.",
+    go: about => `Restart ${them(about)}`,
+    running: about => `Restarting ${them(about)}`,
+    done: about => `${them(about)} restarted`,
+    failed: about =>
+      about.servos === 1 ? `Restart of ${about.name} not confirmed` : `${them(about)} not restarted`,
+  },
+  "factory-reset": {
+    title: ({ name }) => `Reset ${name} to factory defaults?`,
+    head: { now: "Now", next: "Default" },
+    nothing: "Every value is at its default already. The servo is written and restarted anyway.",
+    go: ({ name }) => `Reset ${name}`,
+    running: ({ name }) => `Resetting ${name}`,
+    done: ({ name }) => `${name} is at factory defaults`,
+    failed: ({ name }) => `${name} was not reset`,
+  },
+  output: {
+    title: ({ servos: n }) => `Restore output of ${servos(n)}?`,
+    go: () => "Restore output",
+    running: () => "Restoring output",
+    done: ({ servos: n }) => `Output is on: ${servos(n)}`,
+    failed: () => "Output not restored on all servos",
+  },
+};
+
+export const words = {
+  kinds,
+  parameter: "Parameter",
+  now: "Now",
+  next: "New value",
+  planning: "Checking what would change",
+  again: "Check again",
+  preview: "Show what would change",
+  nothing: "Nothing would change.",
+  unchanged: (n: number) => `${values(n)} already held.`,
+  leftOut: (n: number) => `${values(n)} left out`,
+  rejected: (why: string) => `Left out, nothing is written to it: ${why}`,
+  refused: (why: string) => `Nothing was written. ${why}`,
+  facts: (model: string, serial: string, id: string) => `${model}, ${serial}, servo ${id}`,
+  keepOn: "Keep the supply on until this is done.",
+  inTurn: "One servo at a time, in this order. Keep this page open until the last one has restarted.",
+  lost: (n: number) => `${values(n)} in RAM only ${n === 1 ? "is" : "are"} lost`,
+  lostHint: "Cancel and save to ROM first to keep them.",
+  assumed: "found in RAM after a restart that was not watched",
+  working: "Writing",
+  of: (done: number, all: number) => `${done} of ${all} done`,
+  steps: (name: string) => `Steps of ${name}`,
+  results: "Result of each servo",
+  state: {
+    waiting: "Waiting",
+    running: "Running",
+    done: "Done",
+    failed: "Failed",
+    left_out: "Not started",
+  },
+  written: (n: number) => `${values(n)} written and read back`,
+  writtenSaved: (n: number) => `${values(n)} written, saved, and read back from ROM`,
+  saved: "Saved, and read back from ROM",
+  fault: {
+    not_written: (why: string) => `Not written: ${why}`,
+    rolled_back: (why: string) => `Not written; this servo is as it was. ${why}`,
+    not_saved: (why: string) => `Written to RAM, not saved. ${why}`,
+  },
+
+  /** Before the restart: what it holds meanwhile. */
+  gap: {
+    save: "The servo writes to ROM and restarts. It holds no torque for about a second, so a load can drop.",
+    restart: "The servo holds no torque for about a second, so a load can drop.",
+    "factory-reset": "Torque goes off first and stays off for a few seconds, so a load can drop.",
+  },
+  /** What the horn does at the start, by the forecast's code; and then. */
+  horn: {
+    moves: (from: string) => `The horn moves: ${from} to 0.0°`,
+    unknown_start: "The horn moves to 0.0°",
+    stays: "The horn stays at 0.0°",
+    holds: "The horn stays where it is",
+    no_torque: "The servo restarts with torque off",
+    brake: "The servo restarts on the brake",
+    unknown: "The horn may move to 0.0°",
+  },
+  after: {
+    moves: "Then it turns slowly to 0.0°, at most 30\u202frpm and 30\u202f% torque.",
+    unknown_start:
+      "Then it turns slowly to 0.0°, from an angle that is not known: origin or direction change with the restart.",
+    stays: "Then it holds within 1° of 0.0°.",
+    holds: "Soft start is off: then it holds where it stands.",
+    no_torque: "It holds nothing after the restart until torque is turned on.",
+    brake: "After the restart it brakes weakly and holds no angle.",
+    unknown: "What the horn does then is not known, because ROM was not read completely.",
+  },
+  /** By the warning's code; those not here are said by the sentences above, or concern a save only. */
+  warnings: {
+    turn_count_lost: (before: string, after: string) =>
+      `The turn count is lost: ${before} will read as ${after}. The next move may go the other way.`,
+    rom_lost: () =>
+      "Its saved values could not be loaded at the last start, and may not load now: then it runs on defaults again. Restore a snapshot and save.",
+    timeout_on_the_way: (after: string) =>
+      `Its own timeout (0x26, 0x27) may switch the output off ${after} after the start: the horn then coasts to rest.`,
+    energised: () =>
+      "The output comes on for a moment before ROM is written, and holds the horn where it stands. Keep clear.",
+    outside_limits: (here: string, limit: string) =>
+      `The horn stands at ${here}, outside its angle limits: it may be moved to ${limit}.`,
+    supply_near_limit: (supply: string, limit: string) =>
+      `The supply is ${supply}, close to the limit of ${limit}. It must not sag while ROM is written.`,
+    supply_unknown: () => "The supply was not read. It must be steady while ROM is written.",
+    supply_beyond_limit: (supply: string) =>
+      `The supply is ${supply}, beyond a limit that applies after the restart. The output stays off then.`,
+  },
+
+  reset: {
+    keep: (id: string, node: string, origin: string) => `Keep servo ID ${id}, ${node} and origin ${origin}`,
+    node: (id: string) => `node ID ${id}`,
+    dynamicNode: "dynamic node ID",
+    identityGoes:
+      "The servo gets servo ID 0 and a dynamic node ID, and its zero may change. It is found again by its unique ID.",
+    changes: (n: number) => `${values(n)} ${n === 1 ? "changes" : "change"} in RAM and ROM`,
+    snapshot: "A snapshot of the present values is taken first.",
+    type: (name: string) => `Type ${name} to confirm`,
+  },
+
+  profile: {
+    who: "Servos",
+    none: "No servo is on the bus.",
+    goOn: "Continue with the others when one fails",
+    planned: (n: number) => (n === 0 ? "already holds all of it" : `${values(n)} would change`),
+  },
+
+  output: {
+    lead: "Outputs come on one after another. Each horn is held where it is now.",
+    clears: "The stop is cleared.",
+    load: "under load",
+    loaded: (names: string, n: number) =>
+      `Under load: ${names}. ${n === 1 ? "Its horn takes" : "Their horns take"} up the load as soon as the output is on.`,
+    torque: (pct: string) => `about ${pct} torque`,
+    stays: (why: string) => `Not restored. ${why}`,
+    keeps:
+      "The servos' command timeout (0x26) would switch the output off again, so this page takes motion control. The output goes off when you leave this page, hide the tab or turn motion off.",
+    again: "Stop was pressed again. Close this and look before you restore the output.",
+    cleared: "Clear the stop",
+    held: (deg: string) => `held at ${deg}`,
+    stop: "Stop ends this at once.",
+  },
+};

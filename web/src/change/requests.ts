@@ -1,0 +1,341 @@
+/** The changes that are asked about in the dialog, as data: what each asks beforehand, and what does it. */
+
+import { type Signal, signal } from "@preact/signals";
+import { ask, type Problem, problemOf } from "../api/client";
+import type {
+  BatchOutcome,
+  BatchPatched,
+  Drift,
+  Profile,
+  ResetPreview,
+  RestartPreview,
+  Restored,
+  SavePreview,
+} from "../api/config-types";
+import type { Change, Job, LeftOut, ParametersPatched, ProblemBody } from "../api/types";
+import { staged } from "../bench/draft";
+import { endText, failureText, problemText } from "../bench/facts";
+import { peekServo } from "../bench/fleet";
+import { settled } from "../bench/jobs";
+import { leaseHeader } from "../bench/motion";
+import { noteText } from "../bench/note-text";
+import { asProblem, readSheet, sheetOf, type WantedValue } from "../bench/parameters";
+import { refuse, takeOutcomes } from "./apply";
+import { type ChangeRequest, openChange, type Part, type Tell, type Turn, type Wish } from "./flow";
+import { followSave, followTogether, followWrite, plannedPart, send, startJob } from "./send";
+
+/** Every servo of a plan for itself: one that is refused says why. */
+function each(uids: readonly string[], look: (uid: string) => Promise<Part>): Promise<Part[]> {
+  return Promise.all(
+    uids.map(uid => look(uid).catch((error): Part => ({ uid, changes: [], problem: problemOf(error) }))),
+  );
+}
+
+/** Refusals that every other servo would meet as well. */
+const OF_ALL = new Set(["stopped", "lease_held", "bus_disconnected", "no_link", "unauthorized"]);
+
+/** A job for each, one after the other. The others go on when one fails; none is started after a stop. */
+async function inTurn(
+  uids: readonly string[],
+  verb: "restart" | "factory-reset",
+  body: object,
+  tell: Tell,
+): Promise<void> {
+  let end: Problem | null = null;
+  for (const uid of uids) {
+    if (end !== null) {
+      tell(uid, { state: "left_out", why: problemText(end) });
+      continue;
+    }
+    tell(uid, { state: "running" });
+    try {
+      const job = await startJob(`/servos/${uid}/${verb}`, body, { headers: leaseHeader() });
+      tell(uid, { job });
+      const done = await settled(job);
+      const well = done.state === "succeeded";
+      tell(uid, well ? { state: "done" } : { state: "failed", why: endText(done) });
+      readSheet(uid);
+    } catch (error) {
+      const problem = problemOf(error);
+      if (OF_ALL.has(problem.code)) end = problem;
+      tell(uid, { state: end ? "left_out" : "failed", why: problemText(problem) });
+    }
+  }
+}
+
+const rowsOf = (changes: readonly Change[]) =>
+  changes.map(one => ({ key: one.key, now: one.before, next: one.requested }));
+
+/** Restarts, in this order. */
+export function restartChange(uids: readonly string[]): ChangeRequest {
+  return {
+    kind: "restart",
+    save: "never",
+    plan: () =>
+      each(uids, async uid => {
+        const { lost, restart } = await send<RestartPreview>(
+          "POST",
+          `/servos/${uid}/restart`,
+          { dry_run: true },
+          { headers: leaseHeader() },
+        );
+        return { uid, changes: rowsOf(lost), restart };
+      }),
+    run: (_, able, tell) =>
+      inTurn(
+        able.map(one => one.uid),
+        "restart",
+        {},
+        tell,
+      ),
+  };
+}
+
+export interface ResetFacts {
+  keep: Signal<boolean>;
+  /** The name, to be typed. */
+  name: string;
+  typed: Signal<string>;
+  /** What is kept, as it was first told. */
+  kept: Signal<ResetPreview["kept"] | null>;
+}
+
+export function resetChange(uid: string, name: string): ChangeRequest & { facts: ResetFacts } {
+  const facts: ResetFacts = { keep: signal(true), name, typed: signal(""), kept: signal(null) };
+  const body = () => ({ keep_identity: facts.keep.peek() });
+  return {
+    kind: "factory-reset",
+    save: "never",
+    facts,
+    ready: () => facts.typed.value.trim() === name,
+    plan: async () => {
+      const { changes, restart, kept } = await send<ResetPreview>(
+        "POST",
+        `/servos/${uid}/factory-reset`,
+        { dry_run: true, ...body() },
+        { headers: leaseHeader() },
+      );
+      facts.kept.value ??= kept;
+      return [{ uid, changes: rowsOf(changes), restart }];
+    },
+    run: (_, __, tell) => inTurn([uid], "factory-reset", body(), tell),
+  };
+}
+
+/** Rows of a snapshot are written back; null for all of them. */
+export function snapshotChange(
+  uid: string,
+  id: number,
+  keys: readonly string[] | null,
+  onClose: (turns: readonly Turn[]) => void,
+): ChangeRequest {
+  const path = `/servos/${uid}/snapshots/${id}/restore`;
+  const sent = (wish: Wish, dry_run: boolean) =>
+    send<Restored>("POST", path, { ...wish, keys, dry_run }, { timeout_ms: 60_000 });
+  return {
+    kind: "snapshot",
+    save: "ask",
+    quick: true,
+    needsChanges: true,
+    onClose,
+    plan: async wish => {
+      const answer = await sent(wish, true);
+      return [{ ...plannedPart(uid, answer, wish.save), leftOut: answer.left_out.map(leftOutOf) }];
+    },
+    run: async (wish, _, tell) => {
+      await followWrite(uid, await sent(wish, false), tell);
+    },
+  };
+}
+
+const leftOutOf = (one: LeftOut) => ({ key: one.key, why: noteText(one.why, one.why_code, one.why_params) });
+
+/** What another tool changed in ROM is written back, or accepted. */
+export function driftChange(uid: string): ChangeRequest {
+  const path = `/servos/${uid}/drift`;
+  return {
+    kind: "drift",
+    save: "ask",
+    quick: true,
+    facts: uid,
+    other: () => ask<void>("DELETE", path),
+    plan: async wish => {
+      const { rows } = await ask<Drift>("GET", path);
+      const changes = rows.map(row => ({ key: row.key, now: row.now, next: row.was, doubt: !row.proved }));
+      if (rows.length === 0) return [];
+      const body = {
+        values: Object.fromEntries(rows.map(row => [row.key, row.was])),
+        ...wish,
+        dry_run: true,
+      };
+      // What cannot be written back can still be accepted.
+      const [part] = await each([uid], async () =>
+        plannedPart(
+          uid,
+          await send<ParametersPatched>("PATCH", `/servos/${uid}/parameters`, body),
+          wish.save,
+        ),
+      );
+      return part ? [{ ...part, changes, rom: [], unchanged: 0 }] : [];
+    },
+    run: async (wish, _, tell) => {
+      await followWrite(
+        uid,
+        await send<ParametersPatched>("POST", `${path}/restore`, wish, { timeout_ms: 60_000 }),
+        tell,
+      );
+    },
+  };
+}
+
+export function openDrift(uid: string): void {
+  void openChange(driftChange(uid)).look();
+}
+
+/** One servo in the result of a job of kind "profile". */
+interface Applied extends SavePreview {
+  uid: string;
+  outcome: string;
+  changes: Change[];
+  left_out: LeftOut[];
+  saved: boolean;
+  problem: ProblemBody | null;
+}
+
+export interface ProfileFacts {
+  name: string;
+  chosen: Signal<ReadonlySet<string>>;
+  /** The others go on when one fails. */
+  goOn: Signal<boolean>;
+}
+
+/** A profile for servos that are chosen in the dialog. */
+export function profileChange(
+  { name }: Profile,
+  uids: readonly string[] = [],
+): ChangeRequest & { facts: ProfileFacts } {
+  const facts: ProfileFacts = { name, chosen: signal(new Set(uids)), goOn: signal(false) };
+  const path = `/profiles/${encodeURIComponent(name)}/apply`;
+  const body = (wish: Wish, dry_run: boolean) => ({
+    uids: [...facts.chosen.peek()],
+    dry_run,
+    on_anomaly: dry_run || facts.goOn.peek() ? "continue" : "stop",
+    ...wish,
+  });
+  return {
+    kind: "profile",
+    save: "ask",
+    facts,
+    plan: async wish => {
+      const job = await send<Job>("POST", `${path}?wait=true`, body(wish, true), { timeout_ms: 60_000 });
+      return appliedBy(job).map(one => ({
+        ...plannedPart(one.uid, one, wish.save),
+        leftOut: one.left_out.map(leftOutOf),
+        problem: one.problem && asProblem(one.problem),
+      }));
+    },
+    run: async (wish, _, tell) => {
+      const job = await startJob(path, body(wish, false), { timeout_ms: 60_000 });
+      await followTogether(job, tell);
+    },
+    together: true,
+    ready: () => facts.chosen.value.size > 0,
+  };
+}
+
+const appliedBy = (job: Job) => (job.result as { servos?: Applied[] } | null)?.servos ?? [];
+
+type Staged = ReadonlyMap<string, ReadonlyMap<string, WantedValue>>;
+
+/** What is staged and may be sent, by servo; servos with nothing are left out. */
+export function stagedOn(uids: readonly string[]): Map<string, Map<string, WantedValue>> {
+  const found = new Map<string, Map<string, WantedValue>>();
+  for (const uid of uids) {
+    const sheet = sheetOf(uid);
+    const values = staged(sheet.drafts.map.value, key => sheet.held(key));
+    if (values.size > 0) found.set(uid, values);
+  }
+  return found;
+}
+
+/** Asks what would become of it, or does it. Each servo is changed all or nothing. */
+export async function writeMatrix(
+  values: Staged,
+  wish: Wish & { dry_run: boolean },
+): Promise<BatchOutcome[]> {
+  const body = {
+    servos: Object.fromEntries([...values].map(([uid, one]) => [uid, Object.fromEntries(one)])),
+    revisions: Object.fromEntries([...values.keys()].map(uid => [uid, sheetOf(uid).revision])),
+    ...wish,
+  };
+  const answer = await send<BatchPatched>("PATCH", "/parameters", body, { timeout_ms: 90_000 });
+  if (!wish.dry_run) for (const one of answer.servos) tellRows(one, values);
+  return answer.servos;
+}
+
+/** Tells a servo's rows what became of them. */
+function tellRows(one: BatchOutcome, values: Staged): void {
+  const sheet = sheetOf(one.uid);
+  if (one.revision) sheet.takeWritten(one.revision, one.changes);
+  if (one.outcome === "applied" || one.outcome === "rolled_back") {
+    const failure = one.problem ? failureText(one.problem) : null;
+    takeOutcomes(sheet, { outcome: one.outcome, changes: one.changes, failure });
+  } else if (one.problem) {
+    refuse(sheet, [...(values.get(one.uid)?.keys() ?? [])], asProblem(one.problem));
+  }
+}
+
+/** What is staged on these servos now, in one request. */
+export function batchChange(uids: readonly string[]): ChangeRequest {
+  const values = stagedOn(uids);
+  return {
+    kind: "batch",
+    save: "ask",
+    count: values.size,
+    plan: async wish =>
+      (await writeMatrix(values, { ...wish, dry_run: true })).map(one => {
+        const part = plannedPart(one.uid, one, wish.save);
+        return {
+          ...part,
+          changes: wish.save ? [] : part.changes,
+          problem: one.problem ? asProblem(one.problem) : null,
+        };
+      }),
+    run: async (wish, able, tell) => {
+      const mine = new Map([...values].filter(([uid]) => able.some(one => one.uid === uid)));
+      for (const uid of mine.keys()) tell(uid, { state: "running" });
+      const outcomes = await writeMatrix(mine, { ...wish, dry_run: false });
+      await Promise.all(outcomes.map(one => followWrite(one.uid, one, tell)));
+    },
+  };
+}
+
+/** What RAM of these servos holds goes into ROM. */
+export function batchSaveChange(uids: readonly string[]): ChangeRequest {
+  const online = uids.filter(uid => peekServo(uid)?.online === true);
+  return {
+    kind: "batch-save",
+    save: "always",
+    count: online.length,
+    plan: ({ confirm }) =>
+      each(online, async uid =>
+        plannedPart(
+          uid,
+          await send<SavePreview>("POST", `/servos/${uid}/save`, { confirm, dry_run: true }),
+          true,
+        ),
+      ),
+    run: async ({ confirm }, able, tell) => {
+      await Promise.all(
+        able.map(async ({ uid }) => {
+          tell(uid, { state: "running" });
+          try {
+            await followSave(uid, await startJob(`/servos/${uid}/save`, { confirm }), [], tell);
+          } catch (error) {
+            tell(uid, { state: "failed", fault: "not_saved", why: problemText(problemOf(error)) });
+          }
+        }),
+      );
+    },
+  };
+}

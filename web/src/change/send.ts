@@ -1,0 +1,127 @@
+/** Sending a change, once however often it is sent, and following what it starts. */
+import { ask } from "../api/client";
+import type { SavePreview } from "../api/config-types";
+import type { Change, Job, ProblemBody } from "../api/types";
+import { endText, failureText } from "../bench/facts";
+import { peekServo } from "../bench/fleet";
+import { jobs, setJob, settled } from "../bench/jobs";
+import { sheetOf } from "../bench/parameters";
+import type { Part, RowChange, Tell, Turn } from "./flow";
+
+interface SendOptions {
+  headers?: Record<string, string>;
+  timeout_ms?: number;
+}
+
+/** Sends a write or its dry run. A POST that does something is done once, however often it is sent. */
+export function send<Answer>(
+  verb: "POST" | "PATCH",
+  path: string,
+  body: object,
+  { headers = {}, timeout_ms = 30_000 }: SendOptions = {},
+): Promise<Answer> {
+  const once: Record<string, string> =
+    verb === "POST" && !("dry_run" in body && body.dry_run)
+      ? { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` }
+      : {};
+  return ask<Answer>(verb, path, { body, headers: { ...headers, ...once }, timeout_ms });
+}
+
+/** Starts a job; answers its id. */
+export async function startJob(path: string, body: object, options: SendOptions = {}): Promise<string> {
+  const job = await send<Job>("POST", path, body, options);
+  // What the socket told of it meanwhile is newer than this answer.
+  if (!jobs.peek().has(job.id)) setJob(job);
+  return job.id;
+}
+
+export function changed(changes: readonly Change[]): Change[] {
+  return changes.filter(one => one.verdict !== "unchanged");
+}
+
+/** What the server answers to a write of rows, or to its dry run. */
+interface Written extends SavePreview {
+  outcome: string;
+  changes: readonly Change[];
+  failure?: string | null;
+  problem?: ProblemBody | null;
+  job?: string | null;
+}
+
+/** One servo of a plan, from what a dry run answered. */
+export function plannedPart(uid: string, answer: Partial<Written>, save: boolean): Part {
+  const changes = changed(answer.changes ?? []);
+  return {
+    uid,
+    changes: changes.map(one => ({ key: one.key, now: one.before, next: one.requested })),
+    unchanged: (answer.changes?.length ?? 0) - changes.length,
+    ...(save
+      ? {
+          rom: romOf(answer),
+          unknown: answer.rom_unknown?.length ?? 0,
+          restart: answer.restart ?? null,
+        }
+      : {}),
+  };
+}
+
+function romOf(answer: SavePreview): RowChange[] {
+  return (answer.rom_changes ?? []).map(one => ({ key: one.key, now: one.before, next: one.after }));
+}
+
+/** Tells what came of a write to one servo, and follows the save it has started. Answers why that is not saved, or null. */
+export async function followWrite(
+  uid: string,
+  answer: Written,
+  tell: Tell,
+  turn = uid,
+  keys: readonly string[] = answer.changes.map(one => one.key),
+): Promise<string | null> {
+  const count = changed(answer.changes).length;
+  const why = answer.problem ? failureText(answer.problem) : (answer.failure ?? "");
+  const failed = (fault: Turn["fault"]) => tell(turn, { state: "failed", fault, count, why });
+  if (answer.outcome === "rolled_back") failed("rolled_back");
+  else if (answer.outcome !== "applied") failed("not_written");
+  else if (answer.job) {
+    tell(turn, { count });
+    return followSave(uid, answer.job, keys, tell, turn);
+  } else if (why !== "") {
+    failed("not_saved");
+    return why;
+  } else tell(turn, { state: "done", count });
+  return null;
+}
+
+/** Waits for a save, marks the rows it put into ROM, and tells how it ended. */
+export async function followSave(
+  uid: string,
+  job: string,
+  keys: readonly string[],
+  tell: Tell,
+  turn = uid,
+): Promise<string | null> {
+  tell(turn, { state: "running", job });
+  const rows = new Set([...keys, ...(peekServo(uid)?.unsaved ?? [])]);
+  const end = await settled(job);
+  // What ROM holds now.
+  await sheetOf(uid).load();
+  if (end.state !== "succeeded") {
+    tell(turn, { state: "failed", fault: "not_saved", why: endText(end) });
+    return endText(end);
+  }
+  const at = end.ended_at ?? Date.now() / 1000;
+  const left = new Set(peekServo(uid)?.unsaved ?? []);
+  const saved = [...rows].filter(key => !left.has(key));
+  sheetOf(uid).setOutcomes(saved.map(key => [key, { kind: "saved", at }]));
+  tell(turn, { state: "done", saved: true });
+  return null;
+}
+
+/** Follows the job that does it to all. */
+export async function followTogether(job: string, tell: Tell): Promise<Job> {
+  tell("", { state: "running", job });
+  const end = await settled(job);
+  const well = end.state === "succeeded";
+  tell("", well ? { state: "done" } : { state: "failed", why: end.error ? failureText(end.error) : null });
+  return end;
+}

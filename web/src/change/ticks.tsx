@@ -1,0 +1,117 @@
+/** What has to be said before a change: what the server wants to hear, a save that is wished, and that horns can turn freely. */
+import type { Signal } from "@preact/signals";
+import type { SafetyWord } from "../api/config-types";
+import { nameOf, servo } from "../bench/fleet";
+import { cell, Tick } from "../kit/field";
+import { text } from "../text";
+import { changing, editing } from "../text/topics";
+import type { ChangeFlow } from "./flow";
+import { hornLine } from "./horn-forecast";
+import type { HornFree } from "./horn-free";
+import { withTick } from "./safety-words";
+
+interface SafetyProps {
+  asked: readonly SafetyWord[];
+  agreed: Signal<readonly SafetyWord[]>;
+  disabled: boolean;
+}
+
+/** A tick for each word; those that exclude each other are a choice. */
+export function SafetyTicks({ asked, agreed, disabled }: SafetyProps) {
+  const { ticks, choices } = editing.confirm;
+  const choice = asked.filter(word => word in choices);
+  const choose = (word: SafetyWord, on: boolean) => {
+    agreed.value = withTick(agreed.peek(), word, on);
+  };
+  return (
+    <>
+      {choice.length > 1 && (
+        <fieldset class="ask-choices">
+          {choice.map(word => (
+            <label key={word} class="tick">
+              <input
+                type="radio"
+                name="safety"
+                data-testid={`confirm-${word}`}
+                checked={agreed.value.includes(word)}
+                disabled={disabled}
+                onChange={() => choose(word, true)}
+              />
+              {choices[word]}
+            </label>
+          ))}
+        </fieldset>
+      )}
+      {asked
+        .filter(word => choice.length < 2 || !choice.includes(word))
+        .map(word => (
+          <Tick
+            key={word}
+            at={cell(agreed.value.includes(word), on => choose(word, on))}
+            label={ticks[word]}
+            testid={`confirm-${word}`}
+            disabled={disabled}
+          />
+        ))}
+    </>
+  );
+}
+
+/** Save, where it is asked: never ticked beforehand, and planned anew. */
+export function SaveTick({ flow }: { flow: ChangeFlow }) {
+  const { save: label, ram } = changing.kinds[flow.request.kind];
+  const { save } = flow;
+  if (flow.request.save !== "ask" || label === undefined || (flow.parts.value?.length ?? 0) === 0)
+    return null;
+  const put = (on: boolean) => {
+    save.value = on;
+  };
+  return (
+    <>
+      <Tick
+        at={cell(
+          save.value,
+          on =>
+            void flow.choose(
+              () => put(on),
+              () => put(!on),
+            ),
+        )}
+        label={label}
+        testid="change-save"
+        disabled={flow.phase.value !== "ready"}
+      />
+      {!save.value && ram !== undefined && <p class="small second">{ram}</p>}
+    </>
+  );
+}
+
+export function HornFreeTick({ of, big = false }: { of: HornFree; big?: boolean }) {
+  if (of.count === 0) return null;
+  return (
+    <Tick
+      at={cell(of.agreed, free => of.say(free))}
+      label={text.save.free(of.count)}
+      testid="horn-free"
+      {...(big ? { class: "tick big" } : {})}
+    />
+  );
+}
+
+/** What each servo does when it restarts. */
+export function AfterRestart({ flow }: { flow: ChangeFlow }) {
+  const all = flow.able.value.filter(one => one.restart !== undefined);
+  if (all.length === 0 || !flow.current.value) return null;
+  return (
+    <div class="after-save" data-testid="after-save">
+      {flow.request.save !== "never" && <h3>{text.save.afterSave(all.length)}</h3>}
+      <ul>
+        {all.map(one => (
+          <li key={one.uid}>
+            <b>{nameOf(servo(one.uid))}</b>: {one.restart ? hornLine(one.restart) : text.save.unknownHead}
+          </li>
+        ))}
+      </ul>
+    </div>
+  );
+}
