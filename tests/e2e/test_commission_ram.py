@@ -74,9 +74,9 @@ def saved_from_the_report(hand: Hand, server: Server, servos: list[str]) -> None
         turn_by_hand(server, uid, 30)
     hand.press("report-save")
     expect(page.get_by_test_id("after-save")).to_contain_text("The horn moves: +30.0° to 0.0°")
-    expect(page.get_by_test_id("batch-go")).to_be_disabled()
+    expect(page.get_by_test_id("batch-save-go")).to_be_disabled()
     hand.tick("horn-free")
-    hand.press("batch-go")
+    hand.press("batch-save-go")
     for uid in servos:
         expect(page.get_by_test_id(f"turn-{uid}")).to_have_attribute("data-state", "done", timeout=JOB_MS)
     hand.press("change-close")
