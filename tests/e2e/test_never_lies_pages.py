@@ -167,7 +167,7 @@ SILENT = {
         "faults", "[data-testid=fault-{fault}]", "data-stale", "false", "true", OFFLINE_AFTER_S + HEARTBEAT_S, as_faulty
     ),
     "bus": Old(
-        "bus#nodes", "[data-testid=node-{node}]", "class", "n-grid n-row", "n-grid n-row away",
+        "bus#nodes", "[data-testid=node-{node}]", "data-away", "false", "true",
         OFFLINE_AFTER_S + 2 * HEARTBEAT_S,  # the list is asked for every two seconds
     ),
     "records": Old(

@@ -10,8 +10,10 @@ import { now } from "../bench/clock";
 import { pending } from "../bench/fleet";
 import { age, clock, date, grouped } from "../bench/format";
 import { up } from "../bench/link";
+import { wordInAddress } from "../bench/route";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
+import { DataTable } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
@@ -49,27 +51,67 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
         </div>
       )}
       {table !== null && table.length > 0 && (
-        <div role="table" aria-label={said.title} class={up.value ? "" : "old"}>
-          <div role="row" class="i-grid n-head">
-            {(["id", "name", "seen", "pinned"] as const).map(key => (
-              <span key={key} role="columnheader" class={`i-${key}`}>
-                {said.head[key]}
-              </span>
-            ))}
-          </div>
-          {table.map(one => (
-            <Row
-              key={one.uid}
-              one={one}
-              onPin={() => {
-                open.value = { what: "pin", one };
-              }}
-              onForget={() => {
-                open.value = { what: "forget", one };
-              }}
-            />
-          ))}
-        </div>
+        <DataTable
+          label={said.title}
+          rows={table}
+          id={one => one.uid}
+          testid={one => `id-${one.uid}`}
+          away={one => !one.online}
+          old={!up.value}
+          order={order}
+          columns={[
+            { key: "id", head: said.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
+            {
+              key: "name",
+              head: said.head.name,
+              by: one => ownerName(one.uid),
+              cell: one => (
+                <>
+                  <b>{ownerName(one.uid)}</b>
+                  <small class="mono">{one.uid}</small>
+                </>
+              ),
+            },
+            {
+              key: "seen",
+              head: said.head.seen,
+              by: one => one.last_seen ?? 0,
+              cell: one => (
+                <>
+                  {one.last_seen === null ? said.never : day(one.last_seen)}
+                  <small>{one.online ? said.online : said.offline}</small>
+                </>
+              ),
+            },
+            {
+              key: "pinned",
+              head: said.head.pinned,
+              by: one => (one.pinned ? 0 : 1),
+              cell: one => (
+                <span class={one.pinned ? "strong" : "dim"}>{one.pinned ? said.pinned : said.automatic}</span>
+              ),
+            },
+            {
+              key: "do",
+              head: "",
+              bare: true,
+              cell: one => (
+                <span class="i-do">
+                  <Button live testid={`pin-${one.uid}`} onClick={() => (open.value = { what: "pin", one })}>
+                    {said.pin}
+                  </Button>
+                  <Button
+                    live
+                    testid={`forget-${one.uid}`}
+                    onClick={() => (open.value = { what: "forget", one })}
+                  >
+                    {said.forget}
+                  </Button>
+                </span>
+              ),
+            },
+          ]}
+        />
       )}
       {table !== null && <p class="small dim below">{said.more}</p>}
       {open.value?.what === "pin" && <PinDialog one={open.value.one} table={table ?? []} onClose={close} />}
@@ -78,34 +120,7 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
   );
 }
 
-function Row({ one, onPin, onForget }: { one: Allocation; onPin: () => void; onForget: () => void }) {
-  return (
-    <div role="row" class={one.online ? "i-grid n-row" : "i-grid n-row away"} data-testid={`id-${one.uid}`}>
-      <span role="cell" class="i-id">
-        {one.node_id}
-      </span>
-      <span role="cell" class="i-name">
-        <span class="strong">{ownerName(one.uid)}</span>
-        <small class="mono">{one.uid}</small>
-      </span>
-      <span role="cell" class="i-seen">
-        {one.last_seen === null ? said.never : day(one.last_seen)}
-        <small>{one.online ? said.online : said.offline}</small>
-      </span>
-      <span role="cell" class={one.pinned ? "i-pinned strong" : "i-pinned dim"}>
-        {one.pinned ? said.pinned : said.automatic}
-      </span>
-      <span role="cell" class="i-do">
-        <Button live testid={`pin-${one.uid}`} onClick={onPin}>
-          {said.pin}
-        </Button>
-        <Button live testid={`forget-${one.uid}`} onClick={onForget}>
-          {said.forget}
-        </Button>
-      </span>
-    </div>
-  );
-}
+const order = wordInAddress("order");
 
 /** "14:02:31" of today, "2026-03-01" of another day. */
 function day(utc: number): string {

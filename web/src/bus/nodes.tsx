@@ -12,8 +12,8 @@ import { age, grouped, NONE } from "../bench/format";
 import { up } from "../bench/link";
 import { noteText } from "../bench/note-text";
 import { poll } from "../bench/poll";
-import { pathOf } from "../bench/route";
-import { follow } from "../kit/follow";
+import { pathOf, wordInAddress } from "../bench/route";
+import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
@@ -59,18 +59,17 @@ export function Nodes() {
         </div>
       )}
       {list !== null && list.length > 0 && (
-        <div role="table" aria-label={said.title} class={up.value ? "" : "old"}>
-          <div role="row" class="n-grid n-head">
-            {(["id", "name", "health", "up", "heard", "version"] as const).map(key => (
-              <span key={key} role="columnheader" class={`n-${key}`}>
-                {said.head[key]}
-              </span>
-            ))}
-          </div>
-          {list.map(one => (
-            <NodeRow key={one.node_id} one={one} passed={passed} />
-          ))}
-        </div>
+        <DataTable
+          label={said.title}
+          rows={list}
+          id={one => one.node_id}
+          testid={one => `node-${one.node_id}`}
+          kind={one => one.kind}
+          away={one => !one.online}
+          old={!up.value}
+          order={order}
+          columns={columnsOf(passed)}
+        />
       )}
       {list !== null && list.length > 0 && (
         <p class="small dim below">{said.summary(grouped(online), grouped(list.length))}</p>
@@ -79,60 +78,85 @@ export function Nodes() {
   );
 }
 
-function NodeRow({ one, passed }: { one: BusNode; passed: number }) {
+const order = wordInAddress("order");
+
+function nodeName(one: BusNode): string {
   const known = one.uid === null ? undefined : servo(one.uid);
-  const name = known ? nameOf(known) : (one.name ?? said.nameless);
-  const path = known ? pathOf("parameters", known.uid) : null;
-  const away = !one.online;
-  const [release, commit] = one.software_version?.split("+") ?? [];
-  return (
-    <div
-      role="row"
-      class={away ? "n-grid n-row away" : "n-grid n-row"}
-      data-testid={`node-${one.node_id}`}
-      data-kind={one.kind}
-    >
-      <span role="cell" class="n-id">
-        {one.node_id}
-      </span>
-      <span role="cell" class="n-name">
-        {path === null ? (
-          <span class="strong">{name}</span>
-        ) : (
-          <a class="row-link strong" href={path} onClick={event => follow(event, path)}>
-            {name}
-          </a>
-        )}
-        <small>
-          {said.kind[one.kind]}
-          {known && one.name !== null && `, ${one.name}`}
-          {one.uid !== null && <span class="mono"> {`${one.uid.slice(0, 4)}…${one.uid.slice(-4)}`}</span>}
-        </small>
-        {one.note !== null && (
-          <small class="n-note">{noteText(one.note, one.note_code, one.note_params)}</small>
-        )}
-      </span>
-      <span role="cell" class="n-health">
-        <Glyph kind={away ? "offline" : GLYPH[one.health]} />
-        <span>
-          <span class={away || one.health !== "ok" ? "strong" : ""}>
-            {away ? said.offline : said.health[one.health]}
+  return known ? nameOf(known) : (one.name ?? said.nameless);
+}
+
+function columnsOf(passed: number): readonly Column<BusNode>[] {
+  return [
+    { key: "id", head: said.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
+    {
+      key: "name",
+      head: said.head.name,
+      by: nodeName,
+      cell: one => {
+        const known = one.uid === null ? undefined : servo(one.uid);
+        return (
+          <>
+            {known ? (
+              <RowLink path={pathOf("parameters", known.uid)}>{nodeName(one)}</RowLink>
+            ) : (
+              <b>{nodeName(one)}</b>
+            )}
+            <small>
+              {said.kind[one.kind]}
+              {known && one.name !== null && `, ${one.name}`}
+              {one.uid !== null && <span class="mono"> {`${one.uid.slice(0, 4)}…${one.uid.slice(-4)}`}</span>}
+            </small>
+            {one.note !== null && <small>{noteText(one.note, one.note_code, one.note_params)}</small>}
+          </>
+        );
+      },
+    },
+    {
+      key: "health",
+      head: said.head.health,
+      by: one => (one.online ? one.health : ""),
+      cell: one => (
+        <>
+          <Glyph kind={one.online ? GLYPH[one.health] : "offline"} />{" "}
+          <span class={!one.online || one.health !== "ok" ? "strong" : ""}>
+            {one.online ? said.health[one.health] : said.offline}
           </span>
           <small>{one.mode}</small>
-        </span>
-      </span>
-      <span role="cell" class="n-up">
-        {age(one.uptime_s, 0)}
-        <small>{one.restarts > 0 ? said.restarts(grouped(one.restarts)) : ""}</small>
-      </span>
-      <span role="cell" class={away ? "n-heard strong" : "n-heard"}>
-        {age(one.age_s + passed)}
-      </span>
-      <span role="cell" class="n-version">
-        {release ?? NONE}
-        {commit && <small class="mono">{commit}</small>}
-        {one.hardware_version !== null && <small>{said.hardware(one.hardware_version)}</small>}
-      </span>
-    </div>
-  );
+        </>
+      ),
+    },
+    {
+      key: "up",
+      head: said.head.up,
+      right: true,
+      by: one => one.uptime_s ?? 0,
+      cell: one => (
+        <>
+          {age(one.uptime_s, 0)}
+          {one.restarts > 0 && <small>{said.restarts(grouped(one.restarts))}</small>}
+        </>
+      ),
+    },
+    {
+      key: "heard",
+      head: said.head.heard,
+      right: true,
+      by: one => one.age_s,
+      cell: one => <span class={one.online ? "" : "strong"}>{age(one.age_s + passed)}</span>,
+    },
+    {
+      key: "version",
+      head: said.head.version,
+      cell: one => {
+        const [release, commit] = one.software_version?.split("+") ?? [];
+        return (
+          <>
+            {release ?? NONE}
+            {commit && <small class="mono">{commit}</small>}
+            {one.hardware_version !== null && <small>{said.hardware(one.hardware_version)}</small>}
+          </>
+        );
+      },
+    },
+  ];
 }

@@ -73,7 +73,7 @@ export function CheckStep() {
             <b>{said.refused}</b> {problem.text}
           </Note>
         )}
-        <table class="c-table" aria-label={said.table}>
+        <table class="table" aria-label={said.table}>
           <thead>
             <tr>
               <th>{said.head.servo}</th>

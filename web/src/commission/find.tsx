@@ -143,7 +143,7 @@ function Row({ one, note, on, onToggle }: RowProps) {
   const name = nameOf(one as KnownServo);
   return (
     <li>
-      <Tick label={said.choose(name)} at={cell(on, onToggle)} class="c-row pick" testid={`pick-${one.uid}`}>
+      <Tick label={said.choose(name)} at={cell(on, onToggle)} class="c-row pick" holder={`pick-${one.uid}`}>
         <span class="c-who">
           <span class="serial">{name}</span>
           <span class="dim">

@@ -165,12 +165,17 @@ interface TickProps {
   /** Some of what it stands for are ticked. */
   some?: boolean;
   class?: string;
+  /** Of the whole, words and all. */
+  holder?: string;
   children?: ComponentChildren;
 }
 
-export function Tick({ label, at, testid, disabled = false, bare, some, children, class: skin }: TickProps) {
+export function Tick({ label, at, testid, disabled = false, bare, some, children, ...props }: TickProps) {
   return (
-    <label class={skin ?? (bare ? "tick-cell" : "tick")}>
+    <label
+      class={props.class ?? (bare ? "tick-cell" : "tick")}
+      {...(props.holder ? { "data-testid": props.holder } : {})}
+    >
       <input
         type="checkbox"
         {...(label && (bare || children) ? { "aria-label": label } : {})}

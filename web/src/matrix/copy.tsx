@@ -46,7 +46,7 @@ export function CopyDialog({ from, uids, rows, onClose }: Props) {
       <fieldset class="m-who">
         <legend class="second">{said.who}</legend>
         {plans.map(({ uid, plan }) => (
-          <Tick key={uid} at={inSet(chosen, uid)} testid={`copy-to-${uid}`}>
+          <Tick key={uid} at={inSet(chosen, uid)} holder={`copy-to-${uid}`}>
             <span class="grow">
               {nameOf(servo(uid))}
               {servo(uid)?.model !== source?.model && <small class="dim"> {said.otherModel}</small>}

@@ -1,5 +1,6 @@
 /** The audit: who did what to which servo and what came of it, newest first, with filters. */
 import { useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
 import { useEffect, useMemo } from "preact/hooks";
 import { API, ask } from "../api/client";
 import type { AuditRow } from "../api/config-types";
@@ -11,6 +12,7 @@ import { connection } from "../bench/link";
 import { wordInAddress } from "../bench/route";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Button } from "../kit/button";
+import { type Column, DataTable } from "../kit/data-table";
 import { Choice } from "../kit/field";
 import { Icon } from "../kit/icon";
 import { Empty, instant, Unread } from "../kit/loaded";
@@ -96,22 +98,13 @@ export function Audit() {
             <p class="w-line second">{said.nothing}</p>
           ))}
         {found !== null && found.length > 0 && (
-          <table class="c-table r-audit" aria-label={words.auditTab}>
-            <thead>
-              <tr>
-                <th>{said.head.at}</th>
-                <th>{said.head.what}</th>
-                <th>{said.head.servo}</th>
-                <th>{said.head.change}</th>
-                <th>{said.head.outcome}</th>
-              </tr>
-            </thead>
-            <tbody>
-              {found.map(one => (
-                <Row key={one.id} one={one} />
-              ))}
-            </tbody>
-          </table>
+          <DataTable
+            label={words.auditTab}
+            rows={found}
+            id={one => one.id}
+            testid={one => `audit-${one.id}`}
+            columns={COLUMNS}
+          />
         )}
         {found !== null && found.length >= PAGE && found.length % PAGE === 0 && (
           <p class="w-line">
@@ -139,41 +132,63 @@ const WELL = new Set([
 
 const SNAPSHOT = new Set(["save", "restart", "factory_reset", "snapshot"]);
 
-function Row({ one }: { one: AuditRow }) {
-  const known = servo(one.uid);
-  const key = one.key ?? "";
-  const show = (value: unknown) => valueText(key, value);
-  // What stands there is the number of a snapshot, not a value that was changed.
-  const changed = !(key === "" && SNAPSHOT.has(one.action)) && (one.after != null || one.before != null);
-  return (
-    <tr data-testid={`audit-${one.id}`}>
-      <td class="r-when">
+const COLUMNS: readonly Column<AuditRow>[] = [
+  {
+    key: "at",
+    head: said.head.at,
+    cell: one => (
+      <>
         {instant(one.at)}
         <small>{who(one.by)}</small>
-      </td>
-      <td>
-        {auditWord(one.action)}
-        {key !== "" && (
+      </>
+    ),
+  },
+  {
+    key: "what",
+    head: said.head.what,
+    cell: ({ action: done, key: row }) => (
+      <>
+        {auditWord(done)}
+        {row && (
           <small>
-            {rowLabelOf(key)} {addressOf(key)}
+            {rowLabelOf(row)} {addressOf(row)}
           </small>
         )}
-      </td>
-      <td class="r-when">{one.uid === null ? "" : nameOf(known) || `${one.uid.slice(0, 8)}…`}</td>
-      <td class="r-values">
-        {changed
-          ? said.changed(show(one.before), show(one.after))
-          : one.requested != null && show(one.requested)}
-        {changed && one.requested != null && show(one.requested) !== show(one.after) && (
-          <small>{said.asked(show(one.requested))}</small>
-        )}
-      </td>
-      <td>
+      </>
+    ),
+  },
+  {
+    key: "servo",
+    head: said.head.servo,
+    cell: one => one.uid !== null && (nameOf(servo(one.uid)) || `${one.uid.slice(0, 8)}…`),
+  },
+  { key: "change", head: said.head.change, cell: changeOf },
+  {
+    key: "outcome",
+    head: said.head.outcome,
+    cell: one => (
+      <>
         <span class={WELL.has(one.outcome) ? "" : "strong"}>{auditWord(one.outcome)}</span>
         {auditedNotes(one).map(note => (
           <small key={note}>{note}</small>
         ))}
-      </td>
-    </tr>
+      </>
+    ),
+  },
+];
+
+function changeOf(one: AuditRow): ComponentChildren {
+  const row = one.key ?? "";
+  const show = (value: unknown) => valueText(row, value);
+  // What stands there is the number of a snapshot, not a value that was changed.
+  const changed = !(row === "" && SNAPSHOT.has(one.action)) && (one.after != null || one.before != null);
+  if (!changed) return one.requested != null && show(one.requested);
+  return (
+    <>
+      {said.changed(show(one.before), show(one.after))}
+      {one.requested != null && show(one.requested) !== show(one.after) && (
+        <small>{said.asked(show(one.requested))}</small>
+      )}
+    </>
   );
 }

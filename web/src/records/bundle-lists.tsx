@@ -5,6 +5,7 @@ import type { BundleContent } from "../api/lab-types";
 import type { BenchEvent } from "../bench/bench";
 import { eventText } from "../bench/event-text";
 import { full, MINUS } from "../bench/format";
+import { DataTable } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import type { BundleLine } from "../plots/bundle";
 import { recorder as words } from "../text/topics";
@@ -35,31 +36,33 @@ export function Events({ content, line, title }: ListProps) {
       <summary>{said.events(content.events.length)}</summary>
       {content.events.length === 0 && <p class="w-line second">{said.noEvents}</p>}
       {content.events.length > 0 && (
-        <table class="c-table">
-          <thead>
-            <tr>
-              <th scope="col">{head.time}</th>
-              <th scope="col">{head.what}</th>
-              <th scope="col">{head.servo}</th>
-            </tr>
-          </thead>
-          <tbody>
-            {content.events.slice(0, most.value).map((one, place) => (
-              <tr key={place}>
-                <td class="r-when">
-                  {typeof one.time === "number" ? relative(one.time - line.zero, 2) : ""}
-                </td>
-                <td>
-                  <span class="rec-what">
-                    <Glyph kind={LEVELS[String(one.level)] ?? "ok"} size={14} />
-                    <span>{whatText(one)}</span>
-                  </span>
-                </td>
-                <td class="second">{title(typeof one.uid === "string" ? one.uid : null)}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
+        <DataTable
+          label={said.events(content.events.length)}
+          rows={content.events.slice(0, most.value)}
+          id={one => content.events.indexOf(one)}
+          columns={[
+            {
+              key: "time",
+              head: head.time,
+              cell: one => typeof one.time === "number" && relative(one.time - line.zero, 2),
+            },
+            {
+              key: "what",
+              head: head.what,
+              cell: one => (
+                <span class="rec-what">
+                  <Glyph kind={LEVELS[String(one.level)] ?? "ok"} size={14} />
+                  <span>{whatText(one)}</span>
+                </span>
+              ),
+            },
+            {
+              key: "servo",
+              head: head.servo,
+              cell: one => title(typeof one.uid === "string" ? one.uid : null),
+            },
+          ]}
+        />
       )}
       <More total={content.events.length} most={most} />
     </details>
@@ -74,28 +77,17 @@ export function Writes({ content, line, title }: ListProps) {
       <summary>{said.writes(content.writes.length)}</summary>
       {content.writes.length === 0 && <p class="w-line second">{said.noWrites}</p>}
       {content.writes.length > 0 && (
-        <table class="c-table">
-          <thead>
-            <tr>
-              <th scope="col">{head.time}</th>
-              <th scope="col">{head.servo}</th>
-              <th scope="col">{head.what}</th>
-              <th scope="col" class="right">
-                {head.value}
-              </th>
-            </tr>
-          </thead>
-          <tbody>
-            {content.writes.slice(0, most.value).map((one, place) => (
-              <tr key={place}>
-                <td class="r-when">{relative(Number(one.time) - line.zero, 2)}</td>
-                <td class="second">{one.uid ? title(one.uid) : one.name}</td>
-                <td>{written(one)}</td>
-                <td class="right">{shownValue(one)}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
+        <DataTable
+          label={said.writes(content.writes.length)}
+          rows={content.writes.slice(0, most.value)}
+          id={one => content.writes.indexOf(one)}
+          columns={[
+            { key: "time", head: head.time, cell: one => relative(Number(one.time) - line.zero, 2) },
+            { key: "servo", head: head.servo, cell: one => (one.uid ? title(one.uid) : one.name) },
+            { key: "what", head: head.what, cell: written },
+            { key: "value", head: head.value, right: true, cell: shownValue },
+          ]}
+        />
       )}
       <More total={content.writes.length} most={most} />
     </details>

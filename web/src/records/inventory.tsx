@@ -6,9 +6,9 @@ import { Asked } from "../bench/asked";
 import { servo } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { connection } from "../bench/link";
-import { pathOf } from "../bench/route";
+import { pathOf, wordInAddress } from "../bench/route";
 import { openDrift } from "../change/requests";
-import { follow } from "../kit/follow";
+import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Empty, instant, Unread } from "../kit/loaded";
@@ -21,12 +21,72 @@ export function inventoryNameOf(one: InventoryServo): string {
   return one.label || one.serial || `${one.uid.slice(0, 8)}…`;
 }
 
+const head = words.inventory.head;
+
+const COLUMNS: readonly Column<InventoryServo>[] = [
+  {
+    key: "servo",
+    head: head.servo,
+    by: inventoryNameOf,
+    cell: one => (
+      <>
+        <RowLink
+          path={pathOf("records", null, `snapshots/${one.uid}`)}
+          title={words.inventory.open(inventoryNameOf(one))}
+        >
+          {inventoryNameOf(one)}
+        </RowLink>
+        <small>
+          {[one.model ?? text.servos.unknownModel, one.label ? one.serial : null].filter(Boolean).join(", ")}
+        </small>
+      </>
+    ),
+  },
+  { key: "id", head: head.id, right: true, by: one => one.servo_id ?? -1, cell: one => one.servo_id ?? NONE },
+  {
+    key: "seen",
+    head: head.seen,
+    by: one => one.last_seen ?? 0,
+    cell: one => (
+      <>
+        {one.last_seen === null ? words.inventory.never : instant(one.last_seen)}
+        <small>{servo(one.uid)?.online === true ? words.on : words.off}</small>
+      </>
+    ),
+  },
+  {
+    key: "snapshots",
+    head: head.snapshots,
+    right: true,
+    by: one => one.snapshots,
+    cell: one => one.snapshots,
+  },
+  {
+    key: "drift",
+    head: head.drift,
+    bare: true,
+    cell: one =>
+      one.drift.length > 0 && (
+        <button
+          type="button"
+          class="drift-badge"
+          onClick={() => {
+            openDrift(one.uid);
+          }}
+        >
+          <Glyph kind="warning" size={14} /> {words.inventory.drift}
+        </button>
+      ),
+  },
+];
+
+const order = wordInAddress("order");
+
 export function Inventory() {
   const list = useMemo(() => new Asked<InventoryServo[]>(), []);
   const load = () => void list.load(() => ask<InventoryServo[]>("GET", "/inventory"));
   const round = connection.value;
   useEffect(load, [round]);
-  const head = words.inventory.head;
   const found = list.value.value;
   return (
     <Scroll label={words.inventory.title} testid="inventory">
@@ -35,62 +95,14 @@ export function Inventory() {
       {found?.length === 0 && <Empty title={words.inventory.empty}>{words.inventory.emptyLine}</Empty>}
       {found !== null && found.length > 0 && (
         <>
-          <table class="c-table r-inventory" aria-label={words.inventory.title}>
-            <thead>
-              <tr>
-                <th>{head.servo}</th>
-                <th class="right">{head.id}</th>
-                <th>{head.seen}</th>
-                <th class="right">{head.snapshots}</th>
-                <th>
-                  <span class="hidden-text">{head.drift}</span>
-                </th>
-              </tr>
-            </thead>
-            <tbody>
-              {found.map(one => {
-                const path = pathOf("records", null, `snapshots/${one.uid}`);
-                return (
-                  <tr key={one.uid} class="r-row" data-testid={`known-${one.uid}`}>
-                    <td>
-                      <a
-                        class="row-link strong"
-                        href={path}
-                        title={words.inventory.open(inventoryNameOf(one))}
-                        onClick={event => follow(event, path)}
-                      >
-                        {inventoryNameOf(one)}
-                      </a>
-                      <small>
-                        {[one.model ?? text.servos.unknownModel, one.label ? one.serial : null]
-                          .filter(Boolean)
-                          .join(", ")}
-                      </small>
-                    </td>
-                    <td class="right">{one.servo_id ?? NONE}</td>
-                    <td>
-                      {one.last_seen === null ? words.inventory.never : instant(one.last_seen)}
-                      <small>{servo(one.uid)?.online === true ? words.on : words.off}</small>
-                    </td>
-                    <td class="right">{one.snapshots}</td>
-                    <td>
-                      {one.drift.length > 0 && (
-                        <button
-                          type="button"
-                          class="drift-badge"
-                          onClick={() => {
-                            openDrift(one.uid);
-                          }}
-                        >
-                          <Glyph kind="warning" size={14} /> {words.inventory.drift}
-                        </button>
-                      )}
-                    </td>
-                  </tr>
-                );
-              })}
-            </tbody>
-          </table>
+          <DataTable
+            label={words.inventory.title}
+            rows={found}
+            id={one => one.uid}
+            testid={one => `known-${one.uid}`}
+            order={order}
+            columns={COLUMNS}
+          />
           <p class="w-line">
             <a class="button" href={`${API}/inventory.csv`} download="">
               <Icon name="download" size={15} /> {words.inventory.csv}

@@ -16,6 +16,7 @@ import { beginChange, type Turn } from "../change/flow";
 import { snapshotChange } from "../change/requests";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
+import { DataTable } from "../kit/data-table";
 import { Choice, cell, inSet, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
 import { Done, Empty, instant, Unread } from "../kit/loaded";
@@ -224,10 +225,17 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           <Empty title={said.alike}>{said.alikeLine(found.value.value.same)}</Empty>
         )}
         {rows.length > 0 && (
-          <table class="c-table" aria-label={said.compareWith}>
-            <thead>
-              <tr>
-                <th class="r-tick">
+          <DataTable
+            label={said.compareWith}
+            rows={rows}
+            id={row => row.key}
+            testid={row => `differs-${row.key}`}
+            columns={[
+              {
+                key: "tick",
+                head: said.tickAll,
+                bare: true,
+                headCell: (
                   <Tick
                     label={said.tickAll}
                     bare
@@ -236,40 +244,45 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
                     })}
                     disabled={usual.length === 0}
                   />
-                </th>
-                <th>{said.head.parameter}</th>
-                <th class="right">{said.head.snapshot}</th>
-                <th class="right">{said.head.other}</th>
-              </tr>
-            </thead>
-            <tbody>
-              {rows.map(row => (
-                <tr key={row.key} data-testid={`differs-${row.key}`}>
-                  <td class="r-tick">
-                    <Tick
-                      label={said.tick(rowLabelOf(row.key))}
-                      bare
-                      at={inSet(ticked, row.key)}
-                      disabled={!able.includes(row.key)}
-                    />
-                  </td>
-                  <td>
+                ),
+                cell: row => (
+                  <Tick
+                    label={said.tick(rowLabelOf(row.key))}
+                    bare
+                    at={inSet(ticked, row.key)}
+                    disabled={!able.includes(row.key)}
+                  />
+                ),
+              },
+              {
+                key: "parameter",
+                head: said.head.parameter,
+                cell: row => (
+                  <>
                     {rowLabelOf(row.key)}
                     <small>
                       {addressOf(row.key)}
                       {row.identity && `, ${said.identity}`}
                     </small>
-                  </td>
-                  <td class="right strong">
-                    {row.left_has ? valueText(row.key, row.left, row.left_unit) : said.absent}
-                  </td>
-                  <td class="right second">
-                    {row.right_has ? valueText(row.key, row.right, row.right_unit) : said.absent}
-                  </td>
-                </tr>
-              ))}
-            </tbody>
-          </table>
+                  </>
+                ),
+              },
+              {
+                key: "snapshot",
+                head: said.head.snapshot,
+                right: true,
+                cell: row => (
+                  <b>{row.left_has ? valueText(row.key, row.left, row.left_unit) : said.absent}</b>
+                ),
+              },
+              {
+                key: "other",
+                head: said.head.other,
+                right: true,
+                cell: row => (row.right_has ? valueText(row.key, row.right, row.right_unit) : said.absent),
+              },
+            ]}
+          />
         )}
         {rows.length > 0 && <p class="w-line dim">{said.same(found.value.value?.same ?? 0)}</p>}
       </Scroll>

@@ -89,7 +89,7 @@ function Detail({ one }: { one: Operation }) {
       {one.arguments.length === 0 ? (
         <p class="dim">{said.noParameters}</p>
       ) : (
-        <table class="c-table">
+        <table class="table">
           <caption class="hidden-text">{said.parameters}</caption>
           <thead>
             <tr>

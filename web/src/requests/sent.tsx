@@ -33,7 +33,7 @@ export function LastSent() {
       {shown.length === 0 ? (
         <p class="w-line dim">{which.value === "reads" ? said.noneAll : said.none}</p>
       ) : (
-        <table class="c-table" data-testid="api-sent">
+        <table class="table" data-testid="api-sent">
           <caption class="hidden-text">{said.table}</caption>
           <thead>
             <tr>

@@ -36,7 +36,7 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
       ))}
       {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be scrollable by keys alone */}
       <div class="tune-table" role="region" aria-label={said.title} tabIndex={0}>
-        <table class="c-table" data-testid="step-metrics">
+        <table class="table" data-testid="step-metrics">
           <thead>
             <tr>
               <th scope="col">{said.metric}</th>
