@@ -1,13 +1,14 @@
 """The 3D view in a real browser, in a frame as the page embeds it, without the rest of the product."""
 
 import io
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, ConsoleMessage, Error, Frame, Page
+from playwright.sync_api import Browser, ConsoleMessage, Error, Frame, Page, expect
 from starlette.requests import Request
 from starlette.responses import HTMLResponse
 from starlette.routing import Route
@@ -201,6 +202,7 @@ def test_in_the_page_two_browsers_look_at_different_servos(page: Page, scene_bro
 def test_a_click_in_the_picture_goes_to_that_servo_and_moves_nothing(page: Page, demo: Demo) -> None:
     uid = demo.api.get("/servos").json()[0]["uid"]
     open_view(page, demo, uid)
+    page.get_by_test_id("view-all").click()
     before = {one["uid"]: one["command_deg"] for one in demo.api.get("/servos").json()}
     here = page.url
     page.wait_for_timeout(1500)
@@ -219,6 +221,70 @@ def test_a_click_in_the_picture_goes_to_that_servo_and_moves_nothing(page: Page,
     assert chosen != uid
     assert page.url.endswith("/parameters")
     assert {one["uid"]: one["command_deg"] for one in demo.api.get("/servos").json()} == before
+
+
+def test_alone_unless_all_are_asked_for_and_that_is_kept(page: Page, demo: Demo) -> None:
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    open_view(page, demo, uid)
+    named = page.locator("[data-testid^=view-name-]")
+    expect(page.get_by_test_id(f"view-name-{uid}")).to_be_visible(timeout=40_000)
+    expect(named).to_have_count(1)
+    page.get_by_test_id("view-all").click()
+    expect(named).not_to_have_count(1)
+    page.reload()
+    expect(page.get_by_test_id("view-all")).to_have_attribute("aria-pressed", "true", timeout=40_000)
+
+
+def drag(page: Page, grip: str, x: float, y: float) -> None:
+    box = page.get_by_test_id(f"grip-{grip}").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2 + x, box["y"] + box["height"] / 2 + y, steps=6)
+    page.mouse.up()
+
+
+def test_the_horn_is_dragged_under_motion_control_alone_and_a_limit_is_only_staged(page: Page, demo: Demo) -> None:
+    uid = next(one["uid"] for one in demo.api.get("/servos").json() if one["state"] == "ready")
+
+    def at() -> float:
+        return float(demo.api.get(f"/servos/{uid}/parameters/current_angle", params={"fresh": "true"}).json()["value"])
+
+    def limit() -> object:
+        return demo.api.get(f"/servos/{uid}/parameters/angle_limit_cw", params={"fresh": "true"}).json()["value"]
+
+    page.goto(f"{demo.url}servos/{uid}/motion")
+    page.locator("[data-testid=view-frame][data-state=shown]").wait_for(timeout=40_000)
+    horn = page.get_by_test_id("grip-horn")
+    expect(horn).to_have_attribute("data-live", "false", timeout=40_000)
+    page.wait_for_timeout(1500)
+    before, held = at(), limit()
+    drag(page, "horn", 30, 12)
+    expect(page.get_by_test_id("view-notice")).to_contain_text("motion is off")
+    page.wait_for_timeout(800)
+    assert abs(at() - before) < 0.5, "nobody has motion control"
+
+    drag(page, "cw", -10, -14)
+    expect(page.get_by_test_id("view-notice")).to_contain_text("Staged, not sent")
+    assert limit() == held
+
+    page.get_by_test_id("enable-motion").click()
+    expect(horn).to_have_attribute("data-live", "true")
+    drag(page, "horn", 30, 12)
+    expect(page.get_by_test_id("jog-command")).not_to_have_text(f"{before:+.1f}°")
+    deadline = time.monotonic() + 10
+    while abs(at() - before) < 5:
+        assert time.monotonic() < deadline, "it moved"
+        page.wait_for_timeout(100)
+
+    page.get_by_test_id("disable-motion").click()
+    expect(horn).to_have_attribute("data-live", "false")
+    page.wait_for_timeout(800)
+    rest = at()
+    drag(page, "horn", -30, -12)
+    page.wait_for_timeout(800)
+    assert abs(at() - rest) < 0.5
+    assert demo.api.get("/leases").json() == []
 
 
 def test_quality_by_hand_is_kept(page: Page, demo: Demo) -> None:

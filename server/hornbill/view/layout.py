@@ -11,8 +11,9 @@ from hornbill.view.pose import Pose
 
 CAMERA_POSITION: Vector = (3.3, -4.7, 4.15)
 CAMERA_TARGET: Vector = (0.0, 0.0, 1.55)
+CAMERA_POSITION_ALONE: Vector = (2.8, -4.0, 4.0)
 CAMERA_TARGET_ALONE: Vector = (0.0, 0.0, 1.2)
-"""Without others behind it the selected servo stands in the middle of the picture."""
+"""Without others behind it the selected servo stands in the middle of the picture, and larger."""
 CAMERA_FOV_DEG = 42.0
 CAMERA_NEAREST, CAMERA_FARTHEST = 3.0, 18.0
 """How close and how far the camera may be drawn, in scene units; shadows end at 20."""

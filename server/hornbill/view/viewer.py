@@ -4,20 +4,30 @@ import logging
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from threading import Event, Lock, Thread
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from hornbill.view.pose import PoseSource
 from hornbill.view.wish import ViewSettings, Wishes
 
 if TYPE_CHECKING:
     from hornbill.view.private import PrivateServer
+    from hornbill.view.sight import Sight
     from hornbill.view.watcher import Watcher
 
 _log = logging.getLogger(__name__)
 
 _PAUSE_AFTER_ERROR = 1.0
+_T = TypeVar("_T")
+
+
+@dataclass(slots=True, eq=False)
+class _Sighted:
+    """Who hears how a scene lies in its picture, and what it heard last."""
+
+    tell: "Callable[[Sight], None]"
+    told: "Sight | None" = None
 
 
 class Viewer:
@@ -36,6 +46,7 @@ class Viewer:
         self._period = 1.0 / rate_hz
         self._wishes = Wishes()
         self._listeners: dict[str, list[Callable[[str], None]]] = {}
+        self._sights: dict[str, list[_Sighted]] = {}
         self._lock = Lock()
         self._wake = Event()
         self._closing = False
@@ -91,16 +102,26 @@ class Viewer:
 
         Returns how to end it.
         """
+        return self._listen_to(self._listeners, key, tell)
+
+    def on_sight(self, key: str, tell: "Callable[[Sight], None]") -> Callable[[], None]:
+        """Calls `tell` with how the near view of this key's frame lies in its picture, at once and whenever that
+        changes, from the view's thread. Returns how to end it."""
+        end = self._listen_to(self._sights, key, _Sighted(tell))
+        self._wake.set()
+        return end
+
+    def _listen_to(self, listeners: dict[str, list[_T]], key: str, one: _T) -> Callable[[], None]:
         with self._lock:
-            self._listeners.setdefault(key, []).append(tell)
+            listeners.setdefault(key, []).append(one)
 
         def end() -> None:
             with self._lock:
-                left = [one for one in self._listeners.get(key, []) if one is not tell]
+                left = [other for other in listeners.get(key, []) if other is not one]
                 if left:
-                    self._listeners[key] = left
+                    listeners[key] = left
                 else:
-                    self._listeners.pop(key, None)
+                    listeners.pop(key, None)
 
         return end
 
@@ -151,10 +172,20 @@ class Viewer:
                 continue
             try:
                 watcher.turn(poses if wish.poses is None else wish.poses, wish)
+                self._tell_sight(watcher)
             except Exception:
                 if watcher.number in server.get_clients():  # else it left in the middle of it
                     raise
         return self._watched
+
+    def _tell_sight(self, watcher: "Watcher") -> None:
+        with self._lock:
+            listeners = tuple(self._sights.get(watcher.key, ()))
+        sight = watcher.sight() if listeners else None
+        for one in listeners:
+            if sight is not None and sight != one.told:
+                one.told = sight
+                one.tell(sight)
 
     def _meet(self, server: "PrivateServer") -> None:
         """Gives whoever came a scene, and forgets whoever left."""
@@ -166,6 +197,7 @@ class Viewer:
                 from hornbill.view.watcher import Watcher
 
                 self._watchers[number] = Watcher(client, server.key_of(client))
+                client.camera.on_update(lambda _: None if self._watched else self._wake.set())
 
     def _listen(self, server: "PrivateServer") -> None:
         """Callbacks of viser, in threads of its pool. They select and wake, nothing else."""

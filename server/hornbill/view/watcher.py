@@ -10,6 +10,7 @@ from hornbill.view.layout import Placed
 from hornbill.view.palette import palette
 from hornbill.view.pose import Pose
 from hornbill.view.scene import Scene
+from hornbill.view.sight import Sight, sight_of
 from hornbill.view.wish import ViewSettings
 
 
@@ -42,13 +43,21 @@ class Watcher:
         else:
             known = any(pose.uid == wish.selected for pose in poses)
             hero, others = layout.place(poses, wish.selected if known or not poses else poses[0].uid)
+            if wish.alone:
+                others = []
         self._placed = tuple(others) if hero is None else (hero, *others)
-        self._look_from(on_wall, alone=len(poses) < 2, resets=wish.resets)
+        self._look_from(on_wall, alone=not others, resets=wish.resets)
         self._scene.show(hero, others, limits=on_wall)
 
     def pick(self, origin: layout.Vector, direction: layout.Vector) -> str | None:
         """The uid of the servo a ray meets first."""
         return layout.pick(origin, direction, self._placed)
+
+    def sight(self) -> Sight | None:
+        """How the servos lie in the picture of the near view; None for a wall, whose page knows it by itself."""
+        if self._wish.wall is not None:
+            return None
+        return sight_of(self._client.camera, self._placed)
 
     def _look_from(self, on_wall: bool, *, alone: bool, resets: int) -> None:
         """Puts the camera where this scene starts, when another scene or a reset asks for it; else it stays the
@@ -63,6 +72,6 @@ class Watcher:
                 camera.position, camera.look_at = layout.WALL_CAMERA_POSITION, layout.WALL_CAMERA_TARGET
                 camera.fov = radians(layout.WALL_CAMERA_FOV_DEG)
             else:
-                camera.position = layout.CAMERA_POSITION
+                camera.position = layout.CAMERA_POSITION_ALONE if alone else layout.CAMERA_POSITION
                 camera.look_at = layout.CAMERA_TARGET_ALONE if alone else layout.CAMERA_TARGET
                 camera.fov = radians(layout.CAMERA_FOV_DEG)

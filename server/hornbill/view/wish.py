@@ -43,6 +43,8 @@ class ViewSettings:
     """Drawn instead of the servos of the bus: an instant of a recording. Nameless: what is drawn bears no text."""
     resets: int = 0
     """Counts how often the camera was asked back to where it started."""
+    alone: bool = False
+    """Near, whether the servo in front is shown without the others."""
 
 
 class NotAWish(ValueError):
@@ -77,14 +79,15 @@ class _Wish(msgspec.Struct, forbid_unknown_fields=True):
     wall: _Wall | None = None
     poses: Annotated[list[_Pose], msgspec.Meta(max_length=256)] | None = None
     resets: Annotated[int, msgspec.Meta(ge=0, le=1_000_000_000)] = 0
+    alone: bool = False
 
 
 _DECODER = msgspec.json.Decoder(_Wish)
 
 
 def read(text: str | bytes) -> ViewSettings:
-    """A page's JSON as a wish. All of `select`, `theme`, `quality`, `looking`, `wall`, `poses`, `resets` may be left
-    out. Raises NotAWish.
+    """A page's JSON as a wish. All of `select`, `theme`, `quality`, `looking`, `wall`, `poses`, `resets`, `alone` may
+    be left out. Raises NotAWish.
     """
     try:
         got = _DECODER.decode(text)
@@ -101,6 +104,7 @@ def read(text: str | bytes) -> ViewSettings:
         wall=None if wall is None else Wall(wall.columns, wall.scale, tuple(wall.uids)),
         poses=None if got.poses is None else tuple(_pose(one) for one in got.poses),
         resets=got.resets,
+        alone=got.alone,
     )
 
 

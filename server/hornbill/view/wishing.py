@@ -1,9 +1,10 @@
-"""The socket beside a frame: its page tells what the frame shall show, and hears which servo was clicked in it."""
+"""The socket beside a frame: its page tells what the frame shall show, and hears what was clicked and how it lies."""
 
 import asyncio
-import json
 from contextlib import suppress
+from functools import partial
 
+import msgspec
 from starlette.websockets import WebSocket, WebSocketState
 
 from hornbill.view.viewer import Viewer
@@ -16,26 +17,28 @@ LARGEST = 65536
 async def serve(websocket: WebSocket, viewer: Viewer, key: str) -> None:
     """Runs an accepted or refused socket to its end.
 
-    From the page: a wish as JSON (hornbill.view.wish), each one whole. To the page: `{"picked": UID}`. What is no
-    wish ends the connection with 1007, 1009 or 1003. Nothing said here reaches a servo.
+    From the page: a wish as JSON (hornbill.view.wish), each one whole. To the page: `{"picked": UID}` and
+    `{"sight": …}` (hornbill.view.sight). What is no wish ends the connection with 1007, 1009 or 1003. Nothing said here
+    reaches a servo.
     """
     loop = asyncio.get_running_loop()
-    picked: asyncio.Queue[str] = asyncio.Queue()
+    news: asyncio.Queue[bytes] = asyncio.Queue()
     await websocket.accept()
 
-    def hear(uid: str) -> None:
+    def hear(what: str, value: object) -> None:
         with suppress(RuntimeError):  # the server ends
-            loop.call_soon_threadsafe(picked.put_nowait, uid)
+            loop.call_soon_threadsafe(news.put_nowait, msgspec.json.encode({what: value}))
 
-    end = viewer.on_pick(key, hear)
-    ways = {asyncio.create_task(_hear(websocket, viewer, key)), asyncio.create_task(_tell(websocket, picked))}
+    ends = (viewer.on_pick(key, partial(hear, "picked")), viewer.on_sight(key, partial(hear, "sight")))
+    ways = {asyncio.create_task(_hear(websocket, viewer, key)), asyncio.create_task(_tell(websocket, news))}
     code = 1001
     try:
         done, _ = await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
         for way in done:
             code = way.result() if way.exception() is None else code
     finally:
-        end()
+        for end in ends:
+            end()
         for way in ways:
             way.cancel()
         await asyncio.gather(*ways, return_exceptions=True)
@@ -58,6 +61,6 @@ async def _hear(websocket: WebSocket, viewer: Viewer, key: str) -> int:
     return 1000
 
 
-async def _tell(websocket: WebSocket, picked: "asyncio.Queue[str]") -> int:
+async def _tell(websocket: WebSocket, news: "asyncio.Queue[bytes]") -> int:
     while True:
-        await websocket.send_text(json.dumps({"picked": await picked.get()}))
+        await websocket.send_text((await news.get()).decode())

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import httpx
 import msgspec
+import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
@@ -268,7 +269,29 @@ def test_the_socket_tells_what_was_clicked(site: Site) -> None:
         onlooker.send(CAMERA)
         onlooker.read_until(lambda message: message.get("name") == "/hero/pivot")
         onlooker.send(click((x, y, 9.0), (0.0, 0.0, -1.0)))
-        assert told.recv(10) == f'{{"picked": "{pose(2).uid}"}}'
+        heard = [json.loads(told.recv(10))]
+        while "picked" not in heard[-1]:
+            heard.append(json.loads(told.recv(10)))
+    assert heard[-1] == {"picked": pose(2).uid}
+    sight = heard[0]["sight"]
+    assert [one["uid"] for one in sight["servos"]] == [pose(number).uid for number in (0, 1, 2)], (
+        "the selected one first"
+    )
+    assert np.isclose(np.linalg.norm(sight["ahead"]), 1.0, atol=1e-3)
+    assert np.isclose(np.dot(sight["ahead"], sight["right"]), 0.0, atol=1e-3)
+
+
+def test_alone_the_picture_has_the_selected_servo_and_no_other(site: Site) -> None:
+    key = "f" * 32
+    with (
+        wish_socket(site, key=key) as told,
+        Onlooker(f"ws://127.0.0.1:{site.port}/viser/{key}", origin=site.origin) as onlooker,
+    ):
+        told.send(json.dumps({"select": pose(1).uid, "alone": True}))
+        onlooker.send(CAMERA)
+        servos: list[str] = []
+        while servos != [pose(1).uid]:
+            servos = [one["uid"] for one in json.loads(told.recv(10))["sight"]["servos"]]
 
 
 @pytest.mark.parametrize(("said", "code"), [("{", 1007), ('{"torque": 1}', 1007), (b"{}", 1003), (" " * 70_000, 1009)])

@@ -23,7 +23,7 @@ def test_an_empty_object_is_the_usual_wish() -> None:
 
 def test_everything_of_a_wish_is_taken_over() -> None:
     told = {
-        "select": UID, "theme": "light", "quality": "low", "looking": False, "resets": 3,
+        "select": UID, "theme": "light", "quality": "low", "looking": False, "resets": 3, "alone": True,
         "wall": {"columns": 4, "scale": 0.5, "uids": [UID]},
         "poses": [
             {"uid": UID, "series": "BLA15", "angle": 12.5, "command": None, "limit_cw": 60.0, "limit_ccw": -45.0},
@@ -32,6 +32,7 @@ def test_everything_of_a_wish_is_taken_over() -> None:
     }  # fmt: skip
     wish = read(json.dumps(told))
     assert (wish.selected, wish.dark, wish.quality, wish.looking, wish.resets) == (UID, False, "low", False, 3)
+    assert wish.alone
     assert wish.wall == Wall(4, 0.5, (UID,))
     assert wish.poses == (
         Pose(UID, "", "BLA15", 12.5, None, 60.0, -45.0, stale=False),

@@ -48,6 +48,9 @@ export interface MotionQuestion {
 /** A move that is not made before somebody has agreed to what will happen. */
 export const question = signal<MotionQuestion | null>(null);
 
+/** Whose horn may be dragged now, and within what: set where the jog pad's own dial can be, and by it alone. */
+export const dragSpan = signal<{ uid: string; limits: { ccw: number; cw: number } } | null>(null);
+
 export interface MotionProfile {
   speed_deg_s: number;
   accel_deg_s2: number;
@@ -215,6 +218,7 @@ export function forgetMotion(why: string | null, gone = false): void {
   if (present.phase === "off") return;
   stopBeat();
   drags.cancel();
+  dragSpan.value = null;
   setpoint.value = null;
   question.value = null;
   warnings.value = [];

@@ -1,4 +1,4 @@
-/** The socket beside a 3D frame: tells what it shall show, hears which servo was clicked in it. */
+/** The socket beside a 3D frame: tells what it shall show, hears what was clicked and how it lies. */
 import { ROOT } from "../api/root";
 import type { Quality } from "./view-url";
 
@@ -23,6 +23,30 @@ export interface ViewWish {
   wall?: { columns: number; scale: number; uids: readonly string[] } | null;
   poses?: readonly ViewPose[] | null;
   resets?: number;
+  /** Near, the servo in front without the others. */
+  alone?: boolean;
+}
+
+type Vector = readonly [number, number, number];
+
+/** A servo in the scene: the foot of its shaft, its box around that, and the disc its horn sweeps. */
+export interface Stand {
+  uid: string;
+  at: Vector;
+  low: Vector;
+  high: Vector;
+  height: number;
+  reach: number;
+}
+
+/** A camera and whom it looks at, the selected servo first, as hornbill/view/sight.py tells it. */
+export interface Sight {
+  eye: Vector;
+  right: Vector;
+  down: Vector;
+  ahead: Vector;
+  fov: number;
+  servos: readonly Stand[];
 }
 
 const AGAIN_MS = 2000;
@@ -30,15 +54,21 @@ const AGAIN_MS = 2000;
 export class ViewLink {
   readonly key: string;
   #onPick: (uid: string) => void;
+  #onSight: (sight: Sight | null) => void;
   #socket: WebSocket | null = null;
   #again: ReturnType<typeof setTimeout> | undefined;
   #wish: string | null = null;
   #said: string | null = null;
   #over = false;
 
-  constructor(key: string, onPick: (uid: string) => void) {
+  constructor(
+    key: string,
+    onPick: (uid: string) => void,
+    onSight: (sight: Sight | null) => void = () => undefined,
+  ) {
     this.key = key;
     this.#onPick = onPick;
+    this.#onSight = onSight;
   }
 
   /** Connects, anew if it was connected. It comes back by itself until `close`. */
@@ -50,8 +80,9 @@ export class ViewLink {
     this.#socket = socket;
     socket.onopen = () => this.#say();
     socket.onmessage = event => {
-      const message = JSON.parse(String(event.data)) as { picked?: unknown };
+      const message = JSON.parse(String(event.data)) as { picked?: unknown; sight?: Sight };
       if (typeof message.picked === "string") this.#onPick(message.picked);
+      if (message.sight) this.#onSight(message.sight);
     };
     socket.onclose = () => {
       if (socket !== this.#socket || this.#over) return;
@@ -79,6 +110,7 @@ export class ViewLink {
   #drop(): void {
     clearTimeout(this.#again);
     this.#said = null;
+    this.#onSight(null);
     const old = this.#socket;
     this.#socket = null;
     // Closed while it connects, a socket is an error in the browser's console: it opens first.

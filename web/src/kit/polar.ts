@@ -54,6 +54,16 @@ export function unwrap(angle: number, near: number): number {
   return angle + 360 * Math.round((near - angle) / 360);
 }
 
+/**
+ * The angle a drag asks for, by tenths and within the limits; null where that is nothing new. A drag across the far side
+ * of a short arc would jump from one end to the other: it stops at its own end.
+ */
+export function draggedTo(pointed: number, from: number, limits: { ccw: number; cw: number }): number | null {
+  const inside = Math.min(limits.cw, Math.max(limits.ccw, unwrap(pointed, from)));
+  const next = Math.round(inside * 10) / 10;
+  return next === from || Math.abs(next - from) > 120 ? null : next;
+}
+
 function round(value: number): number {
   return Math.round(value * 100) / 100;
 }

@@ -11,6 +11,7 @@ import { angleNow, figureNow } from "../bench/fresh";
 import { brake, held } from "../bench/hold-to-run";
 import { up } from "../bench/link";
 import {
+  dragSpan,
   dragTo,
   membersOf,
   motion,
@@ -63,15 +64,23 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   useEffect(() => {
     if (ready) pad.current?.querySelector<SVGElement>("[role=slider]")?.focus({ preventScroll: true });
   }, [ready]);
-  if (!one) return null;
-  const present = angleNow(one);
-  const { stale } = present;
   const on = torque === "on";
   const sweeping = sweep.value !== null;
   const shown = sweeping ? "sweep" : tab.value;
   const parted = movingTogether.value !== null && stream.value?.ended != null;
   const able = on && up.value && limits !== null && !sweeping && !parted;
   const jogs = able && shown === "angle";
+  const locked = touch.value && !unlocked.value;
+  // What the dial may, the horn in the 3D view may, and no more.
+  useEffect(() => {
+    dragSpan.value = jogs && !locked && limits ? { uid, limits } : null;
+    return () => {
+      dragSpan.value = null;
+    };
+  }, [uid, jogs, locked, limits?.ccw, limits?.cw]);
+  if (!one) return null;
+  const present = angleNow(one);
+  const { stale } = present;
   const span: AllowedSpan = {
     unit: "°",
     perUnit: 10,
@@ -133,7 +142,7 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
           command={on ? setpoint.value : null}
           limits={limits}
           stale={stale}
-          locked={touch.value && !unlocked.value}
+          locked={locked}
           onDrag={jogs ? dragTo : undefined}
         />
         <LastWord uid={uid} on={on} complaint={complaint.value} limits={limits} angles={shown === "angle"} />

@@ -3,7 +3,7 @@ import { useRef } from "preact/hooks";
 import { angle as angleText } from "../bench/format";
 import { touch } from "../bench/screen";
 import type { Limits } from "../bench/servo-condition";
-import { angleAt, arc, hornPath, polar, ticks, unwrap, wholeTurns } from "../kit/polar";
+import { angleAt, arc, draggedTo, hornPath, polar, ticks, wholeTurns } from "../kit/polar";
 import { text } from "../text";
 
 interface Props {
@@ -39,14 +39,10 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
     if (!drawn || !limits || dragged.current === null) return;
     const x = (event.clientX - drawn.e) / drawn.a;
     const y = (event.clientY - drawn.f) / drawn.d;
-    const wanted = unwrap(angleAt(x, y), dragged.current);
-    const next = Math.round(Math.min(limits.cw, Math.max(limits.ccw, wanted)) * 10) / 10;
-    // A drag across the far side of a short arc would jump from one end to the other: it stops at its own end.
-    if (Math.abs(next - dragged.current) > 120) return;
-    if (next !== dragged.current) {
-      dragged.current = next;
-      onDrag?.(next);
-    }
+    const next = draggedTo(angleAt(x, y), dragged.current, limits);
+    if (next === null) return;
+    dragged.current = next;
+    onDrag?.(next);
   };
   const begin = (event: PointerEvent) => {
     if (event.button !== 0) return;

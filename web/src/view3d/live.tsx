@@ -2,17 +2,20 @@
  * recording is open beside it, and nothing may move, it shows that one and says so. */
 
 import { useSignal } from "@preact/signals";
-import { nameOf, servo } from "../bench/fleet";
+import { nameOf, servo, uids } from "../bench/fleet";
 import { age, angle } from "../bench/format";
 import { figureNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { motion } from "../bench/motion";
 import { go, route, sameFor } from "../bench/route";
 import { limitsOf } from "../bench/servo-condition";
+import type { Sight } from "../bench/view-link";
 import { replayed } from "../plots/scrub";
 import "./view3d.css";
 import { Dial } from "../kit/dial";
 import { text } from "../text";
+import { showsAll } from "./others";
+import { Overlay } from "./overlay";
 import { Replayed } from "./replay";
 import { Scene, type SceneState } from "./scene";
 import { ViewTools } from "./tools";
@@ -20,6 +23,7 @@ import { ViewTools } from "./tools";
 export function ViewLive({ uid }: { uid: string }) {
   const state = useSignal<SceneState>("loading");
   const resets = useSignal(0);
+  const sight = useSignal<Sight | null>(null);
   const present = figureNow(uid, "current_angle");
   const frozen = present.stale;
   const shown = state.value === "shown";
@@ -46,12 +50,16 @@ export function ViewLive({ uid }: { uid: string }) {
         poses={replay ? replay.poses.value : null}
         resets={resets.value}
         onPick={pick}
+        alone={!showsAll.value}
+        sight={sight}
       />
       {replay ? <Replayed scrub={replay} shown={shown} /> : <Now {...{ uid, shown, frozen }} />}
+      {shown && !replay && <Overlay sight={sight} live={frozen ? null : { uid, angle: present.value }} />}
       {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
       {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
       {shown && (
         <ViewTools
+          others={replay ? replay.poses.value.length > 1 : uids.value.length > 1}
           onReset={() => {
             resets.value += 1;
           }}
@@ -87,12 +95,14 @@ function Now({ uid, shown, frozen }: { uid: string; shown: boolean; frozen: bool
           </span>
         </div>
       )}
-      <span class="chip top left">{nameOf(one)}</span>
+      {!shown && <span class="chip top left">{nameOf(one)}</span>}
       {!frozen && present.age !== null && (
         <span class="chip top right">{text.view.live(age(present.age))}</span>
       )}
       {limits && (
-        <span class="chip bottom left">{text.view.limits(angle(limits.ccw), angle(limits.cw))}</span>
+        <span class={`chip left ${shown ? "top" : "bottom"}`}>
+          {text.view.limits(angle(limits.ccw), angle(limits.cw))}
+        </span>
       )}
     </>
   );

@@ -7,6 +7,7 @@ import { Icon } from "../kit/icon";
 import type { Scrub } from "../plots/scrub";
 import { text } from "../text";
 import { view as words } from "../text/topics";
+import { showsAll } from "./others";
 import { Scene, type SceneState } from "./scene";
 import { ViewTools } from "./tools";
 import "./view3d.css";
@@ -34,12 +35,14 @@ export function ReplayView({ scrub }: { scrub: Scrub }) {
         onPick={picked => {
           scrub.front.value = picked;
         }}
+        alone={!showsAll.value}
       />
       <Replayed scrub={scrub} shown={shown} />
       {state.value === "none" && <span class="chip bottom right">{text.view.none}</span>}
       {state.value === "loading" && <span class="chip bottom right">{text.view.loading}</span>}
       {shown && (
         <ViewTools
+          others={scrub.poses.value.length > 1}
           onReset={() => {
             resets.value += 1;
           }}

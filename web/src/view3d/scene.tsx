@@ -5,7 +5,7 @@ import { listen } from "../bench/keys";
 import { connection } from "../bench/link";
 import { pressStop } from "../bench/stop";
 import { theme } from "../bench/theme";
-import { ViewLink, type ViewWish } from "../bench/view-link";
+import { type Sight, ViewLink, type ViewWish } from "../bench/view-link";
 import { newKey, viewUrl } from "../bench/view-url";
 import { measure, quality } from "./quality";
 
@@ -23,15 +23,40 @@ interface Props {
   poses?: ViewWish["poses"];
   resets?: number;
   onPick?: (uid: string) => void;
+  /** Near, the servo in front without the others. */
+  alone?: boolean;
+  /** How it lies in the picture is put here. */
+  sight?: Signal<Sight | null>;
   /** Only to be looked at: no orbiting, not reached by Tab. */
   still?: boolean;
 }
 
-export function Scene({ title, state, uid, wall, poses, resets, onPick, still = false }: Props) {
+export function Scene({
+  title,
+  state,
+  uid,
+  wall,
+  poses,
+  resets,
+  onPick,
+  alone,
+  sight,
+  still = false,
+}: Props) {
   const frame = useRef<HTMLIFrameElement>(null);
   const heard = useRef(onPick);
   heard.current = onPick;
-  const link = useMemo(() => new ViewLink(newKey(), picked => heard.current?.(picked)), []);
+  const link = useMemo(
+    () =>
+      new ViewLink(
+        newKey(),
+        picked => heard.current?.(picked),
+        told => {
+          if (sight) sight.value = told;
+        },
+      ),
+    [],
+  );
   const seen = useSignal(!document.hidden);
   const drawn = quality.value;
   const look = theme.value;
@@ -82,6 +107,7 @@ export function Scene({ title, state, uid, wall, poses, resets, onPick, still = 
       wall: wall ?? null,
       poses: poses ?? null,
       resets: resets ?? 0,
+      alone: alone ?? false,
     });
   });
   useEffect(() => () => link.close(), [link]);

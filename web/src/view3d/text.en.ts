@@ -6,6 +6,18 @@ export const view = {
   qualityAuto: { high: "Quality: auto, high", low: "Quality: auto, low" },
   qualityHint: "High draws reflections and shadows. Low is for machines that draw in software.",
   reset: "Reset view",
+  all: "Show all",
+  allHint: "Shows the other servos behind this one, too.",
+  grip: {
+    horn: "Drag to move the horn",
+    ccw: "Drag to stage the CCW angle limit",
+    cw: "Drag to stage the CW angle limit",
+    off: "Nothing moves: motion is off. Enable motion on the Motion page, then drag the horn.",
+    notNow:
+      "Nothing moves: the horn can be dragged while torque is on, Angle is chosen and the drag is unlocked.",
+    noDraft: "The angle limits cannot be changed now.",
+    staged: (low: string, high: string) => `Staged, not sent: ${low} to ${high}`,
+  },
   replay: {
     frame: "3D view of the recording",
     band: "Recording, not live",

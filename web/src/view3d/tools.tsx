@@ -1,14 +1,27 @@
-/** The two buttons on a 3D frame: how well it is drawn, and the camera back to where it started. */
+/** The buttons on a 3D frame: who is shown, the camera back to where it started, how well it is drawn. */
 
 import { view as words } from "../text/topics";
+import { showsAll, toggleAll } from "./others";
 import { nextQuality, quality, qualityWish } from "./quality";
 
-export function ViewTools({ onReset }: { onReset?: () => void }) {
+export function ViewTools({ onReset, others = false }: { onReset?: () => void; others?: boolean }) {
   const drawn = quality.value;
   if (drawn === null) return null;
   const wish = qualityWish.value;
   return (
     <span class="view-tools">
+      {others && (
+        <button
+          type="button"
+          class="chip"
+          data-testid="view-all"
+          aria-pressed={showsAll.value}
+          title={words.allHint}
+          onClick={toggleAll}
+        >
+          {words.all}
+        </button>
+      )}
       {onReset && (
         <button type="button" class="chip" data-testid="view-reset" onClick={onReset}>
           {words.reset}
