@@ -186,3 +186,13 @@ def test_a_power_cut_takes_the_undo_and_what_it_took_from_ram_is_staged_again_by
     page.get_by_test_id("apply").click()
     expect(line).to_have_count(0)
     assert value(demo, uid, "angle_p_gain") == 57
+
+
+def test_a_favourite_is_marked_by_a_star_filtered_and_kept(page: Page, demo: Demo, uid: str) -> None:
+    page.goto(f"{demo.url}servos/{uid}/parameters#angle_p_gain")
+    page.get_by_test_id("favourite-angle_p_gain").click()
+    page.goto(f"{demo.url}servos/{uid}/parameters?filter=favourites")
+    expect(page.locator("[data-testid^=row-]")).to_have_count(1)
+    expect(page.get_by_test_id("favourite-angle_p_gain")).to_have_attribute("aria-pressed", "true")
+    page.get_by_test_id("favourite-angle_p_gain").click()
+    expect(page.get_by_text("No favourites yet")).to_be_visible()

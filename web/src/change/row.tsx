@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { Row } from "../api/types";
 import { now } from "../bench/clock";
 import type { Draft } from "../bench/draft";
+import { favourites, toggleFavourite } from "../bench/favourites";
 import { servo } from "../bench/fleet";
 import { bare, decimalsOf, full, number } from "../bench/format";
 import { up } from "../bench/link";
@@ -98,6 +99,16 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
             }}
           >
             ?
+          </button>
+          <button
+            type="button"
+            class="help-button"
+            aria-pressed={favourites.value.has(row.key)}
+            aria-label={words.favourite(row.label)}
+            data-testid={`favourite-${row.key}`}
+            onClick={() => toggleFavourite(row.key)}
+          >
+            {favourites.value.has(row.key) ? "★" : "☆"}
           </button>
         </span>
         <small id={noteId}>

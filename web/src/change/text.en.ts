@@ -3,6 +3,7 @@
 const values = (n: number) => `${n} ${n === 1 ? "value" : "values"}`;
 
 export const words = {
+  favourite: (row: string) => `${row} is a favourite`,
   help: {
     open: (row: string) => `What ${row} does`,
     register: "Register",

@@ -4,6 +4,7 @@ import type { Topics } from "../text/language";
 const LOAD = "出力がオフのサーボは何も保持せず、負荷が落ちることがあります。";
 
 export const words = {
+  favourite: row => `${row}をお気に入りにする`,
   help: {
     open: row => `${row}の説明`,
     register: "レジスター",

@@ -25,7 +25,7 @@ import { predict, sideEffect } from "./prediction";
 import { ParameterRows } from "./rows";
 import { TorqueOff } from "./torque-off";
 
-const FILTERS = ["all", "changed"] as const;
+const FILTERS = ["all", "changed", "favourites"] as const;
 type Filter = (typeof FILTERS)[number];
 
 const wanted = wordInAddress("q");
@@ -100,6 +100,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
             options={[
               { key: "all", label: text.params.all },
               { key: "changed", label: text.params.changed(total) },
+              { key: "favourites", label: text.params.favourites },
             ]}
           />
         </Tabs>
@@ -112,6 +113,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
             hash={hash}
             wanted={wanted}
             changedOnly={filter.value === "changed"}
+            favouritesOnly={filter.value === "favourites"}
             onRetry={() => void apply(sheet)}
           />
         )}

@@ -5,6 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import type { Row } from "../api/types";
 import { type Catalog, catalog } from "../bench/catalog";
 import { problemText } from "../bench/facts";
+import { favourites } from "../bench/favourites";
 import { servo } from "../bench/fleet";
 import { up } from "../bench/link";
 import { readOnly } from "../bench/model";
@@ -25,10 +26,11 @@ interface Props {
   hash: string;
   wanted: AddressChoice<string>;
   changedOnly: boolean;
+  favouritesOnly: boolean;
   onRetry: () => void;
 }
 
-export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, onRetry }: Props) {
+export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, favouritesOnly, onRetry }: Props) {
   const table = useRef<HTMLDivElement>(null);
   const unlocked = useSignal(false);
   const unfolded = useSignal(false);
@@ -58,7 +60,11 @@ export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, onRetry }
   const fixed = readOnly(servo(sheet.uid));
   if (!known || !has) return <p class="notice-line scroll">{text.params.reading}</p>;
 
-  const rows = choose(known, sheet, tab, wanted.value, changedOnly).filter(row => has.includes(row.key));
+  const rows = (
+    favouritesOnly && wanted.value === ""
+      ? known.tabs.flatMap(one => one.rows).filter(row => favourites.value.has(row.key))
+      : choose(known, sheet, tab, wanted.value, changedOnly)
+  ).filter(row => has.includes(row.key));
   const goTo = (name: string) => {
     const row = [...known.rows.values()].find(one => one.name === name);
     changeChoices({ q: "", filter: "", tab: "" }, row?.key);
@@ -66,7 +72,10 @@ export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, onRetry }
   const experts = rows.filter(row => row.expert);
   // Whoever looks for one, or changed one, sees it; a tab that is just looked through keeps them folded.
   const sought =
-    wanted.value !== "" || changedOnly || experts.some(row => row.key === hash || row.name === hash);
+    wanted.value !== "" ||
+    changedOnly ||
+    favouritesOnly ||
+    experts.some(row => row.key === hash || row.name === hash);
   const folded = !unfolded.value && !sought;
   return (
     <div class="scroll" ref={table}>
@@ -98,7 +107,11 @@ export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, onRetry }
       </div>
       {rows.length === 0 && (
         <p class="notice-line">
-          {wanted.value === "" ? text.params.noneChanged : text.params.noneFound(wanted.value)}
+          {wanted.value !== ""
+            ? text.params.noneFound(wanted.value)
+            : favouritesOnly
+              ? text.params.noFavourites
+              : text.params.noneChanged}
         </p>
       )}
       <p class="below">

@@ -10,6 +10,7 @@ export const params = {
   search: "Name or 0x…",
   all: "All",
   changed: (n: number) => `Changed ${n}`,
+  favourites: "Favourites",
   filter: "Show",
   head: {
     parameter: "Parameter",
@@ -27,6 +28,7 @@ export const params = {
   notRead: (why: string) => `Parameters not read: ${why}`,
   toServos: "Go to Servos",
   noneChanged: "Nothing is changed here.",
+  noFavourites: "No favourites yet. Mark a row with ☆.",
   noneFound: (what: string) => `No parameter matches “${what}”.`,
   torqueOff: "Torque off",
   torqueOffFailed: (why: string) => `Torque off was not confirmed: ${why}`,

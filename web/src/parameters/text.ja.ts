@@ -9,6 +9,7 @@ export const parameters = {
     search: "名前、0x…",
     all: "すべて",
     changed: n => `変更あり ${n}`,
+    favourites: "お気に入り",
     filter: "表示",
     head: {
       parameter: "パラメーター",
@@ -26,6 +27,7 @@ export const parameters = {
     notRead: why => `パラメーターを読み出せません: ${why}`,
     toServos: "サーボへ",
     noneChanged: "変更はありません。",
+    noFavourites: "お気に入りはまだありません。☆で行に印を付けます。",
     noneFound: what => `「${what}」に該当するパラメーターはありません。`,
     torqueOff: "トルクオフ",
     torqueOffFailed: why => `トルクオフを確認できません: ${why}`,
