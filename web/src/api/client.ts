@@ -1,5 +1,6 @@
 /** REST: one typed fetch, and problem+json as an error that can be branched on. */
 import { ROOT } from "./root";
+import type { paths } from "./schema";
 import { type Answered, note } from "./sent";
 import type { ProblemBody } from "./types";
 
@@ -21,20 +22,95 @@ export class Problem extends Error {
   }
 }
 
-export interface AskOptions {
-  body?: unknown;
+type Verb = "GET" | "PUT" | "POST" | "PATCH" | "DELETE";
+
+/** The generated paths, and that of the document itself, which does not name itself. */
+interface Paths extends paths {
+  "/api/v1/openapi.json": {
+    get: { parameters: object; responses: { 200: { content: { "application/json": unknown } } } };
+  };
+}
+
+/** The paths below the root of the API that know a verb. */
+type PathOf<V extends Verb> = {
+  [P in keyof Paths]: Paths[P] extends Record<Lowercase<V>, object>
+    ? P extends `/api/v1${infer Rest}`
+      ? Rest
+      : never
+    : never;
+}[keyof Paths];
+
+type Operation<V extends Verb, P> = P extends string
+  ? Paths[`/api/v1${P}` & keyof Paths] extends Record<Lowercase<V>, infer O>
+    ? O
+    : never
+  : never;
+
+/** Part of the parameters: as the document has it, or left out where it has none. */
+type Part<O, K extends string> = O extends { parameters: infer P } ? Pick<P, K & keyof P> : never;
+
+/** A body as it may be sent: the document calls required what has a default, so all may be left out. */
+type Given<T> = T extends readonly (infer E)[]
+  ? readonly Given<E>[]
+  : T extends object
+    ? { readonly [K in keyof T]?: Given<T[K]> }
+    : T;
+
+type Content<C> =
+  | { body: Given<C[keyof C & "application/json"]>; file?: never }
   /** A file as the body, instead of JSON. */
-  file?: { text: string | Blob; type: string };
-  headers?: Record<string, string>;
+  | { file: { text: string | Blob; type: keyof C & string }; body?: never };
+
+type Body<O> = O extends { requestBody: { content: infer C } }
+  ? Content<C>
+  : O extends { requestBody?: { content: infer C } }
+    ? Content<C> | { body?: never; file?: never }
+    : { body?: never; file?: never };
+
+type Headers<O> = O extends { parameters: { header?: infer H } } ? { headers?: H & {} } : { headers?: never };
+
+interface Sending {
   /** Lets the request outlive the page: for what must go out while leaving. */
   keepalive?: boolean;
   timeout_ms?: number;
 }
 
-type Verb = "GET" | "PUT" | "POST" | "PATCH" | "DELETE";
+export type AskOptions<V extends Verb, P extends PathOf<V>> = Sending &
+  Part<Operation<V, P>, "path" | "query"> &
+  Headers<Operation<V, P>> &
+  Body<Operation<V, P>>;
 
-/** Asks the server; resolves to its JSON (undefined for an empty answer), rejects with a Problem. */
-export async function ask<Answer>(verb: Verb, path: string, options: AskOptions = {}): Promise<Answer> {
+type Json<R> = R extends { content: { "application/json": infer J } } ? J : undefined;
+
+type Answer<V extends Verb, P extends PathOf<V>> =
+  Operation<V, P> extends { responses: infer R } ? Json<R[keyof R & (200 | 201 | 202 | 204)]> : never;
+
+/** Options may be left out where nothing in them is required. */
+type Rest<T> = object extends T ? [options?: T] : [options: T];
+
+interface Plain extends Sending {
+  path?: Readonly<Record<string, unknown>>;
+  query?: Readonly<Record<string, unknown>>;
+  headers?: Record<string, string>;
+  body?: unknown;
+  file?: { text: string | Blob; type: string };
+}
+
+/**
+ * Asks the server; resolves to its JSON (undefined for an empty answer), rejects with a Problem. Path, parameters, body
+ * and answer are those of the generated document.
+ */
+export function ask<V extends Verb, P extends PathOf<V>>(
+  verb: V,
+  template: P,
+  ...[given]: Rest<AskOptions<V, P>>
+): Promise<Answer<V, P>> {
+  const options = (given ?? {}) as Plain;
+  return askUntyped(verb, filled(template, options), options);
+}
+
+/** As `ask`, of a path put together by the caller, which nothing checks: to be replaced by `ask`. */
+export async function askUntyped<Told>(verb: Verb, path: string, options: Plain = {}): Promise<Told> {
   const init: RequestInit = {
     method: verb,
     headers: { Accept: "application/json", ...options.headers },
@@ -61,7 +137,18 @@ export async function ask<Answer>(verb: Verb, path: string, options: AskOptions 
   const text = await answer.text();
   if (answer.status === 401 && path !== "/session") unauthorized();
   if (!answer.ok) throw toProblem(answer.status, text);
-  return (text === "" ? undefined : JSON.parse(text)) as Answer;
+  return (text === "" ? undefined : JSON.parse(text)) as Told;
+}
+
+/** The path with its parameters, and those of the query that have a value. */
+function filled(template: string, { path, query }: Plain): string {
+  const at = template.replace(/\{(\w+)\}/g, (_, name: string) => encodeURIComponent(String(path?.[name])));
+  const search = new URLSearchParams();
+  for (const [name, value] of Object.entries(query ?? {})) {
+    for (const one of Array.isArray(value) ? value : [value])
+      if (one != null) search.append(name, String(one));
+  }
+  return search.size === 0 ? at : `${at}?${search}`;
 }
 
 let unauthorized = () => {};
@@ -72,7 +159,7 @@ export function whenUnauthorized(act: () => void): void {
 }
 
 /** Keeps the request for the API page, as it can be sent from elsewhere. */
-function noted(verb: Verb, path: string, options: AskOptions): Answered {
+function noted(verb: Verb, path: string, options: Plain): Answered {
   const { body, file, headers } = options;
   return note({ verb, path: API + path, body, file: file?.type, headers });
 }

@@ -8,7 +8,7 @@ export type ServoState = Servo["state"];
 export type Reading = Shapes["Reading"];
 /** An engineering value, a choice's key, or null for the dummy and while unknown. */
 export type Value = Reading["value"];
-export type Parameters = Shapes["Parameters"];
+export type ParameterKey = Shapes["ParameterKey"];
 export type Change = Shapes["Change"];
 export type ParametersPatched = Shapes["ParametersPatched"];
 export type Job = Shapes["Job"];
@@ -27,12 +27,10 @@ export type LeaseView = Shapes["LeaseView"];
 export type TakeOverState = Shapes["TakeOverState"];
 export type Caution = Shapes["Caution"];
 export type Fault = Shapes["Fault"];
-export type FaultsRead = Shapes["FaultsRead"];
 export type Stop = Shapes["Stop"];
 export type OutputRestorePreview = Shapes["OutputRestorePreview"];
 export type StopServo = Shapes["StopServo"];
 export type Bus = Shapes["Bus"];
-export type Allocations = Shapes["Allocations"];
 export type PendingAllocation = Shapes["PendingAllocation"];
 
 /** One row of the parameter table; its numbers are raw. */
@@ -50,3 +48,4 @@ export type EventCode = Shapes["EventMessage"]["code"];
 /** Why a bundle was written. */
 export type MarkReason = Shapes["BundleMark"]["reason"];
 export type RefusalCode = NonNullable<PendingAllocation["refusal_code"]>;
+export type Parameters = Shapes["Parameters"];

@@ -3,7 +3,6 @@
 import { signal } from "@preact/signals";
 import type { Allocation } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
-import type { Allocations } from "../api/types";
 import { monotonic } from "./clock";
 import { problemText } from "./facts";
 import { nameOf, pending, servo } from "./fleet";
@@ -23,7 +22,7 @@ export function ownerName(uid: string): string {
 
 async function look(): Promise<void> {
   try {
-    const answer = await ask<Allocations>("GET", "/allocations");
+    const answer = await ask("GET", "/allocations");
     const heardAt = monotonic();
     pending.value = answer.pending.map(one => ({ ...one, heardAt }));
     allocations.value = answer.allocations;

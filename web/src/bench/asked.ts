@@ -38,8 +38,10 @@ export async function saved(job: string): Promise<string | null> {
 }
 
 /** The address of an audit with these filters; empty ones are left out. */
-export function auditQuery(filters: Readonly<Record<string, string>>): string {
-  const query = new URLSearchParams(Object.entries(filters).filter(([, value]) => value !== ""));
+export function auditQuery(filters: Readonly<Record<string, string | null>>): string {
+  const query = new URLSearchParams(
+    Object.entries(filters).flatMap(([name, value]) => (value ? [[name, value]] : [])),
+  );
   const plain = query.toString();
   return plain === "" ? "" : `?${plain}`;
 }
@@ -61,7 +63,7 @@ export function nameFromFile(file: string): string {
 }
 
 /** The form a file is in, by its name; null for one that is neither. */
-export function typeOfFile(file: string): string | null {
+export function typeOfFile(file: string): "application/json" | "application/toml" | null {
   if (/\.toml$/i.test(file)) return "application/toml";
   return /\.json$/i.test(file) ? "application/json" : null;
 }

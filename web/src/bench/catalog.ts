@@ -54,5 +54,5 @@ export function build(schema: Schema): Catalog {
 
 export async function loadCatalog(revision?: string): Promise<void> {
   if (revision !== undefined && catalog.peek()?.revision === revision) return;
-  catalog.value = build(await ask<Schema>("GET", "/schema"));
+  catalog.value = build(await ask("GET", "/schema"));
 }

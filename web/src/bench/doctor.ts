@@ -29,7 +29,7 @@ export const complaints = computed(() => ({
 
 async function look(): Promise<void> {
   try {
-    findings.value = findingsInOrder(await ask<Finding[]>("GET", `/bus/doctor?all=${watching > 0}`));
+    findings.value = findingsInOrder(await ask("GET", "/bus/doctor", { query: { all: watching > 0 } }));
     lookedAt.value = monotonic();
     doctorProblem.value = null;
   } catch (error) {

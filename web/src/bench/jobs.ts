@@ -27,7 +27,7 @@ export function settled(id: string): Promise<Job> {
       resolve(job);
     };
     const timer = setInterval(() => {
-      ask<Job>("GET", `/jobs/${id}`).then(setJob, () => undefined);
+      ask("GET", "/jobs/{job_id}", { path: { job_id: id } }).then(setJob, () => undefined);
     }, ASK_MS);
     const forget = jobs.subscribe(known => {
       const job = known.get(id);

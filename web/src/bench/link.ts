@@ -2,7 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import { API, ask } from "../api/client";
 import { type LinkState, Live } from "../api/live";
-import type { Bus, ClientMessage, LeaseView, Params, ServerMessage, Servo, Stop } from "../api/types";
+import type { ClientMessage, Params, ServerMessage } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { addEvent, bus, setLease, stop } from "./bench";
 import { loadCatalog } from "./catalog";
@@ -136,14 +136,14 @@ const AGAIN_MS = 1000;
 async function refetch(): Promise<void> {
   const round = connection.peek();
   const results = await Promise.allSettled([
-    ask<Servo[]>("GET", "/servos").then(fleet.replaceAll),
-    ask<Bus>("GET", "/bus").then(answer => {
+    ask("GET", "/servos").then(fleet.replaceAll),
+    ask("GET", "/bus").then(answer => {
       bus.value = answer;
     }),
-    ask<LeaseView[] | LeaseView | null>("GET", "/leases").then(answer => {
+    ask("GET", "/leases").then(answer => {
       setLease(Array.isArray(answer) ? answer[0] : answer);
     }),
-    ask<Stop>("GET", "/stop").then(answer => {
+    ask("GET", "/stop").then(answer => {
       stop.value = answer;
     }),
     loadCatalog(),

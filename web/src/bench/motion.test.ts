@@ -375,7 +375,7 @@ describe("motion", () => {
     vi.useRealTimers();
     const taken = "Motion ended: Rig 3 has motion control now.";
     expect(motion.value).toEqual({ phase: "off", why: taken });
-    const asked = [`GET /servos/${UID}/parameters/torque_mode?fresh=true`];
+    const asked = [`GET /servos/${UID}/parameters/torque_mode`];
     expect(sent, "what is gone is not given back, and what became of torque is read").toEqual(asked);
   });
 });

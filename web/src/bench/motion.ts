@@ -2,7 +2,7 @@
 
 import { effect, signal } from "@preact/signals";
 import { ask, type Problem, problemOf } from "../api/client";
-import type { Caution, Commanded, Lease, LeaseView, Reading, TakeOverState, TorqueMode } from "../api/types";
+import type { Caution, Commanded, LeaseView, Reading, TorqueMode } from "../api/types";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
 import { lease as heldLease, stopped } from "./bench";
@@ -137,7 +137,7 @@ export async function takeControl(
     const lease =
       before.phase === "held"
         ? before.lease
-        : (await ask<Lease>("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
+        : (await ask("POST", "/leases", { body: { holder: holder(), ttl_s: TTL_S } })).id;
     if (!still()) {
       await release(off, lease);
       return;
@@ -185,7 +185,10 @@ export async function keepMotion(request: string): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "on" && present.phase !== "held") return;
   try {
-    await ask<void>("POST", `/leases/requests/${request}/refuse`, { headers: { Lease: present.lease } });
+    await ask("POST", "/leases/requests/{request_id}/refuse", {
+      path: { request_id: request },
+      headers: { Lease: present.lease },
+    });
   } catch (error) {
     motionRefusal.value = problemText(problemOf(error));
   }
@@ -228,15 +231,19 @@ export function forgetMotion(why: string | null, gone = false): void {
   if (present.phase === "waiting") void withdraw(present.request);
 }
 
-function giveBack(lease: string): Promise<void> {
+async function giveBack(lease: string): Promise<void> {
   haveLease(lease);
-  return ask<void>("DELETE", `/leases/${lease}`, { keepalive: true }).catch(() => undefined);
+  await ask("DELETE", "/leases/{lease_id}", { path: { lease_id: lease }, keepalive: true }).catch(
+    () => undefined,
+  );
 }
 
 /** Asks no more; what was granted meanwhile is given back. */
 export async function withdraw(request: string): Promise<void> {
-  const options = { keepalive: true };
-  const end = await ask<TakeOverState>("DELETE", `/leases/requests/${request}`, options).catch(() => null);
+  const end = await ask("DELETE", "/leases/requests/{request_id}", {
+    path: { request_id: request },
+    keepalive: true,
+  }).catch(() => null);
   if (end?.lease_id) await giveBack(end.lease_id);
 }
 
@@ -247,12 +254,12 @@ async function release(members: readonly string[], lease: string): Promise<void>
 
 /** Not waited for by whoever leaves: what became of it is followed. The lease tells who it was; none is needed. */
 function torqueOff(uid: string, lease: string): Promise<void> {
-  const options = { body: { mode: "off" }, headers: { Lease: lease }, keepalive: true };
-  return followRelease(uid, ask<Reading>("POST", `/servos/${uid}/torque`, options));
+  const options = { body: { mode: "off" as const }, headers: { Lease: lease }, keepalive: true };
+  return followRelease(uid, ask("POST", "/servos/{uid}/torque", { path: { uid }, ...options }));
 }
 
 function torque(uid: string, mode: TorqueMode, lease: string): Promise<Reading> {
-  return ask<Reading>("POST", `/servos/${uid}/torque`, { body: { mode }, headers: { Lease: lease } });
+  return ask("POST", "/servos/{uid}/torque", { path: { uid }, body: { mode }, headers: { Lease: lease } });
 }
 
 /** Torque on or off while motion is on. Off never waits for anything. */
@@ -310,12 +317,13 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
       warnings.value = (await group.move(angle, present.lease, limited)).warnings ?? [];
       return;
     }
-    const answer = await ask<Commanded>("POST", `/servos/${present.uid}/command`, {
+    const answer = await ask("POST", "/servos/{uid}/command", {
+      path: { uid: present.uid },
       body: {
         type: "angle",
         value: angle,
         ...(limited ? { profile: limited } : {}),
-        ...(confirm.length > 0 ? { confirm } : {}),
+        ...(confirm.length > 0 ? { confirm: confirm as readonly NonNullable<Caution["confirm"]>[] } : {}),
       },
       headers: { Lease: present.lease },
     });
@@ -335,8 +343,8 @@ export async function moveTo(angle: number, confirm: readonly string[] = []): Pr
 /** Says what will happen in the server's sentences, one a word that is to be agreed to. */
 async function putQuestion(uid: string, angle: number, problem: Problem): Promise<void> {
   const words = Array.isArray(problem.facts.words) ? problem.facts.words.map(String) : [];
-  const path = `/servos/${uid}/cautions?type=angle&value=${angle}`;
-  const found = await ask<Caution[]>("GET", path).catch(() => []);
+  const options = { path: { uid }, query: { type: "angle" as const, value: angle } };
+  const found = await ask("GET", "/servos/{uid}/cautions", options).catch((): Caution[] => []);
   const said = found
     .filter(one => one.confirm !== null && words.includes(one.confirm))
     .map(one => cautionText(one, uid));

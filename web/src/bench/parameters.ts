@@ -1,6 +1,6 @@
 /** What is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
 import { batch, effect, type Signal, signal } from "@preact/signals";
-import { ask, Problem, problemOf } from "../api/client";
+import { askUntyped, Problem, problemOf } from "../api/client";
 import type { BatchRead } from "../api/config-types";
 import type { Change, Parameters, ProblemBody, Reading, Value } from "../api/types";
 import { batched } from "./batched";
@@ -121,7 +121,7 @@ export class Sheet {
   /** Reads what the server knows; with `refresh` it asks the bus. */
   async load(refresh = false): Promise<void> {
     try {
-      const answer = await ask<Parameters>(
+      const answer = await askUntyped<Parameters>(
         "GET",
         `/servos/${this.uid}/parameters${refresh ? "?refresh=true" : ""}`,
       );
@@ -148,7 +148,11 @@ export function sheetOf(uid: string): Sheet {
 export async function loadSheets(uids: readonly string[], refresh = false): Promise<void> {
   if (uids.length === 0) return;
   const query = `uids=${uids.join(",")}${refresh ? "&refresh=true" : ""}`;
-  const answer = await ask<BatchRead>("GET", `/parameters?${query}`, refresh ? { timeout_ms: 60_000 } : {});
+  const answer = await askUntyped<BatchRead>(
+    "GET",
+    `/parameters?${query}`,
+    refresh ? { timeout_ms: 60_000 } : {},
+  );
   for (const [uid, column] of Object.entries(answer.servos)) {
     const sheet = sheetOf(uid);
     if (column.problem) sheet.problem.value = asProblem(column.problem);

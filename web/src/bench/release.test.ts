@@ -35,7 +35,7 @@ test("who answers is off, who does not is asked until it answers, and nothing is
   await vi.advanceTimersByTimeAsync(10);
   expect([those("off"), those("silent")]).toEqual([[A], [B]]);
   await vi.advanceTimersByTimeAsync(2500);
-  expect(asked).toEqual(Array(2).fill(`GET /api/v1/servos/${B}/parameters/torque_mode?fresh=true`));
+  expect(asked).toEqual(Array(2).fill(`GET /api/v1/servos/${B}/parameters/torque_mode`));
   answers = [() => new Response('{"key":"torque_mode","value":"off"}')];
   await vi.advanceTimersByTimeAsync(1000);
   expect(those("off")).toEqual([A, B]);

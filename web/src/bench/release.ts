@@ -49,7 +49,7 @@ export async function followRelease(uid: string, told: Promise<Reading> = read(u
 }
 
 function read(uid: string): Promise<Reading> {
-  return ask<Reading>("GET", `/servos/${uid}/parameters/torque_mode?fresh=true`);
+  return ask("GET", "/servos/{uid}/parameters/torque_mode", { path: { uid } });
 }
 
 function put(uid: string, state: ReleaseState | null): void {

@@ -41,13 +41,13 @@ function take(found: Session): void {
 
 /** Asks the server who we are. Without an answer nothing changes: the link says that it is gone. */
 export function look(): Promise<void> {
-  return ask<Session>("GET", "/session").then(take, () => undefined);
+  return ask("GET", "/session").then(take, () => undefined);
 }
 
 export async function signIn(token: string): Promise<boolean> {
   tokenRefused.value = null;
   try {
-    const found = await ask<Session>("POST", "/session", { body: { token } });
+    const found = await ask("POST", "/session", { body: { token } });
     signedOut.value = true;
     take(found);
     return true;
@@ -58,7 +58,7 @@ export async function signIn(token: string): Promise<boolean> {
 }
 
 export async function signOut(): Promise<void> {
-  await ask<void>("DELETE", "/session").catch(() => undefined);
+  await ask("DELETE", "/session").catch(() => undefined);
   reload();
 }
 

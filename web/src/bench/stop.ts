@@ -2,7 +2,6 @@
 
 import { signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
-import type { Stop } from "../api/types";
 import { text } from "../text";
 import { stop } from "./bench";
 import { problemText } from "./facts";
@@ -21,7 +20,8 @@ export const unsent = signal<string | null>(null);
 /** Torque off on every servo. Over the socket and over REST, whichever is there first. */
 export function pressStop(cause: Cause): void {
   const socket = live.send({ type: "stop", mode: "off", by: holder(), reason: REASONS[cause] });
-  void ask<Stop>("POST", `/stop?by=${encodeURIComponent(holder())}`, {
+  void ask("POST", "/stop", {
+    query: { by: holder() },
     body: { mode: "off", reason: REASONS[cause] },
     keepalive: true,
     timeout_ms: 5000,
@@ -40,7 +40,7 @@ export function pressStop(cause: Cause): void {
 /** Unlatches. Moves nothing and turns nothing on. */
 export async function clearStop(): Promise<string | null> {
   try {
-    stop.value = await ask<Stop>("DELETE", `/stop?by=${encodeURIComponent(holder())}`);
+    stop.value = await ask("DELETE", "/stop", { query: { by: holder() } });
     return null;
   } catch (error) {
     return problemText(problemOf(error));

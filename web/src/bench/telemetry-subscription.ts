@@ -1,7 +1,7 @@
 /** What the server is asked to poll while somebody looks at a servo. */
 import { effect, signal } from "@preact/signals";
 import { ask } from "../api/client";
-import type { TelemetryGrant } from "../api/types";
+import type { ParameterKey, TelemetryGrant } from "../api/types";
 import { connection, up } from "./link";
 
 export const CHANNELS = [
@@ -49,8 +49,9 @@ export function subscribeTelemetry(
   let over = false;
   const put = async (wanted: readonly string[]) => {
     try {
-      const grant = await ask<TelemetryGrant>("PUT", `/servos/${uid}/telemetry`, {
-        body: { channels: wanted, rate_hz: rateHz, owner, ttl_s: TTL_S },
+      const grant = await ask("PUT", "/servos/{uid}/telemetry", {
+        path: { uid },
+        body: { channels: wanted as readonly ParameterKey[], rate_hz: rateHz, owner, ttl_s: TTL_S },
         keepalive: wanted.length === 0,
       });
       if (!over) take(grant);

@@ -2,7 +2,6 @@
 
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
-import type { Job } from "../api/types";
 import { text } from "../text";
 import { monotonic } from "./clock";
 import { endText, problemText } from "./facts";
@@ -41,7 +40,7 @@ async function one(uid: string): Promise<boolean> {
   }
   wiggled.value = { uid, phase: "asking" };
   try {
-    const job = await ask<Job>("POST", `/servos/${uid}/identify`, { headers: leaseHeader() });
+    const job = await ask("POST", "/servos/{uid}/identify", { path: { uid }, headers: leaseHeader() });
     if (!jobs.peek().has(job.id)) setJob(job);
     const known = peekServo(uid);
     wiggled.value = { uid, phase: "moving", around: known ? angleOf(known, monotonic()).value : null };

@@ -145,7 +145,7 @@ function DisconnectDialog({ name, onClose }: { name: string; onClose: () => void
       testid="disconnect-dialog"
       actId="disconnect-confirm"
       act={async () => {
-        bus.value = await ask<Bus>("DELETE", "/bus");
+        bus.value = await ask("DELETE", "/bus");
       }}
       onClose={onClose}
     >

@@ -32,8 +32,8 @@ export function PinDialog({ one, table, onClose }: Props & { table: readonly All
       testid="pin-dialog"
       actId="pin-confirm"
       act={async () => {
-        const body = { node_id: wholeNumber(typed.peek()) };
-        return noteOf(await ask<AllocationChange>("PUT", `/allocations/${one.uid}`, { body }));
+        const body = { node_id: Number(wholeNumber(typed.peek())) };
+        return noteOf(await ask("PUT", "/allocations/{uid}", { path: { uid: one.uid }, body }));
       }}
       onClose={onClose}
     >
@@ -62,7 +62,7 @@ export function ForgetDialog({ one, onClose }: Props) {
       danger
       testid="forget-dialog"
       actId="forget-confirm"
-      act={async () => noteOf(await ask<AllocationChange>("DELETE", `/allocations/${one.uid}`))}
+      act={async () => noteOf(await ask("DELETE", "/allocations/{uid}", { path: { uid: one.uid } }))}
       onClose={onClose}
     >
       <p>{said.forgetText}</p>

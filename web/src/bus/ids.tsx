@@ -156,7 +156,7 @@ function Pending() {
 function Allocator({ allocator, table }: { allocator: AllocatorState; table: readonly Allocation[] }) {
   const asking = useSignal<AllocatorMode | null>(null);
   const set = async (mode: AllocatorMode) => {
-    const answer = await ask<AllocatorState>("PUT", "/bus/allocator", { body: { mode } });
+    const answer = await ask("PUT", "/bus/allocator", { body: { mode } });
     if (bus.value) bus.value = { ...bus.value, allocator: answer } satisfies Bus;
   };
   // What may take a servo off the bus is asked first.

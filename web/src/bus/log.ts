@@ -14,7 +14,7 @@ export const logProblem = signal<string | null>(null);
 
 async function look(): Promise<void> {
   try {
-    log.value = await ask<LogState>("GET", "/bus/log");
+    log.value = await ask("GET", "/bus/log");
   } catch (error) {
     logProblem.value = problemText(problemOf(error));
   }
@@ -28,7 +28,7 @@ export function watchLog(): Poll {
 /** Reads the list of files; the newest first. */
 export async function listLogs(): Promise<void> {
   try {
-    const found = await ask<LogFile[]>("GET", "/bus/logs");
+    const found = await ask("GET", "/bus/logs");
     logs.value = [...found].sort((one, other) => other.modified_at - one.modified_at);
   } catch (error) {
     logProblem.value = problemText(problemOf(error));
@@ -47,20 +47,18 @@ async function does(act: Promise<LogState | undefined>): Promise<void> {
 }
 
 export function startLog(format: LogFormat, name: string | null, limit_mb: number): Promise<void> {
-  return does(ask<LogState>("POST", "/bus/log", { body: { format, name, limit_mb } }));
+  return does(ask("POST", "/bus/log", { body: { format, name, limit_mb } }));
 }
 
 export function stopLog(): Promise<void> {
-  return does(ask<LogState>("DELETE", "/bus/log"));
+  return does(ask("DELETE", "/bus/log"));
 }
 
-const path = (name: string) => `/bus/logs/${encodeURIComponent(name)}`;
-
 export function removeLog(name: string): Promise<void> {
-  return does(ask<undefined>("DELETE", path(name)));
+  return does(ask("DELETE", "/bus/logs/{name}", { path: { name } }));
 }
 
 /** Where a browser downloads a log from. */
 export function urlOf(name: string): string {
-  return API + path(name);
+  return `${API}/bus/logs/${encodeURIComponent(name)}`;
 }

@@ -36,7 +36,7 @@ export function Nodes() {
   useEffect(() => {
     const look = async () => {
       try {
-        nodes.value = await ask<BusNode[]>("GET", "/nodes");
+        nodes.value = await ask("GET", "/nodes");
         readAt.value = monotonic();
         problem.value = null;
       } catch (error) {

@@ -4,7 +4,6 @@ import { computed, type Signal, signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import type { Adapter } from "../api/bus-types";
 import { ask, problemOf } from "../api/client";
-import type { Bus } from "../api/types";
 import { bus } from "../bench/bench";
 import { channelOf } from "../bench/bus-now";
 import { monotonic, now } from "../bench/clock";
@@ -64,7 +63,7 @@ export function usePicker(): Picker {
   useEffect(() => {
     const look = async () => {
       try {
-        picker.adapters.value = adaptersInOrder(await ask<Adapter[]>("GET", "/bus/adapters"));
+        picker.adapters.value = adaptersInOrder(await ask("GET", "/bus/adapters"));
         picker.listProblem.value = null;
         picker.chosen.value = chosenOf(picker.adapters.value, picker.chosen.peek());
       } catch (error) {
@@ -111,11 +110,12 @@ function makePicker(): Picker {
     return address === "" || bitrate === null ? null : { address, bitrate, ...option };
   });
   const open = async () => {
-    if (wish.peek() === null || opening.peek()) return false;
+    const body = wish.peek();
+    if (body === null || opening.peek()) return false;
     opening.value = true;
     refused.value = null;
     try {
-      bus.value = await ask<Bus>("PUT", "/bus", { body: wish.peek(), timeout_ms: OPENING_MS });
+      bus.value = await ask("PUT", "/bus", { body, timeout_ms: OPENING_MS });
       return true;
     } catch (error) {
       const problem = problemOf(error);

@@ -17,7 +17,7 @@ const said = words.profile;
 
 export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClose: () => void }) {
   const list = useMemo(() => new Asked<Profile[]>(), []);
-  const load = () => void list.load(() => ask<Profile[]>("GET", "/profiles"));
+  const load = () => void list.load(() => ask("GET", "/profiles"));
   useEffect(load, []);
   const found = list.value.value;
   return (

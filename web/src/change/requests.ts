@@ -1,7 +1,7 @@
 /** The changes that are asked about in the dialog, as data: what each asks beforehand, and what does it. */
 
 import { type Signal, signal } from "@preact/signals";
-import { ask, type Problem, problemOf } from "../api/client";
+import { askUntyped, type Problem, problemOf } from "../api/client";
 import type {
   BatchOutcome,
   BatchPatched,
@@ -158,9 +158,9 @@ export function driftChange(uid: string): ChangeRequest {
     save: "ask",
     quick: true,
     facts: uid,
-    other: () => ask<void>("DELETE", path),
+    other: () => askUntyped<void>("DELETE", path),
     plan: async wish => {
-      const { rows } = await ask<Drift>("GET", path);
+      const { rows } = await askUntyped<Drift>("GET", path);
       const changes = rows.map(row => ({ key: row.key, now: row.now, next: row.was, doubt: !row.proved }));
       if (rows.length === 0) return [];
       const body = {

@@ -1,5 +1,5 @@
 /** Sending a change, once however often it is sent, and following what it starts. */
-import { ask } from "../api/client";
+import { askUntyped } from "../api/client";
 import type { SavePreview } from "../api/config-types";
 import type { Change, Job, ProblemBody } from "../api/types";
 import { endText, failureText } from "../bench/facts";
@@ -24,7 +24,7 @@ export function send<Answer>(
     verb === "POST" && !("dry_run" in body && body.dry_run)
       ? { "Idempotency-Key": crypto.randomUUID?.() ?? `${Date.now()}-${Math.random()}` }
       : {};
-  return ask<Answer>(verb, path, { body, headers: { ...headers, ...once }, timeout_ms });
+  return askUntyped<Answer>(verb, path, { body, headers: { ...headers, ...once }, timeout_ms });
 }
 
 /** Starts a job; answers its id. */

@@ -30,7 +30,7 @@ export const candidatesProblem = signal<string | null>(null);
 
 async function look(): Promise<void> {
   try {
-    const answer = await ask<Candidates>("GET", "/commissioning/candidates");
+    const answer = await ask("GET", "/commissioning/candidates");
     const heardAt = monotonic();
     pending.value = answer.pending.map(one => ({ ...one, heardAt }));
     candidates.value = answer;
@@ -50,7 +50,7 @@ export const known = signal<readonly string[] | null>(null);
 /** Asks for them, and takes up one that is under way: it lives in the server. */
 export async function recallJobs(): Promise<void> {
   try {
-    const found = await ask<Job[]>("GET", "/jobs?kind=commissioning");
+    const found = await ask("GET", "/jobs", { query: { kind: "commissioning" } });
     for (const job of found) setJob(job);
     known.value = found.map(job => job.id);
     const mine = new Set(draft.peek().jobs);
@@ -148,7 +148,7 @@ export const profilesProblem = signal<string | null>(null);
 
 export async function loadProfiles(): Promise<void> {
   try {
-    profiles.value = await ask<Profile[]>("GET", "/profiles");
+    profiles.value = await ask("GET", "/profiles");
     profilesProblem.value = null;
   } catch (error) {
     profilesProblem.value = problemText(problemOf(error));
@@ -202,7 +202,7 @@ export async function plan(): Promise<void> {
   await doing(async () => {
     const headers = leaseHeader();
     const options = { body, headers, timeout_ms: 60_000 };
-    const found = await ask<CommissioningPreview>("POST", "/commissioning", options);
+    const found = (await ask("POST", "/commissioning", options)) as CommissioningPreview;
     plans.value = new Map(found.servos.map(one => [one.uid, one]));
   });
 }
@@ -222,11 +222,11 @@ export const retry = (uid: string) =>
   });
 
 async function post(uids: readonly string[]): Promise<Job> {
-  const job = await ask<Job>("POST", "/commissioning", {
+  const job = (await ask("POST", "/commissioning", {
     body: request(draft.peek(), uids),
     headers: { ...leaseHeader(), ...once() },
     timeout_ms: 30_000,
-  });
+  })) as Job;
   setJob(job);
   return job;
 }
@@ -234,12 +234,12 @@ async function post(uids: readonly string[]): Promise<Job> {
 /** Goes on with what a job has not done. */
 export const resume = (job: Job) =>
   doing(async () => {
-    setJob(await ask<Job>("POST", `/jobs/${job.id}/resume`, { headers: leaseHeader() }));
+    setJob(await ask("POST", "/jobs/{job_id}/resume", { path: { job_id: job.id }, headers: leaseHeader() }));
   });
 
 export const cancel = (job: Job) =>
   doing(async () => {
-    setJob(await ask<Job>("DELETE", `/jobs/${job.id}`, { timeout_ms: 30_000 }));
+    setJob(await ask("DELETE", "/jobs/{job_id}", { path: { job_id: job.id }, timeout_ms: 30_000 }));
   });
 
 /** Tells the newest state of the jobs shown, where the socket may have said nothing. */
@@ -248,7 +248,7 @@ export function watchJobs(): Poll {
     for (const id of draft.peek().jobs) {
       const present = jobs.peek().get(id);
       if (present && ended(present)) continue;
-      await ask<Job>("GET", `/jobs/${id}`).then(setJob, () => undefined);
+      await ask("GET", "/jobs/{job_id}", { path: { job_id: id } }).then(setJob, () => undefined);
     }
   });
 }

@@ -2,7 +2,7 @@
 
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
-import type { Fault, FaultsRead } from "../api/types";
+import type { Fault } from "../api/types";
 import { batched } from "../bench/batched";
 import { namedFault } from "../bench/catalog";
 import { problemText } from "../bench/facts";
@@ -36,7 +36,7 @@ export const readServos = computed(() => kept.value.size);
 /** Reads the faults of these servos in one request; one that has a problem keeps what was known of it. */
 async function loadFaults(uids: readonly string[]): Promise<void> {
   try {
-    const answer = await ask<FaultsRead>("GET", `/faults?uids=${uids.join(",")}`);
+    const answer = await ask("GET", "/faults", { query: { uids: uids.join(",") } });
     const next = new Map(kept.peek());
     for (const [uid, { faults, problem }] of Object.entries(answer.servos)) {
       if (!problem) next.set(uid, faults.map(namedFault));
@@ -53,14 +53,11 @@ export const readFaults = batched(loadFaults);
 
 /** Somebody has seen this fault; without a key all of that servo. */
 export async function acknowledge(uid: string, key?: string): Promise<void> {
-  const by = `by=${encodeURIComponent(holder())}`;
+  const query = { by: holder() };
   try {
-    await ask<unknown>(
-      "POST",
-      key === undefined
-        ? `/servos/${uid}/faults/acknowledge?${by}`
-        : `/servos/${uid}/faults/${key}/acknowledge?${by}`,
-    );
+    await (key === undefined
+      ? ask("POST", "/servos/{uid}/faults/acknowledge", { path: { uid }, query })
+      : ask("POST", "/servos/{uid}/faults/{key}/acknowledge", { path: { uid, key }, query }));
   } catch (error) {
     setTrouble(uid, problemText(problemOf(error)));
     return;

@@ -86,8 +86,8 @@ function togetherOf(uids: readonly string[]): Together {
   const id = () => stream.peek()?.id ?? "";
   return {
     async begin(lease) {
-      const body = { uids, type: "angle", rate_hz: RATE_HZ };
-      stream.value = await ask<Stream>("POST", "/streams", { body, headers: { Lease: lease } });
+      const body = { uids, type: "angle" as const, rate_hz: RATE_HZ };
+      stream.value = await ask("POST", "/streams", { body, headers: { Lease: lease } });
       look?.end();
       look = poll(LOOK_MS, async () => {
         if (motion.peek().phase === "off") return look?.end();
@@ -109,13 +109,16 @@ async function put(
   lease: string,
   profile: MotionProfile | null,
 ): Promise<void> {
-  const path = `/streams/${stream.peek()?.id ?? ""}`;
-  stream.value = await ask<Stream>("PUT", path, { body: { values, profile }, headers: { Lease: lease } });
+  stream.value = await ask("PUT", "/streams/{stream_id}", {
+    path: { stream_id: stream.peek()?.id ?? "" },
+    body: { values, profile },
+    headers: { Lease: lease },
+  });
 }
 
 /** How the stream is now. One that ended says why, with the name of whoever ended it. */
 async function lookAt(id: string): Promise<void> {
-  const answer = await ask<Stream>("GET", `/streams/${id}`).catch(() => null);
+  const answer = await ask("GET", "/streams/{stream_id}", { path: { stream_id: id } }).catch(() => null);
   if (answer === null || stream.peek()?.id !== answer.id) return;
   const found: Stream = { ...answer, ended: answer.ended_summary ?? null };
   const before = stream.peek();

@@ -57,7 +57,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
   const why = verdict.ok ? (verdict.value > 0 ? null : words.least) : `${verdict.what} ${verdict.remedy}`;
   useEffect(() => {
     if (!allowed) return;
-    ask<Caution[]>("GET", `/servos/${uid}/cautions?type=${kind}&value=${SMALLEST}`).then(
+    ask("GET", "/servos/{uid}/cautions", { path: { uid }, query: { type: kind, value: SMALLEST } }).then(
       found => {
         said.value = found;
       },

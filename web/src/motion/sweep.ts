@@ -141,7 +141,8 @@ function near(uid: string, goal: number): boolean {
 }
 
 function command(present: { uid: string; lease: string }, angle: number, speed: number): Promise<Commanded> {
-  return ask<Commanded>("POST", `/servos/${present.uid}/command`, {
+  return ask("POST", "/servos/{uid}/command", {
+    path: { uid: present.uid },
     body: { type: "angle", value: angle, profile: profileOf(speed) },
     headers: { Lease: present.lease },
   });

@@ -24,7 +24,7 @@ export function stageAgain(sheet: Sheet, lost: Lost): void {
 
 /** Forgets them on the server; the servo is not told. */
 export function dismiss(uid: string): Promise<void> {
-  return ask<void>("DELETE", `/servos/${uid}/lost`);
+  return ask("DELETE", "/servos/{uid}/lost", { path: { uid } });
 }
 
 function draftOf(sheet: Sheet, one: Lost[number]) {

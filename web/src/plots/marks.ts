@@ -93,7 +93,7 @@ async function look(): Promise<void> {
   const since = telemetry.serverTime(performance.now() / 1000) + telemetry.utcOffset - KEPT_S;
   if (Number.isNaN(since)) return;
   try {
-    done.value = await ask<AuditRow[]>("GET", `/audit?since=${since.toFixed(0)}&limit=200`);
+    done.value = await ask("GET", "/audit", { query: { since: Math.round(since), limit: 200 } });
   } catch {
     // Marks of writes are missing then; the curves are not.
   }

@@ -3,7 +3,6 @@
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useId, useMemo } from "preact/hooks";
 import { ask, problemOf } from "../api/client";
-import type { Bundle } from "../api/lab-types";
 import { catalog } from "../bench/catalog";
 import { problemText } from "../bench/facts";
 import { motion } from "../bench/motion";
@@ -41,7 +40,8 @@ export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }
     }
     carrying.value = file.name;
     try {
-      const made = await ask<Bundle>("PUT", `/recorder/bundles/${encodeURIComponent(file.name)}`, {
+      const made = await ask("PUT", "/recorder/bundles/{name}", {
+        path: { name: file.name },
         file: { text: file, type: "application/zip" },
         timeout_ms: CARRY_MS,
       });

@@ -30,9 +30,9 @@ const action = wordInAddress("action");
 export function Audit() {
   const list = useMemo(() => new Asked<AuditRow[]>(), []);
   const seen = useSignal<readonly string[]>([]);
-  const filters = { uid: uid.value, key: key.value, action: action.value };
+  const filters = { uid: uid.value || null, key: key.value || null, action: action.value || null };
   const query = auditQuery(filters);
-  const load = () => void list.load(() => ask<AuditRow[]>("GET", `/audit${query}`));
+  const load = () => void list.load(() => ask("GET", "/audit", { query: filters }));
   const round = connection.value;
   useEffect(load, [query, round]);
   const found = list.value.value;
@@ -45,10 +45,7 @@ export function Audit() {
     const last = found?.at(-1);
     if (!found || !last) return;
     void list.load(async () => {
-      const more = await ask<AuditRow[]>(
-        "GET",
-        `/audit${auditQuery({ ...filters, before_id: String(last.id) })}`,
-      );
+      const more = await ask("GET", "/audit", { query: { ...filters, before_id: last.id } });
       return [...found, ...more];
     });
   };

@@ -32,9 +32,7 @@ export function BundleView({ name }: { name: string }) {
   const playing = useSignal(false);
   const load = () =>
     void content.load(() =>
-      ask<BundleContent>("GET", `/recorder/bundles/${encodeURIComponent(name)}/content`, {
-        timeout_ms: READ_MS,
-      }),
+      ask("GET", "/recorder/bundles/{name}/content", { path: { name }, timeout_ms: READ_MS }),
     );
   useEffect(load, [content]);
   const found = content.value.value;

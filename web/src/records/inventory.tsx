@@ -84,7 +84,7 @@ const order = wordInAddress("order");
 
 export function Inventory() {
   const list = useMemo(() => new Asked<InventoryServo[]>(), []);
-  const load = () => void list.load(() => ask<InventoryServo[]>("GET", "/inventory"));
+  const load = () => void list.load(() => ask("GET", "/inventory"));
   const round = connection.value;
   useEffect(load, [round]);
   const found = list.value.value;

@@ -1,7 +1,6 @@
 /** The confirmation before a bundle is played: what is left for it, and that nothing can be sent. */
 
 import { ask } from "../api/client";
-import type { Bus } from "../api/types";
 import { bus } from "../bench/bench";
 import { channelOf } from "../bench/bus-now";
 import { go, pathOf } from "../bench/route";
@@ -23,7 +22,7 @@ export function PlayDialog({ name, onClose }: { name: string; onClose: () => voi
       actId="play-confirm"
       act={async () => {
         const body = { address: `bundle:${name}` };
-        bus.value = await ask<Bus>("PUT", "/bus", { body, timeout_ms: OPENING_MS });
+        bus.value = await ask("PUT", "/bus", { body, timeout_ms: OPENING_MS });
         go(pathOf("servos", null));
       }}
       onClose={onClose}

@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";
-import type { Imported, LineVerdict, Profile } from "../api/config-types";
+import type { LineVerdict } from "../api/config-types";
 import { nameFromFile, typeOfFile } from "../bench/asked";
 import { all, nameOf } from "../bench/fleet";
 import { noteText } from "../bench/note-text";
@@ -56,7 +56,8 @@ export function CreateDialog({ names, onClose }: Props) {
       testid="create-dialog"
       actId="create-confirm"
       act={async () => {
-        const kept = await ask<Profile>("PUT", `/profiles/${encodeURIComponent(name.peek().trim())}`, {
+        const kept = await ask("PUT", "/profiles/{name}", {
+          path: { name: name.peek().trim() },
           body: { from_uid: from.peek(), description: description.peek().trim() },
           timeout_ms: 30_000,
         });
@@ -90,7 +91,8 @@ export function ImportDialog({ names, onClose }: Props) {
     if (chosen === null || type === null) return "";
     lines.value = [];
     try {
-      const answer = await ask<Imported>("PUT", `/profiles/${encodeURIComponent(name.peek().trim())}/file`, {
+      const answer = await ask("PUT", "/profiles/{name}/file", {
+        path: { name: name.peek().trim() },
         file: { text: await chosen.text(), type },
       });
       return said.imported(answer.profile?.name ?? name.peek(), answer.lines.length);

@@ -24,7 +24,7 @@ type Open = { what: "create" | "import" } | { what: "remove"; one: Profile };
 
 export function Profiles() {
   const list = useMemo(() => new Asked<Profile[]>(), []);
-  const load = () => void list.load(() => ask<Profile[]>("GET", "/profiles"));
+  const load = () => void list.load(() => ask("GET", "/profiles"));
   const round = connection.value;
   useEffect(load, [round]);
   const unfolded = useSignal<string | null>(null);
@@ -133,7 +133,7 @@ function RemoveDialog({ one, onClose }: { one: Profile; onClose: (note: string |
       verb={said.removeConfirm}
       danger
       actId="remove-confirm"
-      act={() => ask<void>("DELETE", `/profiles/${encodeURIComponent(one.name)}`).then(() => "")}
+      act={() => ask("DELETE", "/profiles/{name}", { path: { name: one.name } }).then(() => "")}
       onClose={onClose}
     >
       <p>{said.removeText}</p>

@@ -43,12 +43,12 @@ function Bundles() {
   const playing = useSignal<string | null>(null);
   const dropping = useSignal<string | null>(null);
   const note = useSignal<string | null>(null);
-  const load = () => list.load(() => ask<Bundle[]>("GET", "/recorder/bundles"));
+  const load = () => list.load(() => ask("GET", "/recorder/bundles"));
   const round = connection.value;
   // A bundle is there once it is told: its file is packed for a while after the recorder has let go of it.
   const told = events.value.find(one => WRITTEN.has(one.code))?.at;
   useEffect(() => void load(), [round, told]);
-  useEffect(() => poll(LOOK_MS, () => state.load(() => ask<RecorderState>("GET", "/recorder"))).end, [round]);
+  useEffect(() => poll(LOOK_MS, () => state.load(() => ask("GET", "/recorder"))).end, [round]);
   const found = list.value.value;
   return (
     <Scroll label={words.tab} testid="recorder">
@@ -118,8 +118,11 @@ function Head({ state, onNote, onNew }: HeadProps) {
     onNote(null);
     try {
       const said = reason.peek().trim();
-      await state.load(() =>
-        ask<RecorderState>("POST", "/recorder/bundles", { body: said === "" ? {} : { reason: said } }),
+      await state.load(
+        () =>
+          ask("POST", "/recorder/bundles", {
+            body: said === "" ? {} : { reason: said },
+          }) as Promise<RecorderState>,
       );
       if (state.problem.peek() === null) reason.value = "";
     } catch (error) {
@@ -136,7 +139,8 @@ function Head({ state, onNote, onNew }: HeadProps) {
     }
     busy.value = "carrying";
     try {
-      const made = await ask<Bundle>("PUT", `/recorder/bundles/${encodeURIComponent(file.name)}`, {
+      const made = await ask("PUT", "/recorder/bundles/{name}", {
+        path: { name: file.name },
         file: { text: file, type: "application/zip" },
         timeout_ms: CARRY_MS,
       });
@@ -275,9 +279,7 @@ function DropDialog({ name, onClose }: { name: string; onClose: (done: true | nu
       danger
       testid="drop-bundle"
       actId="drop-bundle-confirm"
-      act={() =>
-        ask<void>("DELETE", `/recorder/bundles/${encodeURIComponent(name)}`).then(() => true as const)
-      }
+      act={() => ask("DELETE", "/recorder/bundles/{name}", { path: { name } }).then(() => true as const)}
       onClose={onClose}
     />
   );

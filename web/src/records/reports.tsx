@@ -38,7 +38,7 @@ export function Reports() {
   const open = useSignal<string | null>(null);
   const load = () =>
     void list.load(async () => {
-      const found = await ask<Job[]>("GET", "/jobs");
+      const found = await ask("GET", "/jobs");
       for (const job of found) setJob(job);
       return found.map(job => job.id);
     });

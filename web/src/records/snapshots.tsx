@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
-import { ask, problemOf } from "../api/client";
+import { askUntyped, problemOf } from "../api/client";
 import type { Comparison, InventoryServo, Profile, Snapshot } from "../api/config-types";
 import { Asked } from "../bench/asked";
 import { problemText } from "../bench/facts";
@@ -35,8 +35,8 @@ export function Snapshots({ uid }: { uid: string }) {
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
   const load = () => {
-    void list.load(() => ask<Snapshot[]>("GET", `/servos/${uid}/snapshots`));
-    void whole.load(() => ask<InventoryServo[]>("GET", "/inventory"));
+    void list.load(() => askUntyped<Snapshot[]>("GET", `/servos/${uid}/snapshots`));
+    void whole.load(() => askUntyped<InventoryServo[]>("GET", "/inventory"));
   };
   const round = connection.value;
   useEffect(load, [round]);
@@ -51,7 +51,7 @@ export function Snapshots({ uid }: { uid: string }) {
   const take = async () => {
     refused.value = null;
     try {
-      const made = await ask<Snapshot>("POST", `/servos/${uid}/snapshots`, {
+      const made = await askUntyped<Snapshot>("POST", `/servos/${uid}/snapshots`, {
         body: {},
         timeout_ms: 30_000,
       });
@@ -158,7 +158,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   const refused = useSignal<string | null>(null);
   const load = () => {
     const query = new URLSearchParams({ left: `snapshot:${one.id}`, right: side.peek(), identity: "true" });
-    void found.load(() => ask<Comparison>("GET", `/compare?${query}`));
+    void found.load(() => askUntyped<Comparison>("GET", `/compare?${query}`));
   };
   const wanted = side.value;
   useEffect(() => {
@@ -166,7 +166,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
     load();
   }, [wanted]);
   useEffect(() => {
-    void profiles.load(() => ask<Profile[]>("GET", "/profiles"));
+    void profiles.load(() => askUntyped<Profile[]>("GET", "/profiles"));
   }, []);
   const rows = found.value.value?.differences ?? [];
   // What the snapshot does not hold cannot be restored from it.
@@ -319,7 +319,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           title={said.dropTitle(instant(one.at))}
           verb={said.dropConfirm}
           danger
-          act={() => ask<void>("DELETE", `/servos/${one.uid}/snapshots/${one.id}`).then(() => true)}
+          act={() => askUntyped<void>("DELETE", `/servos/${one.uid}/snapshots/${one.id}`).then(() => true)}
           onClose={done => {
             dropping.value = false;
             if (!done) return;

@@ -13,7 +13,7 @@ export async function readOpenApi(): Promise<void> {
   if (openApi.peek() !== null) return;
   openApiTrouble.value = null;
   try {
-    openApi.value = await ask<OpenApi>("GET", "/openapi.json");
+    openApi.value = (await ask("GET", "/openapi.json")) as OpenApi;
   } catch (error) {
     openApiTrouble.value = problemText(problemOf(error));
   }

@@ -70,7 +70,7 @@ function First() {
   const asks = has(openApi.value, "get", "/session");
   useEffect(() => {
     if (!asks) return;
-    ask<Session>("GET", "/session").then(
+    ask("GET", "/session").then(
       found => {
         session.value = found;
       },

@@ -1,7 +1,7 @@
 /** What the Servos page says while there is no servo: the evidence, what to check, the way to an adapter. */
 
 import { ask } from "../api/client";
-import type { Bus, Servo } from "../api/types";
+import type { Bus } from "../api/types";
 import { bus, connected } from "../bench/bench";
 import { connectOpen } from "../bench/connect-open";
 import { troubleText } from "../bench/facts";
@@ -17,8 +17,8 @@ export function EmptyServos({ loading }: { loading: boolean }) {
   if (loading) return <p class="notice-line">{text.empty.loading}</p>;
   const look = async () => {
     try {
-      bus.value = await ask<Bus>("GET", "/bus");
-      replaceAll(await ask<Servo[]>("GET", "/servos"));
+      bus.value = await ask("GET", "/bus");
+      replaceAll(await ask("GET", "/servos"));
     } catch {
       // The band above says that there is no link.
     }

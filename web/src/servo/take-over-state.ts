@@ -1,7 +1,7 @@
 /** Get motion control that somebody else has: asked for, with a countdown, or taken with a reason. */
 
 import { ask, problemOf } from "../api/client";
-import type { Lease, TakeOverState } from "../api/types";
+import type { TakeOverState } from "../api/types";
 import { lease as heldLease } from "../bench/bench";
 import { monotonic } from "../bench/clock";
 import { problemText } from "../bench/facts";
@@ -21,7 +21,7 @@ export async function askFor(uid: string, reason: string): Promise<void> {
   motionRefusal.value = null;
   try {
     const body = { holder: holder(), ttl_s: TTL_S, reason: reason.trim(), patience_s: PATIENCE_S };
-    const told = await ask<TakeOverState>("POST", "/leases/requests", { body });
+    const told = await ask("POST", "/leases/requests", { body });
     if (motion.peek().phase === "asking") follow(uid, told);
     else await withdraw(told.id);
   } catch (error) {
@@ -37,9 +37,12 @@ export async function takeNow(uid: string, reason: string): Promise<void> {
   motionRefusal.value = null;
   try {
     const body = { holder: holder(), ttl_s: TTL_S, force: true, reason: reason.trim() };
-    const lease = await ask<Lease>("POST", "/leases", { body });
+    const lease = await ask("POST", "/leases", { body });
     if (motion.peek().phase === "asking") hold(uid, lease.id);
-    else await ask<void>("DELETE", `/leases/${lease.id}`, { keepalive: true }).catch(() => undefined);
+    else
+      await ask("DELETE", "/leases/{lease_id}", { path: { lease_id: lease.id }, keepalive: true }).catch(
+        () => undefined,
+      );
   } catch (error) {
     fail(error);
   }
@@ -63,7 +66,7 @@ async function look(request: string): Promise<void> {
   const present = motion.peek();
   if (present.phase !== "waiting" || present.request !== request) return;
   try {
-    const told = await ask<TakeOverState>("GET", `/leases/requests/${request}`);
+    const told = await ask("GET", "/leases/requests/{request_id}", { path: { request_id: request } });
     const now = motion.peek();
     if (now.phase === "waiting" && now.request === request) follow(present.uid, told);
     else if (told.lease_id) await withdraw(request);

@@ -60,7 +60,7 @@ export async function turnTo(uid: string): Promise<void> {
 export async function loadRuns(): Promise<void> {
   const uid = of;
   try {
-    const found = await ask<StepRun[]>("GET", `/runs?uid=${uid}&limit=${LISTED}`);
+    const found = await ask("GET", "/runs", { query: { uid, limit: LISTED } });
     if (of !== uid) return;
     runs.value = found;
     runsProblem.value = null;
@@ -82,7 +82,7 @@ async function choose(ids: readonly number[]): Promise<void> {
     return;
   }
   try {
-    const found = await ask<RunOverlay>("GET", `/runs/overlay?ids=${chosenRuns.peek().join(",")}`);
+    const found = await ask("GET", "/runs/overlay", { query: { ids: chosenRuns.peek().join(",") } });
     if (round !== asked) return;
     overlay.value = found;
     runsProblem.value = null;
@@ -121,7 +121,8 @@ export async function startTest(uid: string, wish: StepTestWish): Promise<void> 
 async function begin(uid: string, wish: StepTestWish, lease: string): Promise<Job> {
   starting.value = true;
   try {
-    const begun = await ask<Job>("POST", `/servos/${uid}/step-test`, {
+    const begun = await ask("POST", "/servos/{uid}/step-test", {
+      path: { uid },
       body: wish,
       headers: { Lease: lease },
     });
@@ -150,7 +151,7 @@ export async function cancelTest(): Promise<void> {
   const present = test.peek();
   if (!present || ended(present)) return;
   try {
-    setJob(await ask<Job>("DELETE", `/jobs/${present.id}`, { timeout_ms: 30_000 }));
+    setJob(await ask("DELETE", "/jobs/{job_id}", { path: { job_id: present.id }, timeout_ms: 30_000 }));
   } catch (error) {
     testProblem.value = problemText(problemOf(error));
   }
@@ -158,7 +159,7 @@ export async function cancelTest(): Promise<void> {
 
 /** Forgets a run. */
 export async function dropRun(id: number): Promise<void> {
-  await ask<void>("DELETE", `/runs/${id}`);
+  await ask("DELETE", "/runs/{run_id}", { path: { run_id: id } });
   await loadRuns();
 }
 
