@@ -15,6 +15,7 @@ import "./motion/motion.css";
 import "./kit/dialog.css";
 import "./style/narrow.css";
 import "./style/japanese.css";
+import "./style/print.css";
 
 startLanguage()
   .then(() => import("./start"))

@@ -1,4 +1,4 @@
-/** Light, dark or auto: the wish, where it is kept, and what is shown. */
+/** Light, dark or auto: the wish, where it is kept, and what is shown. Paper is always light. */
 import { computed, effect, signal } from "@preact/signals";
 
 export type ThemeWish = "light" | "dark" | "auto";
@@ -6,6 +6,8 @@ export type ThemeWish = "light" | "dark" | "auto";
 const KEY = "hornbill.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
 const systemDark = signal(system.matches);
+const paper = matchMedia("print");
+const onPaper = signal(paper.matches);
 
 function kept(): ThemeWish {
   try {
@@ -19,6 +21,7 @@ function kept(): ThemeWish {
 export const themeWish = signal<ThemeWish>(kept());
 
 export const theme = computed<"light" | "dark">(() => {
+  if (onPaper.value) return "light";
   if (themeWish.value !== "auto") return themeWish.value;
   return systemDark.value ? "dark" : "light";
 });
@@ -35,6 +38,9 @@ export function chooseTheme(next: ThemeWish): void {
 export function startTheme(): void {
   system.addEventListener("change", event => {
     systemDark.value = event.matches;
+  });
+  paper.addEventListener("change", event => {
+    onPaper.value = event.matches;
   });
   effect(() => {
     document.documentElement.dataset.theme = theme.value;

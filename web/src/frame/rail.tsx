@@ -6,6 +6,7 @@ import { complaints } from "../bench/doctor";
 import { all, nameOf, servo, uids } from "../bench/fleet";
 import { up } from "../bench/link";
 import { motion } from "../bench/motion";
+import { reload } from "../bench/reload";
 import { lastUid, type Page, pathOf, route } from "../bench/route";
 import { chooseTheme, type ThemeWish, themeWish } from "../bench/theme";
 import { follow } from "../kit/follow";
@@ -111,7 +112,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         <Segments<Language>
           label={text.language}
           chosen={language}
-          onChoose={chooseLanguage}
+          onChoose={next => chooseLanguage(next, reload)}
           // The page loads again in it, which takes the server.
           locked={!up.value}
           options={[

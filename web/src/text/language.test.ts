@@ -1,5 +1,6 @@
 /** Which language the page speaks: the one chosen here before, else the browser's, else English. */
 import { afterEach, expect, test, vi } from "vitest";
+import { reload } from "../bench/reload";
 import { chooseLanguage, chosenLanguage, spoken, startLanguage } from "./language";
 
 afterEach(() => {
@@ -22,10 +23,10 @@ test.each([
 });
 
 test("a choice is kept, and the page loads again in it", () => {
-  const reload = vi.spyOn(location, "reload").mockImplementation(() => undefined);
-  chooseLanguage("ja");
+  const loaded = vi.spyOn(location, "reload").mockImplementation(() => undefined);
+  chooseLanguage("ja", reload);
   expect(localStorage.getItem("hornbill.language")).toBe("ja");
-  expect(reload).toHaveBeenCalledOnce();
+  expect(loaded).toHaveBeenCalledOnce();
 });
 
 test("where storage is forbidden the address keeps the choice", () => {
@@ -34,7 +35,7 @@ test("where storage is forbidden the address keeps the choice", () => {
   };
   vi.stubGlobal("localStorage", { getItem: forbidden, setItem: forbidden, clear: () => undefined });
   const replace = vi.spyOn(location, "replace").mockImplementation(() => undefined);
-  chooseLanguage("ja");
+  chooseLanguage("ja", reload);
   const address = new URL(String(replace.mock.calls[0]?.[0]));
   expect(address.search).toBe("?language=ja");
   history.replaceState(null, "", address.pathname + address.search);
@@ -43,16 +44,16 @@ test("where storage is forbidden the address keeps the choice", () => {
 });
 
 test("the page speaks the language it was loaded in when the address no longer asks for it", async () => {
-  const reload = vi.spyOn(location, "reload").mockImplementation(() => undefined);
-  reload.mockClear();
+  const loaded = vi.spyOn(location, "reload").mockImplementation(() => undefined);
+  loaded.mockClear();
   vi.spyOn(navigator, "languages", "get").mockReturnValue(["en"]);
   history.replaceState(null, "", "/?language=ja");
   await startLanguage();
   history.replaceState(null, "", "/records");
   expect(spoken()).toBe("ja");
-  chooseLanguage("ja");
-  expect(reload).not.toHaveBeenCalled();
-  chooseLanguage("en");
-  expect(reload).toHaveBeenCalledOnce();
+  chooseLanguage("ja", reload);
+  expect(loaded).not.toHaveBeenCalled();
+  chooseLanguage("en", reload);
+  expect(loaded).toHaveBeenCalledOnce();
   history.replaceState(null, "", "/");
 });

@@ -1,6 +1,4 @@
 /** Which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
-
-import { reload } from "../bench/reload";
 import type { text } from "./en";
 import type { topics } from "./topics.en";
 
@@ -56,7 +54,7 @@ export function chosenLanguage(): Language {
 }
 
 /** Keeps the choice and loads the page again in it: words are read once, when a part of the page is loaded. */
-export function chooseLanguage(next: Language): void {
+export function chooseLanguage(next: Language, reload: (address: string) => void): void {
   if (next === spoken()) return;
   const address = new URL(location.href);
   address.searchParams.delete(IN_ADDRESS);
@@ -71,29 +69,19 @@ export function chooseLanguage(next: Language): void {
 let started: Language | null = null;
 let known: Text | null = null;
 let knownTopics: Topics | null = null;
-let coming: Promise<void> | null = null;
 
 /** Takes catalogues that are here already; tests begin with it. */
 export function speak(words: Text, more: Topics): void {
   known = words;
   knownTopics = more;
-  coming = Promise.resolve();
 }
 
-/** Fetches what every page says in the chosen language; the topics follow while the page starts. */
+/** Fetches what every page says in the chosen language; the topics follow with the first part that is fetched. */
 export async function startLanguage(): Promise<void> {
   const language = chosenLanguage();
   started = language;
   document.documentElement.lang = language;
-  const words = LANGUAGES[language].text();
-  coming = LANGUAGES[language].topics().then(found => {
-    knownTopics = found;
-  });
-  coming.catch(() => {
-    // Whoever waits for a topic is told; asked again then.
-    coming = null;
-  });
-  known = await words;
+  known = await LANGUAGES[language].text();
 }
 
 /** The language of this page: the address that asked for it may be gone since it was loaded. */
@@ -102,11 +90,8 @@ export function spoken(): Language {
 }
 
 /** Resolves when the topics are here: before any part of the page that is fetched is run. */
-export function topicsLoaded(): Promise<void> {
-  coming ??= LANGUAGES[spoken()].topics().then(found => {
-    knownTopics = found;
-  });
-  return coming;
+export async function topicsLoaded(): Promise<void> {
+  knownTopics ??= await LANGUAGES[spoken()].topics();
 }
 
 /** The loaded catalogue. */
