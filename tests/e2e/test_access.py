@@ -18,6 +18,7 @@ PAGES = (
     "servos/{uid}/motion",
     "servos/{uid}/tune",
     "faults",
+    "scope?ch={uid}:current_angle,command_angle",
     "bus",
     "bus#monitor",
     "bus#nodes",
@@ -161,6 +162,7 @@ def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -
         ("f", "/faults", "Faults"),
         ("b", "/bus", "Bus"),
         ("r", "/records", "Records"),
+        ("o", "/scope", "Scope"),
         ("a", "/api-page", "API"),
         ("s", "/servos", "Servos"),
     ):

@@ -149,6 +149,7 @@ const PAGES: Readonly<Record<string, Page>> = {
   f: "faults",
   b: "bus",
   r: "records",
+  o: "scope",
   a: "api",
 };
 

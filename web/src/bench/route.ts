@@ -12,6 +12,7 @@ export type Page =
   | "faults"
   | "bus"
   | "records"
+  | "scope"
   | "api"
   /** An address that is none of ours. */
   | "missing";
@@ -23,7 +24,7 @@ export interface Route {
   hash: string;
 }
 
-const ALONE = /^\/(servos|commission|tune|faults|bus|records)\/?$/;
+const ALONE = /^\/(servos|commission|tune|faults|bus|records|scope)\/?$/;
 /** Not /api: what begins with that is the server's. */
 const API_PAGE = /^\/api-page\/?$/;
 const MATRIX = /^\/servos\/matrix\/?$/;
@@ -51,7 +52,7 @@ export function pathOf(page: Page, uid: string | null, hash = "", query: Query =
 
 function below(page: Page, uid: string | null): string {
   if (page === "api") return "/api-page";
-  if (page === "bus" || page === "commission" || page === "records") return `/${page}`;
+  if (page === "bus" || page === "commission" || page === "records" || page === "scope") return `/${page}`;
   if ((page === "faults" || page === "tune") && uid === null) return `/${page}`;
   if (page === "matrix") return "/servos/matrix";
   if (page === "servos" || page === "missing" || uid === null) return "/servos";

@@ -29,6 +29,7 @@ const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
   import("../parameters/page").then(file => file.ParametersPage),
 );
 const RecordsPage = lazy<{ hash: string }>(() => import("../records/page").then(file => file.RecordsPage));
+const ScopePage = lazy(() => import("../scope/page").then(file => file.ScopePage));
 const TunePage = lazy<{ uid: string | null }>(() => import("../tune/page").then(file => file.TunePage));
 const ChangeDialog = lazy(() => import("../change/dialog").then(file => file.ChangeDialog));
 const ConnectDialog = lazy(() => import("../bus/connect").then(file => file.ConnectDialog));
@@ -97,6 +98,7 @@ function Page() {
   if (page === "commission") return <CommissionPage />;
   if (page === "api") return <ApiPage />;
   if (page === "records") return <RecordsPage hash={hash} />;
+  if (page === "scope") return <ScopePage />;
   if (page === "missing") return <MissingPage />;
   return <ServosPage />;
 }

@@ -36,6 +36,9 @@ export const words = {
   monitor: ["↑ ↓", "The transfer before or after, when the monitor has focus"] as Line,
   scrub: ["← →", "One sample in a recording, when its time line has focus. Shift 1\u202fs"] as Line,
   scrubEnds: ["Home End", "Start and end of a recording, when its time line has focus"] as Line,
+  scopeCursors: ["1 2", "Choose cursor 1 or 2; then ← → move it by one sample, Shift ×10"] as Line,
+  scopeArm: ["T", "Arm the trigger again"] as Line,
+  scopeMemory: ["← →", "Move the window, when the memory strip has focus. End returns to live"] as Line,
   composing:
     "While an input method composes text, Esc and Enter belong to it and stop nothing. The Stop button always works.",
   scroll: ["↑ ↓", "Scroll, when a list has focus"] as Line,

@@ -73,6 +73,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
             <Item page="tune" uid={uid} icon="tune" label={text.nav.tune} />
           </>
         )}
+        <Item page="scope" uid={null} icon="scope" label={text.nav.scope} />
         <Item page="faults" uid={null} icon="faults" label={text.nav.faults}>
           <FaultsBadge />
         </Item>

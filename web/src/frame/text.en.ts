@@ -8,6 +8,7 @@ export const nav = {
   parameters: "Parameters",
   motion: "Motion",
   tune: "Tune",
+  scope: "Scope",
   faults: "Faults",
   unseen: "not acknowledged",
   bus: "Bus",

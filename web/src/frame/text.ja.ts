@@ -8,6 +8,7 @@ export const frame = {
     parameters: "パラメーター",
     motion: "動作",
     tune: "調整",
+    scope: "スコープ",
     faults: "異常",
     unseen: "未確認",
     bus: "バス",

@@ -10,7 +10,9 @@ import { number } from "../bench/format";
 import { figureNow } from "../bench/fresh";
 import { noteText } from "../bench/note-text";
 import { sheetOf } from "../bench/parameters";
+import { pathOf } from "../bench/route";
 import { CHANNELS, RATE_HZ, subscribeTelemetry, watched } from "../bench/telemetry-subscription";
+import { follow } from "../kit/follow";
 import { telemetry } from "../telemetry/store";
 import { plots as words } from "../text/topics";
 import { channelsOf, curvesOf } from "./channels";
@@ -49,6 +51,7 @@ export function AnglePlot({ uid }: { uid: string }) {
       />
     );
   }
+  const scope = pathOf("scope", null, "", { ch: `${uid}:${chosen.value.join(",")}` });
   const nothing = grant !== null && grant.note !== null && grant.channels.length === 0;
   const title = lanes.flatMap(lane => lane.curves.map(curve => curve.name)).join(", ");
   const measured = lanes.flatMap(lane => lane.curves.filter(curve => !curve.dashed)).map(curve => curve.name);
@@ -62,17 +65,28 @@ export function AnglePlot({ uid }: { uid: string }) {
       file={name}
       testid="plot-angle"
       tools={
-        <button
-          type="button"
-          class="tool"
-          data-testid="plot-channels"
-          aria-expanded={open.value}
-          onClick={() => {
-            open.value = !open.value;
-          }}
-        >
-          {words.channels}
-        </button>
+        <>
+          <button
+            type="button"
+            class="tool"
+            data-testid="plot-channels"
+            aria-expanded={open.value}
+            onClick={() => {
+              open.value = !open.value;
+            }}
+          >
+            {words.channels}
+          </button>
+          <a
+            class="tool"
+            data-testid="plot-scope"
+            title={words.scopeTitle}
+            href={scope}
+            onClick={event => follow(event, scope)}
+          >
+            {words.scope}
+          </a>
+        </>
       }
       {...(nothing
         ? {

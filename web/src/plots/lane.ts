@@ -1,5 +1,7 @@
 /** What a lane of a plot is: curves of one unit on one axis; its calm range and its ticks. */
 
+import type { Samples } from "./trace";
+
 export interface LaneCurve {
   uid: string;
   /** The channel. */
@@ -9,6 +11,11 @@ export interface LaneCurve {
   colour: number | "ink" | "intent";
   /** Commands are dashed, measured curves never. */
   dashed: boolean;
+  /** In a box before its name. */
+  tag?: string;
+  faint?: boolean;
+  /** Not of the store: of a file laid over it. */
+  samples?: (from: number) => Samples;
 }
 
 export interface Lane {
@@ -16,6 +23,8 @@ export interface Lane {
   /** Of a value that is read. */
   decimals: number;
   curves: readonly LaneCurve[];
+  /** Stands in its corner. */
+  title?: string;
 }
 
 export function keyOf(curve: LaneCurve): string {

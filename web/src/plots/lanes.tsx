@@ -23,9 +23,15 @@ interface Props {
   testid: string;
   /** Filled with what is drawn, lane by lane, for a picture of it. */
   plots: { current: (Plot | null)[] };
+  /** What cursors are called, and how they are placed. */
+  cursors?: readonly [string, string];
+  hint?: string;
+  ruled?: boolean;
 }
 
-export function PlotLanes({ lanes, store, span, marks, label, testid, plots }: Props) {
+export function PlotLanes(props: Props) {
+  const { lanes, store, span, marks, label, testid, plots } = props;
+  const { cursors = words.letters, hint = words.place, ruled = false } = props;
   const first = lanes[0]?.curves[0];
   const names = lanes.flatMap(lane => lane.curves.map(one => one.name)).join("\n");
   const keys = (event: KeyboardEvent) => {
@@ -40,7 +46,7 @@ export function PlotLanes({ lanes, store, span, marks, label, testid, plots }: P
       role="group"
       // biome-ignore lint/a11y/noNoninteractiveTabindex: arrow keys move its cursors
       tabIndex={0}
-      aria-label={`${label}. ${words.place}`}
+      aria-label={`${label}. ${hint}`}
       data-testid={testid}
       data-lanes={lanes.length}
       onKeyDown={keys}
@@ -51,7 +57,7 @@ export function PlotLanes({ lanes, store, span, marks, label, testid, plots }: P
           lane={lane}
           first={place === 0}
           last={place === lanes.length - 1}
-          {...{ store, span, marks, names }}
+          {...{ store, span, marks, names, cursors, ruled }}
           told={made => {
             plots.current[place] = made;
           }}
@@ -86,10 +92,12 @@ interface LaneProps {
   marks: () => readonly MarkAt[];
   /** Of all lanes, a line each. */
   names: string;
+  cursors: readonly [string, string];
+  ruled: boolean;
   told: (plot: Plot | null) => void;
 }
 
-function LaneBox({ lane, first, last, store, span, marks, names, told }: LaneProps) {
+function LaneBox({ lane, first, last, store, span, marks, names, cursors, ruled, told }: LaneProps) {
   const box = useRef<HTMLDivElement>(null);
   const plot = useRef<Plot | null>(null);
   const unit = useRef(lane.unit);
@@ -99,7 +107,8 @@ function LaneBox({ lane, first, last, store, span, marks, names, told }: LanePro
     const made = new Plot(box.current, {
       x: (v, step) => (Math.abs(v) < step * 1e-6 && !span.still.peek() ? words.now : timeText(v, step)),
       y: (v, step) => withUnit(number(v, step < 0.1 ? 2 : step < 1 ? 1 : 0), unit.current),
-      cursors: words.letters,
+      cursors,
+      ruled,
       span,
       first,
       last,
@@ -131,11 +140,12 @@ export function lanePicture(
     curves: lane.curves.map(one => ({
       ...one,
       key: keyOf(one),
-      samples: from => store.ring(one.uid, one.channel).since(from),
+      samples: one.samples ?? ((from: number) => store.ring(one.uid, one.channel).since(from)),
       gaps: true,
       wraps: lane.unit === "°",
     })),
     ...(marks ? { marks } : {}),
+    ...(lane.title ? { title: lane.title } : {}),
     range: (drawn, before) => calmRange(drawn, lane.unit, before),
     names,
   };

@@ -168,7 +168,9 @@ export function fileName(of: string, utc: number): string {
   return `hornbill-${plain}${at}`;
 }
 
-function saveSamples({ lanes, span, file, store = telemetry }: Props): void {
+type Filed = Pick<Props, "lanes" | "span" | "file" | "store" | "label">;
+
+export function saveSamples({ lanes, span, file, store = telemetry }: Filed): void {
   const shown = span.shown();
   if (!shown) return;
   const curves = lanes.flatMap(lane => lane.curves);
@@ -182,7 +184,7 @@ function saveSamples({ lanes, span, file, store = telemetry }: Props): void {
   keep(new Blob([text], { type: "text/csv" }), `${fileName(file, shown.to + store.utcOffset)}.csv`);
 }
 
-async function savePicture(plots: readonly (Plot | null)[], props: Props): Promise<void> {
+export async function savePicture(plots: readonly (Plot | null)[], props: Filed): Promise<void> {
   const { lanes, span, label, file, store = telemetry } = props;
   const shown = span.shown();
   if (!shown) return;

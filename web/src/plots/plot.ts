@@ -395,6 +395,7 @@ export class Plot {
     const { names, bands = [], title } = this.#picture;
     const marks = (this.#picture.marks?.() ?? []).filter(one => one.t >= at.min && one.t <= at.max);
     pen.clip(plot);
+    ctx.setLineDash([]);
     for (const one of marks) pen.upright(plot, at.x(one.t), colours.ink3);
     const drag = span?.drag.peek();
     const placed = span?.cursors.peek() ?? [];
@@ -419,6 +420,7 @@ export class Plot {
     if (title) pen.laneTitle(plot, title, colours);
     ctx.restore();
     ctx.save();
+    ctx.setLineDash([]);
     if (names) {
       const crowd = this.#curves.length > 8;
       const ends = this.#ends.filter((one, i) => one && one.name !== "" && !(crowd && this.#of(i).dashed));

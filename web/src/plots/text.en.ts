@@ -12,6 +12,8 @@ export const words = {
   minutes: (min: string) => `${min}\u202fmin`,
   window: "Window",
   channels: "Channels",
+  scope: "Scope",
+  scopeTitle: "Open these channels in the scope",
   channelsOf: (name: string) => `Channels of ${name}`,
   channelsHint: "A unit has a lane of its own. What is chosen is polled while this plot is open.",
   asked: "Ask at",

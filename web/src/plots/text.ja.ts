@@ -12,6 +12,8 @@ export const words = {
   milliseconds: ms => `${ms}\u202fms`,
   minutes: min => `${min}\u202fmin`,
   window: "時間幅",
+  scope: "スコープ",
+  scopeTitle: "これらのチャンネルをスコープで開く",
   channels: "チャンネル",
   channelsOf: name => `${name}のチャンネル`,
   channelsHint: "単位ごとに段が分かれます。選んだものはこのグラフを開いている間だけ読み出します。",

@@ -1,6 +1,6 @@
 /** The amplitude spectrum of a curve between two times: even samples, mean removed, Hann window, FFT. */
+import { NEVER_GAP_S } from "../plots/series";
 import { firstAt, type Samples } from "../plots/trace";
-import { intervalOf } from "./statistics";
 
 export interface Spectrum {
   /** Hz, and the amplitude of a sine there in the unit of the curve. */
@@ -26,7 +26,8 @@ const NEAR_ZERO = 2;
 export function spectrumOf(one: Samples, from: number, to: number): Spectrum | null {
   const low = Math.max(Math.min(from, to), one.t[0] ?? 0);
   const high = Math.min(Math.max(from, to), one.t.at(-1) ?? 0);
-  const step = intervalOf(one, low, high);
+  const taken = firstAt(one.t, high) - firstAt(one.t, low);
+  const step = (high - low) / Math.max(1, taken);
   const count = Math.min(MOST_SAMPLES, Math.floor((high - low) / step));
   if (!(count >= LEAST_SAMPLES)) return null;
   const even = evenly(one, low, step, count);
@@ -67,7 +68,7 @@ export function highestPeak(one: Spectrum): Peak | null {
   return { hz: (best + off) * (one.t[1] ?? 0), amplitude: b - ((a - c) * off) / 4 };
 }
 
-/** Values at even times, in straight lines between samples; null across a gap longer than four of them. */
+/** Values at even times, in straight lines between samples; null across a gap. */
 function evenly(one: Samples, from: number, step: number, count: number): Float64Array | null {
   const out = new Float64Array(count);
   let i = Math.max(1, firstAt(one.t, from));
@@ -76,7 +77,7 @@ function evenly(one: Samples, from: number, step: number, count: number): Float6
     while (i < one.t.length - 1 && (one.t[i] ?? 0) < at) i++;
     const [t0, t1] = [one.t[i - 1] ?? 0, one.t[i] ?? 0];
     const [v0, v1] = [one.v[i - 1] ?? Number.NaN, one.v[i] ?? Number.NaN];
-    if (Number.isNaN(v0) || Number.isNaN(v1) || t1 - t0 > 4 * step) return null;
+    if (Number.isNaN(v0) || Number.isNaN(v1) || t1 - t0 > Math.max(NEVER_GAP_S, 3 * step)) return null;
     out[k] = v0 + (v1 - v0) * Math.min(1, Math.max(0, (at - t0) / (t1 - t0 || 1)));
   }
   return out;

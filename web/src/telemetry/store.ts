@@ -1,9 +1,9 @@
 /** The rings by servo and channel, and the relation of the server's clock to ours. No signals here. */
 import { Ring } from "./ring";
 
-/** Room at first, and what a ring grows to: the longest window of a plot, at most of 200 samples a second. */
+/** Room at first, and what a ring grows to: the memory of the scope, at most of 100 samples a second. */
 const CAPACITY = 512;
-export const KEPT_S = 330;
+export const KEPT_S = 610;
 const GROWTH = { most: 65_536, seconds: KEPT_S };
 
 export interface Sample {

@@ -16,6 +16,7 @@ import { words as plots } from "../plots/text.en";
 import { words as recorder } from "../records/recorder.en";
 import { words as records } from "../records/text.en";
 import { words as api } from "../requests/text.en";
+import { words as scope } from "../scope/text.en";
 import { words as takeOver } from "../servo/take-over.en";
 import { words as tune } from "../tune/text.en";
 import { view } from "../view3d/text.en";
@@ -36,6 +37,7 @@ export const topics = {
   plots,
   recorder,
   records,
+  scope,
   steps,
   takeOver,
   tune,

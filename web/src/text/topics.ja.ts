@@ -16,6 +16,7 @@ import { words as plots } from "../plots/text.ja";
 import { words as recorder } from "../records/recorder.ja";
 import { words as records } from "../records/text.ja";
 import { words as api } from "../requests/text.ja";
+import { words as scope } from "../scope/text.ja";
 import { words as takeOver } from "../servo/take-over.ja";
 import { words as tune } from "../tune/text.ja";
 import { view } from "../view3d/text.ja";
@@ -37,6 +38,7 @@ export const topics = {
   plots,
   recorder,
   records,
+  scope,
   steps,
   takeOver,
   tune,

@@ -17,6 +17,7 @@ export const {
   plots,
   recorder,
   records,
+  scope,
   steps,
   takeOver,
   tune,
