@@ -7,13 +7,13 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.conftest import Demo
-from e2e.test_technician import wait_for
+from e2e.test_technician import servo_of, wait_for
 
 
 @pytest.fixture
 def uid(demo: Demo) -> str:
     """A servo whose position can be commanded."""
-    return next(one["uid"] for one in demo.api.get("/servos").json() if one["model"] == "BLA15-12U-A0")
+    return servo_of(demo, "BLA21-12U-A0")
 
 
 def opened(page: Page, demo: Demo, uid: str) -> None:
