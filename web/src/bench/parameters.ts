@@ -1,8 +1,7 @@
 /** What is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
 import { batch, effect, type Signal, signal } from "@preact/signals";
-import { askUntyped, Problem, problemOf } from "../api/client";
-import type { BatchRead } from "../api/config-types";
-import type { Change, Parameters, ProblemBody, Reading, Value } from "../api/types";
+import { ask, Problem, problemOf } from "../api/client";
+import type { Change, ProblemBody, Reading, Value } from "../api/types";
 import { batched } from "./batched";
 import { catalog } from "./catalog";
 import { monotonic } from "./clock";
@@ -121,10 +120,10 @@ export class Sheet {
   /** Reads what the server knows; with `refresh` it asks the bus. */
   async load(refresh = false): Promise<void> {
     try {
-      const answer = await askUntyped<Parameters>(
-        "GET",
-        `/servos/${this.uid}/parameters${refresh ? "?refresh=true" : ""}`,
-      );
+      const answer = await ask("GET", "/servos/{uid}/parameters", {
+        path: { uid: this.uid },
+        query: refresh ? { refresh } : {},
+      });
       this.take(answer.revision, answer.parameters);
     } catch (error) {
       this.problem.value = problemOf(error);
@@ -147,12 +146,9 @@ export function sheetOf(uid: string): Sheet {
 /** Reads the rows of these servos in one request; one that has a problem keeps what was known of it. */
 export async function loadSheets(uids: readonly string[], refresh = false): Promise<void> {
   if (uids.length === 0) return;
-  const query = `uids=${uids.join(",")}${refresh ? "&refresh=true" : ""}`;
-  const answer = await askUntyped<BatchRead>(
-    "GET",
-    `/parameters?${query}`,
-    refresh ? { timeout_ms: 60_000 } : {},
-  );
+  const query = { uids: uids.join(",") };
+  const slow = { query: { ...query, refresh }, timeout_ms: 60_000 };
+  const answer = await ask("GET", "/parameters", refresh ? slow : { query });
   for (const [uid, column] of Object.entries(answer.servos)) {
     const sheet = sheetOf(uid);
     if (column.problem) sheet.problem.value = asProblem(column.problem);

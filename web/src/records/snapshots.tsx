@@ -2,7 +2,7 @@
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
-import { askUntyped, problemOf } from "../api/client";
+import { ask, problemOf } from "../api/client";
 import type { Comparison, InventoryServo, Profile, Snapshot } from "../api/config-types";
 import { Asked } from "../bench/asked";
 import { problemText } from "../bench/facts";
@@ -35,8 +35,8 @@ export function Snapshots({ uid }: { uid: string }) {
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
   const load = () => {
-    void list.load(() => askUntyped<Snapshot[]>("GET", `/servos/${uid}/snapshots`));
-    void whole.load(() => askUntyped<InventoryServo[]>("GET", "/inventory"));
+    void list.load(() => ask("GET", "/servos/{uid}/snapshots", { path: { uid } }));
+    void whole.load(() => ask("GET", "/inventory"));
   };
   const round = connection.value;
   useEffect(load, [round]);
@@ -51,7 +51,8 @@ export function Snapshots({ uid }: { uid: string }) {
   const take = async () => {
     refused.value = null;
     try {
-      const made = await askUntyped<Snapshot>("POST", `/servos/${uid}/snapshots`, {
+      const made = await ask("POST", "/servos/{uid}/snapshots", {
+        path: { uid },
         body: {},
         timeout_ms: 30_000,
       });
@@ -157,8 +158,8 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   const note = useSignal<string | null>(null);
   const refused = useSignal<string | null>(null);
   const load = () => {
-    const query = new URLSearchParams({ left: `snapshot:${one.id}`, right: side.peek(), identity: "true" });
-    void found.load(() => askUntyped<Comparison>("GET", `/compare?${query}`));
+    const query = { left: `snapshot:${one.id}`, right: side.peek(), identity: true };
+    void found.load(() => ask("GET", "/compare", { query }));
   };
   const wanted = side.value;
   useEffect(() => {
@@ -166,7 +167,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
     load();
   }, [wanted]);
   useEffect(() => {
-    void profiles.load(() => askUntyped<Profile[]>("GET", "/profiles"));
+    void profiles.load(() => ask("GET", "/profiles"));
   }, []);
   const rows = found.value.value?.differences ?? [];
   // What the snapshot does not hold cannot be restored from it.
@@ -319,7 +320,11 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
           title={said.dropTitle(instant(one.at))}
           verb={said.dropConfirm}
           danger
-          act={() => askUntyped<void>("DELETE", `/servos/${one.uid}/snapshots/${one.id}`).then(() => true)}
+          act={() =>
+            ask("DELETE", "/servos/{uid}/snapshots/{snapshot_id}", {
+              path: { uid: one.uid, snapshot_id: one.id },
+            }).then(() => true)
+          }
           onClose={done => {
             dropping.value = false;
             if (!done) return;
