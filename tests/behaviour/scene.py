@@ -1,7 +1,7 @@
 """scene: makes a test of what happens on a rig."""
 
 import inspect
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from functools import wraps
 from typing import Any
 
@@ -9,10 +9,13 @@ from behaviour.rig import Rig, play
 from hornbill.sim.bench.recipe import Recipe
 
 
-def scene(*recipes: Recipe, **options: Any) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+def scene(
+    *recipes: Recipe | Callable[..., Recipe | Iterable[Recipe]], **options: Any
+) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
     """Decorate a coroutine function `(rig, …)`: a test that plays it with the servos of `recipes`.
 
-    Named `servo`, its second argument is the first servo that is ready. `options` are those of `play`.
+    Named `servo`, its second argument is the first servo that is ready. `options` are those of `play`. A recipe or an
+    option that depends on the test's arguments is a function of them, by name; it may return several recipes.
     """
 
     def make(act: Callable[..., Awaitable[None]]) -> Callable[..., None]:
@@ -25,7 +28,14 @@ def scene(*recipes: Recipe, **options: Any) -> Callable[[Callable[..., Awaitable
                 servo = {"servo": (await rig.ready())[0]} if "servo" in ours else {}
                 await act(rig, **servo, **arguments)
 
-            play(whole, *recipes, **options)
+            def given(value: Any) -> Any:
+                return value(**{name: arguments[name] for name in inspect.signature(value).parameters})
+
+            servos: list[Recipe] = []
+            for each in recipes:
+                made = given(each) if callable(each) else each
+                servos += [made] if isinstance(made, Recipe) else made
+            play(whole, *servos, **{name: given(each) if callable(each) else each for name, each in options.items()})
 
         others = [each for name, each in signature.parameters.items() if name not in ours]
         test.__signature__ = signature.replace(parameters=others)  # pyright: ignore[reportAttributeAccessIssue]

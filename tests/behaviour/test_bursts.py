@@ -74,15 +74,13 @@ async def test_one_bad_command_and_nothing_at_all_is_sent(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("ids", [(0, 5), (5, 5)])
-def test_a_servo_whose_id_is_nobodys_or_two_servos_is_not_addressed(ids: tuple[int, int]) -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await ready(rig, 2)
-        one = next(servo for servo in servos if servo.servo_id == ids[0])
-        refused = problem(await rig.call("POST", "/commands", angles([one], 5), lease=lease), "conflict", 409)
-        assert refused["key"] == "servo_id"
-        assert rig.array_commands() == []
-
-    play(scene, *(replace(PLAIN, node_id=10 + n, servo_id=own) for n, own in enumerate(ids)))
+@scene(lambda ids: (replace(PLAIN, node_id=10 + n, servo_id=own) for n, own in enumerate(ids)))
+async def test_a_servo_whose_id_is_nobodys_or_two_servos_is_not_addressed(rig: Rig, ids: tuple[int, int]) -> None:
+    servos, lease = await ready(rig, 2)
+    one = next(servo for servo in servos if servo.servo_id == ids[0])
+    refused = problem(await rig.call("POST", "/commands", angles([one], 5), lease=lease), "conflict", 409)
+    assert refused["key"] == "servo_id"
+    assert rig.array_commands() == []
 
 
 @scene()

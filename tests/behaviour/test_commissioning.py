@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import CATALOG, Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host, HostSettings
 from hornbill.servo.motion.identify_motion import FURTHEST_DEG
@@ -105,30 +106,28 @@ def verdicts(job: Any) -> list[str]:
     return [unit["verdict"] for unit in job["result"]["servos"]]
 
 
-def test_twelve_new_servos_become_1_to_12_by_one_job_and_no_horn_goes_further_than_the_wiggle() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(12)
-        servos = ordered(rig)
-        await profile(rig)
-        shown = json(await rig.call("GET", "/commissioning/candidates"))
-        assert [one["servo"]["uid"] for one in shown["servos"]] == [one.uid for one in servos]
-        assert [one["servo_id"] for one in shown["servos"]] == list(range(1, 13))
-        with watching(rig) as watch:
-            job = await commission(rig, order(servos, identify=True))
-        assert job["state"] == "succeeded", job["error"]
-        assert watch.furthest_deg > 1.0, "the wiggle was seen"
-        assert all(right(sim, at) for at, sim in enumerate(rig.bench.servos.values(), start=1))
-        assert [sim.starts for sim in rig.bench.servos.values()] == [2] * 12
-        assert [servo.label for servo in servos] == [f"axis {at}" for at in range(1, 13)]
-        assert [servo.unsaved() for servo in servos] == [[]] * 12
-        assert all(step["state"] == "done" for step in job["steps"])
-        assert verdicts(job) == ["done"] * 12
-        assert json(await rig.call("GET", "/commissioning/candidates"))["servos"] == []
-        entries = [row.entry for row in rig.host.store.audit.rows(action="commissioning")]
-        assert [(one.outcome, one.job) for one in entries] == [("succeeded", job["id"])] * 12
-        await _reports_are_right(rig, job)
-
-    play(scene, *TWELVE)
+@scene(*TWELVE)
+async def test_twelve_new_servos_become_1_to_12_by_one_job_and_no_horn_goes_further_than_the_wiggle(rig: Rig) -> None:
+    await rig.ready(12)
+    servos = ordered(rig)
+    await profile(rig)
+    shown = json(await rig.call("GET", "/commissioning/candidates"))
+    assert [one["servo"]["uid"] for one in shown["servos"]] == [one.uid for one in servos]
+    assert [one["servo_id"] for one in shown["servos"]] == list(range(1, 13))
+    with watching(rig) as watch:
+        job = await commission(rig, order(servos, identify=True))
+    assert job["state"] == "succeeded", job["error"]
+    assert watch.furthest_deg > 1.0, "the wiggle was seen"
+    assert all(right(sim, at) for at, sim in enumerate(rig.bench.servos.values(), start=1))
+    assert [sim.starts for sim in rig.bench.servos.values()] == [2] * 12
+    assert [servo.label for servo in servos] == [f"axis {at}" for at in range(1, 13)]
+    assert [servo.unsaved() for servo in servos] == [[]] * 12
+    assert all(step["state"] == "done" for step in job["steps"])
+    assert verdicts(job) == ["done"] * 12
+    assert json(await rig.call("GET", "/commissioning/candidates"))["servos"] == []
+    entries = [row.entry for row in rig.host.store.audit.rows(action="commissioning")]
+    assert [(one.outcome, one.job) for one in entries] == [("succeeded", job["id"])] * 12
+    await _reports_are_right(rig, job)
 
 
 async def _reports_are_right(rig: Rig, job: Any) -> None:
@@ -148,19 +147,17 @@ async def _reports_are_right(rig: Rig, job: Any) -> None:
     problem(await rig.call("GET", f"/jobs/{job['id']}/report?format=pdf"), "invalid_value", 422)
 
 
-def test_a_static_node_id_is_what_the_servo_answers_under_and_its_old_one_is_free() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(3)
-        servos = ordered(rig)
-        wanted = [{"uid": one.uid, "servo_id": at, "node_id": 20 + at} for at, one in enumerate(servos, start=1)]
-        with watching(rig):
-            job = await commission(rig, {"servos": wanted})
-        assert job["state"] == "succeeded", job["error"]
-        assert [servo.node_id for servo in servos] == [21, 22, 23]
-        assert [int(rig.sim(servo).node_id) for servo in servos] == [21, 22, 23]
-        assert rig.host.store.allocations.entries() == {}
-
-    play(scene, *TWELVE[:3])
+@scene(*TWELVE[:3])
+async def test_a_static_node_id_is_what_the_servo_answers_under_and_its_old_one_is_free(rig: Rig) -> None:
+    await rig.ready(3)
+    servos = ordered(rig)
+    wanted = [{"uid": one.uid, "servo_id": at, "node_id": 20 + at} for at, one in enumerate(servos, start=1)]
+    with watching(rig):
+        job = await commission(rig, {"servos": wanted})
+    assert job["state"] == "succeeded", job["error"]
+    assert [servo.node_id for servo in servos] == [21, 22, 23]
+    assert [int(rig.sim(servo).node_id) for servo in servos] == [21, 22, 23]
+    assert rig.host.store.allocations.entries() == {}
 
 
 KNOWN = [
@@ -168,55 +165,49 @@ KNOWN = [
 ]
 
 
-def test_two_servo_ids_are_swapped_and_never_the_same() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(3)
-        servos = ordered(rig)
-        wanted = [{"uid": servos[0].uid, "servo_id": 2}, {"uid": servos[1].uid, "servo_id": 1}]
-        with watching(rig):
-            job = await commission(rig, {"servos": wanted})
-        assert job["state"] == "succeeded", job["error"]
-        assert [rig.sim(one).memory.stored(0x45) for one in servos] == [2, 1, 3]
-        assert [rig.sim(one).starts for one in servos] == [2, 2, 1]
-        assert [step["name"] for step in job["steps"]][:2] == ["aside 2", "write 1"]
-
-    play(scene, *KNOWN)
+@scene(*KNOWN)
+async def test_two_servo_ids_are_swapped_and_never_the_same(rig: Rig) -> None:
+    await rig.ready(3)
+    servos = ordered(rig)
+    wanted = [{"uid": servos[0].uid, "servo_id": 2}, {"uid": servos[1].uid, "servo_id": 1}]
+    with watching(rig):
+        job = await commission(rig, {"servos": wanted})
+    assert job["state"] == "succeeded", job["error"]
+    assert [rig.sim(one).memory.stored(0x45) for one in servos] == [2, 1, 3]
+    assert [rig.sim(one).starts for one in servos] == [2, 2, 1]
+    assert [step["name"] for step in job["steps"]][:2] == ["aside 2", "write 1"]
 
 
-def test_three_static_node_ids_and_servo_ids_go_round_and_never_clash() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(3)
-        servos = ordered(rig)
-        wanted = [
-            {"uid": one.uid, "servo_id": at % 3 + 1, "node_id": 11 + at % 3} for at, one in enumerate(servos, start=1)
-        ]
-        with watching(rig):
-            job = await commission(rig, {"servos": wanted})
-        assert job["state"] == "succeeded", job["error"]
-        assert [int(rig.sim(one).node_id) for one in servos] == [12, 13, 11]
-        assert [rig.sim(one).memory.stored(0x46) for one in servos] == [12, 13, 11]
-        assert [rig.sim(one).memory.stored(0x45) for one in servos] == [2, 3, 1]
-        assert sorted(rig.sim(one).starts for one in servos) == [2, 2, 3], "one of the cycle was parked with a save"
-        assert [step["name"] for step in job["steps"] if step["name"].startswith("away")] == ["away 2"]
-        assert rig.host.store.allocations.entries() == {}, "what it was parked on is free again"
-        assert job["result"]["pinned"] == []
-
-    play(scene, *KNOWN)
+@scene(*KNOWN)
+async def test_three_static_node_ids_and_servo_ids_go_round_and_never_clash(rig: Rig) -> None:
+    await rig.ready(3)
+    servos = ordered(rig)
+    wanted = [
+        {"uid": one.uid, "servo_id": at % 3 + 1, "node_id": 11 + at % 3} for at, one in enumerate(servos, start=1)
+    ]
+    with watching(rig):
+        job = await commission(rig, {"servos": wanted})
+    assert job["state"] == "succeeded", job["error"]
+    assert [int(rig.sim(one).node_id) for one in servos] == [12, 13, 11]
+    assert [rig.sim(one).memory.stored(0x46) for one in servos] == [12, 13, 11]
+    assert [rig.sim(one).memory.stored(0x45) for one in servos] == [2, 3, 1]
+    assert sorted(rig.sim(one).starts for one in servos) == [2, 2, 3], "one of the cycle was parked with a save"
+    assert [step["name"] for step in job["steps"] if step["name"].startswith("away")] == ["away 2"]
+    assert rig.host.store.allocations.entries() == {}, "what it was parked on is free again"
+    assert job["result"]["pinned"] == []
 
 
-def test_whoever_is_on_a_wanted_node_id_leaves_first_although_it_was_named_last() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(2)
-        first, second = ordered(rig)
-        wanted = [{"uid": first.uid, "node_id": 12}, {"uid": second.uid, "node_id": 0}]
-        with watching(rig):
-            job = await commission(rig, {"servos": wanted})
-        assert job["state"] == "succeeded", job["error"]
-        assert first.node_id == 12
-        assert second.node_id not in (11, 12)
-        assert rig.sim(second).memory.stored(0x46) == 0
-
-    play(scene, *KNOWN[:2])
+@scene(*KNOWN[:2])
+async def test_whoever_is_on_a_wanted_node_id_leaves_first_although_it_was_named_last(rig: Rig) -> None:
+    await rig.ready(2)
+    first, second = ordered(rig)
+    wanted = [{"uid": first.uid, "node_id": 12}, {"uid": second.uid, "node_id": 0}]
+    with watching(rig):
+        job = await commission(rig, {"servos": wanted})
+    assert job["state"] == "succeeded", job["error"]
+    assert first.node_id == 12
+    assert second.node_id not in (11, 12)
+    assert rig.sim(second).memory.stored(0x46) == 0
 
 
 @contextmanager
@@ -235,76 +226,70 @@ def refusing_half_way(rig: Rig, sim: SimulatedServo) -> Generator[None, None, No
     sim.conditions.refuse_keys.clear()
 
 
-def test_the_fifth_of_twelve_refuses_and_with_stop_the_rest_is_as_before_and_told_so() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(12)
-        servos, sims = ordered(rig), list(rig.bench.servos.values())
-        await profile(rig)
-        with watching(rig), refusing_half_way(rig, sims[4]):
-            job = await commission(rig, order(servos))
-        assert job["state"] == "failed"
-        assert job["error"]["code"] == "refused_by_servo"
-        assert job["error"]["uids"] == [servos[4].uid]
-        assert job["resumable"]
-        assert verdicts(job) == ["done"] * 4 + ["failed"] + ["not_tried"] * 7
-        assert all(right(sim, at) for at, sim in enumerate(sims[:4], start=1))
-        assert all(untouched(sim) for sim in sims[4:])
-        assert [servo.label for servo in servos[4:]] == [""] * 8
-        touched = {node for node, _, _ in rig.writes()}
-        assert not touched & {int(sim.node_id) for sim in sims[5:]}
-        root = ET.fromstring(await report(rig, job, "junit"))
-        assert (root.get("failures"), root.get("skipped")) == ("1", "23")
-
-    play(scene, *TWELVE)
+@scene(*TWELVE)
+async def test_the_fifth_of_twelve_refuses_and_with_stop_the_rest_is_as_before_and_told_so(rig: Rig) -> None:
+    await rig.ready(12)
+    servos, sims = ordered(rig), list(rig.bench.servos.values())
+    await profile(rig)
+    with watching(rig), refusing_half_way(rig, sims[4]):
+        job = await commission(rig, order(servos))
+    assert job["state"] == "failed"
+    assert job["error"]["code"] == "refused_by_servo"
+    assert job["error"]["uids"] == [servos[4].uid]
+    assert job["resumable"]
+    assert verdicts(job) == ["done"] * 4 + ["failed"] + ["not_tried"] * 7
+    assert all(right(sim, at) for at, sim in enumerate(sims[:4], start=1))
+    assert all(untouched(sim) for sim in sims[4:])
+    assert [servo.label for servo in servos[4:]] == [""] * 8
+    touched = {node for node, _, _ in rig.writes()}
+    assert not touched & {int(sim.node_id) for sim in sims[5:]}
+    root = ET.fromstring(await report(rig, job, "junit"))
+    assert (root.get("failures"), root.get("skipped")) == ("1", "23")
 
 
-def test_the_fifth_of_twelve_refuses_and_with_continue_all_others_are_done() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(12)
-        servos, sims = ordered(rig), list(rig.bench.servos.values())
-        await profile(rig)
-        with watching(rig), refusing_half_way(rig, sims[4]):
-            job = await commission(rig, order(servos, on_anomaly="continue"))
-        assert job["state"] == "failed"
-        assert verdicts(job) == ["done"] * 4 + ["failed"] + ["done"] * 7
-        assert untouched(sims[4])
-        assert all(right(sim, at) for at, sim in enumerate(sims, start=1) if at != 5)
-        again = json(await rig.call("POST", f"/jobs/{job['id']}/resume?wait=true"))
-        assert again["state"] == "succeeded", str(again["error"])
-        assert all(right(sim, at) for at, sim in enumerate(sims, start=1))
-        assert [sim.starts for sim in sims] == [2] * 12
-
-    play(scene, *TWELVE)
+@scene(*TWELVE)
+async def test_the_fifth_of_twelve_refuses_and_with_continue_all_others_are_done(rig: Rig) -> None:
+    await rig.ready(12)
+    servos, sims = ordered(rig), list(rig.bench.servos.values())
+    await profile(rig)
+    with watching(rig), refusing_half_way(rig, sims[4]):
+        job = await commission(rig, order(servos, on_anomaly="continue"))
+    assert job["state"] == "failed"
+    assert verdicts(job) == ["done"] * 4 + ["failed"] + ["done"] * 7
+    assert untouched(sims[4])
+    assert all(right(sim, at) for at, sim in enumerate(sims, start=1) if at != 5)
+    again = json(await rig.call("POST", f"/jobs/{job['id']}/resume?wait=true"))
+    assert again["state"] == "succeeded", str(again["error"])
+    assert all(right(sim, at) for at, sim in enumerate(sims, start=1))
+    assert [sim.starts for sim in sims] == [2] * 12
 
 
-def test_a_servo_unplugged_in_the_middle_is_an_anomaly_and_resuming_goes_on_with_it() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(4)
-        servos, sims = ordered(rig), list(rig.bench.servos.values())
-        await profile(rig)
-        started = json(await rig.call("POST", "/commissioning", order(servos)), 202)
-        while sims[1].starts < 2:
-            await asyncio.sleep(0.01)
-        rig.bench.power(servos[2].uid, on=False)
-        job = rig.host.jobs.get(started["id"])
-        await rig.host.jobs.wait(job)
-        assert job.state == "failed"
-        assert job.error is not None
-        assert job.error.code == "no_answer"
-        assert job.error.detail.startswith("1 of 4 servos failed. 61-000102 ")
-        assert "Check its supply and the wiring" in job.error.detail
-        shown = json(await rig.call("GET", f"/jobs/{job.id}"))
-        assert verdicts(shown) == ["done", "done", "failed", "not_tried"]
-        rig.bench.power(servos[2].uid, on=True)
-        await rig.ready(4)
-        before = len(rig.writes())
-        again = json(await rig.call("POST", f"/jobs/{job.id}/resume?wait=true"))
-        assert again["state"] == "succeeded", str(again["error"])
-        assert all(right(sim, at) for at, sim in enumerate(sims, start=1))
-        assert not {node for node, _, _ in rig.writes()[before:]} & {int(sim.node_id) for sim in sims[:2]}
-        assert [sim.starts for sim in sims] == [2, 2, 3, 2]
-
-    play(scene, *TWELVE[:4])
+@scene(*TWELVE[:4])
+async def test_a_servo_unplugged_in_the_middle_is_an_anomaly_and_resuming_goes_on_with_it(rig: Rig) -> None:
+    await rig.ready(4)
+    servos, sims = ordered(rig), list(rig.bench.servos.values())
+    await profile(rig)
+    started = json(await rig.call("POST", "/commissioning", order(servos)), 202)
+    while sims[1].starts < 2:
+        await asyncio.sleep(0.01)
+    rig.bench.power(servos[2].uid, on=False)
+    job = rig.host.jobs.get(started["id"])
+    await rig.host.jobs.wait(job)
+    assert job.state == "failed"
+    assert job.error is not None
+    assert job.error.code == "no_answer"
+    assert job.error.detail.startswith("1 of 4 servos failed. 61-000102 ")
+    assert "Check its supply and the wiring" in job.error.detail
+    shown = json(await rig.call("GET", f"/jobs/{job.id}"))
+    assert verdicts(shown) == ["done", "done", "failed", "not_tried"]
+    rig.bench.power(servos[2].uid, on=True)
+    await rig.ready(4)
+    before = len(rig.writes())
+    again = json(await rig.call("POST", f"/jobs/{job.id}/resume?wait=true"))
+    assert again["state"] == "succeeded", str(again["error"])
+    assert all(right(sim, at) for at, sim in enumerate(sims, start=1))
+    assert not {node for node, _, _ in rig.writes()[before:]} & {int(sim.node_id) for sim in sims[:2]}
+    assert [sim.starts for sim in sims] == [2, 2, 3, 2]
 
 
 async def restart_server(rig: Rig, place: str) -> Store:
@@ -369,54 +354,48 @@ def test_a_job_the_server_was_ended_in_is_listed_as_interrupted_and_resumed_by_t
     play(scene, *TWELVE, store=place)
 
 
-def test_asking_again_for_one_servo_does_its_part_again_and_writes_nothing_it_holds() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(2)
-        servos = ordered(rig)
-        await profile(rig)
-        assert (await commission(rig, order(servos)))["state"] == "succeeded"
-        before = len(rig.writes())
-        wanted = {"servos": [{"uid": servos[1].uid, "servo_id": 2, "label": "axis 2"}], "profile": "bench"}
-        job = await commission(rig, wanted)
-        assert job["state"] == "succeeded", job["error"]
-        assert rig.writes()[before:] == []
-        assert [step["state"] for step in job["steps"]] == ["done", "skipped", "done"]
-        assert "ROM is known to hold everything" in job["steps"][1]["evidence"]
-        assert rig.sim(servos[1]).starts == 2
-
-    play(scene, *TWELVE[:2])
+@scene(*TWELVE[:2])
+async def test_asking_again_for_one_servo_does_its_part_again_and_writes_nothing_it_holds(rig: Rig) -> None:
+    await rig.ready(2)
+    servos = ordered(rig)
+    await profile(rig)
+    assert (await commission(rig, order(servos)))["state"] == "succeeded"
+    before = len(rig.writes())
+    wanted = {"servos": [{"uid": servos[1].uid, "servo_id": 2, "label": "axis 2"}], "profile": "bench"}
+    job = await commission(rig, wanted)
+    assert job["state"] == "succeeded", job["error"]
+    assert rig.writes()[before:] == []
+    assert [step["state"] for step in job["steps"]] == ["done", "skipped", "done"]
+    assert "ROM is known to hold everything" in job["steps"][1]["evidence"]
+    assert rig.sim(servos[1]).starts == 2
 
 
-def test_without_save_ram_is_proved_and_it_is_said_that_rom_holds_nothing_of_it() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(2)
-        servos, sims = ordered(rig), list(rig.bench.servos.values())
-        await profile(rig)
-        job = await commission(rig, order(servos, save=False))
-        assert job["state"] == "succeeded", job["error"]
-        assert "Nothing of it is in ROM" in job["result"]["text"]
-        assert [unit["held_in"] for unit in job["result"]["servos"]] == ["ram", "ram"]
-        assert [sim.memory.get(0x45) for sim in sims] == [1, 2]
-        assert [sim.memory.stored(0x45) for sim in sims] == [0, 0]
-        assert [sim.starts for sim in sims] == [1, 1]
-
-    play(scene, *TWELVE[:2])
+@scene(*TWELVE[:2])
+async def test_without_save_ram_is_proved_and_it_is_said_that_rom_holds_nothing_of_it(rig: Rig) -> None:
+    await rig.ready(2)
+    servos, sims = ordered(rig), list(rig.bench.servos.values())
+    await profile(rig)
+    job = await commission(rig, order(servos, save=False))
+    assert job["state"] == "succeeded", job["error"]
+    assert "Nothing of it is in ROM" in job["result"]["text"]
+    assert [unit["held_in"] for unit in job["result"]["servos"]] == ["ram", "ram"]
+    assert [sim.memory.get(0x45) for sim in sims] == [1, 2]
+    assert [sim.memory.stored(0x45) for sim in sims] == [0, 0]
+    assert [sim.starts for sim in sims] == [1, 1]
 
 
-def test_with_an_anomaly_a_servo_that_stepped_aside_gets_its_id_back() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(3)
-        servos, sims = ordered(rig), list(rig.bench.servos.values())
-        await profile(rig)
-        wanted = [{"uid": servos[0].uid, "servo_id": 2}, {"uid": servos[1].uid, "servo_id": 1}]
-        with watching(rig), refusing_half_way(rig, sims[0]):
-            job = await commission(rig, {"servos": wanted, "profile": "bench"})
-        assert job["state"] == "failed"
-        assert verdicts(job) == ["failed", "not_tried"]
-        assert [sim.servo_id for sim in sims] == [1, 2, 3]
-        assert [sim.starts for sim in sims] == [1, 1, 1]
-
-    play(scene, *KNOWN)
+@scene(*KNOWN)
+async def test_with_an_anomaly_a_servo_that_stepped_aside_gets_its_id_back(rig: Rig) -> None:
+    await rig.ready(3)
+    servos, sims = ordered(rig), list(rig.bench.servos.values())
+    await profile(rig)
+    wanted = [{"uid": servos[0].uid, "servo_id": 2}, {"uid": servos[1].uid, "servo_id": 1}]
+    with watching(rig), refusing_half_way(rig, sims[0]):
+        job = await commission(rig, {"servos": wanted, "profile": "bench"})
+    assert job["state"] == "failed"
+    assert verdicts(job) == ["failed", "not_tried"]
+    assert [sim.servo_id for sim in sims] == [1, 2, 3]
+    assert [sim.starts for sim in sims] == [1, 1, 1]
 
 
 @pytest.mark.parametrize(
@@ -435,101 +414,90 @@ def test_with_an_anomaly_a_servo_that_stepped_aside_gets_its_id_back() -> None:
         ({"servos": [{"uid": "0", "servo_id": 300}]}, "invalid_value", 422),
     ],
 )
-def test_everything_is_checked_before_the_first_write(change: dict[str, Any], code: str, status: int) -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(3)
-        servos = ordered(rig)
-        await profile(rig, {"overcurrent_limit": 1.5})
-        body = {**change, "servos": [dict(one) for one in change["servos"]]}
-        if body.get("profile") == "strong":
-            body["profile"] = "bench"
-        for one in body["servos"]:
-            if len(one["uid"]) == 1:
-                one["uid"] = servos[int(one["uid"])].uid
-        problem(await rig.call("POST", "/commissioning", body), code, status)
-        assert rig.writes() == []
-        assert rig.host.jobs.all() == []
-
-    play(scene, *KNOWN)
-
-
-def test_an_id_of_a_servo_on_the_shelf_is_not_given_to_another() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(2)
-        servos = ordered(rig)
-        rig.bench.power(servos[0].uid, on=False)
-        await asyncio.sleep(4)
-        wanted = {"servos": [{"uid": servos[1].uid, "servo_id": 1}]}
-        refused = problem(await rig.call("POST", "/commissioning", wanted), "conflict", 409)
-        assert refused["owner"] == servos[0].uid
-
-    play(scene, *KNOWN[:2])
+@scene(*KNOWN)
+async def test_everything_is_checked_before_the_first_write(
+    rig: Rig, change: dict[str, Any], code: str, status: int
+) -> None:
+    await rig.ready(3)
+    servos = ordered(rig)
+    await profile(rig, {"overcurrent_limit": 1.5})
+    body = {**change, "servos": [dict(one) for one in change["servos"]]}
+    if body.get("profile") == "strong":
+        body["profile"] = "bench"
+    for one in body["servos"]:
+        if len(one["uid"]) == 1:
+            one["uid"] = servos[int(one["uid"])].uid
+    problem(await rig.call("POST", "/commissioning", body), code, status)
+    assert rig.writes() == []
+    assert rig.host.jobs.all() == []
 
 
-def test_nothing_begins_while_stop_is_latched_or_somebody_else_has_motion_control() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(2)
-        body = {"servos": [{"uid": ordered(rig)[0].uid, "servo_id": 5}]}
+@scene(*KNOWN[:2])
+async def test_an_id_of_a_servo_on_the_shelf_is_not_given_to_another(rig: Rig) -> None:
+    await rig.ready(2)
+    servos = ordered(rig)
+    rig.bench.power(servos[0].uid, on=False)
+    await asyncio.sleep(4)
+    wanted = {"servos": [{"uid": servos[1].uid, "servo_id": 1}]}
+    refused = problem(await rig.call("POST", "/commissioning", wanted), "conflict", 409)
+    assert refused["owner"] == servos[0].uid
+
+
+@scene(*KNOWN[:2])
+async def test_nothing_begins_while_stop_is_latched_or_somebody_else_has_motion_control(rig: Rig) -> None:
+    await rig.ready(2)
+    body = {"servos": [{"uid": ordered(rig)[0].uid, "servo_id": 5}]}
+    lease = await rig.lease()
+    problem(await rig.call("POST", "/commissioning", body), "lease_held", 409)
+    json(await rig.call("DELETE", f"/leases/{lease}"))
+    json(await rig.call("POST", "/stop", {}))
+    problem(await rig.call("POST", "/commissioning", body), "stopped", 423)
+    assert [value for _, name, value in rig.writes() if name != "0x20"] == []
+
+
+@scene(*TWELVE[:4])
+async def test_stop_pressed_in_the_middle_ends_it_there_and_after_clearing_it_is_resumed(rig: Rig) -> None:
+    await rig.ready(4)
+    servos, sims = ordered(rig), list(rig.bench.servos.values())
+    await profile(rig)
+    started = json(await rig.call("POST", "/commissioning", order(servos, identify=True)), 202)
+    while sims[1].starts < 2:
+        await asyncio.sleep(0.01)
+    json(await rig.call("POST", "/stop", {}))
+    job = rig.host.jobs.get(started["id"])
+    await rig.host.jobs.wait(job)
+    assert job.error is not None
+    assert job.error.code == "stopped"
+    assert untouched(sims[3])
+    problem(await rig.call("POST", f"/jobs/{job.id}/resume"), "stopped", 423)
+    json(await rig.call("DELETE", "/stop"))
+    for servo in servos:
         lease = await rig.lease()
-        problem(await rig.call("POST", "/commissioning", body), "lease_held", 409)
+        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
         json(await rig.call("DELETE", f"/leases/{lease}"))
-        json(await rig.call("POST", "/stop", {}))
-        problem(await rig.call("POST", "/commissioning", body), "stopped", 423)
-        assert [value for _, name, value in rig.writes() if name != "0x20"] == []
-
-    play(scene, *KNOWN[:2])
-
-
-def test_stop_pressed_in_the_middle_ends_it_there_and_after_clearing_it_is_resumed() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(4)
-        servos, sims = ordered(rig), list(rig.bench.servos.values())
-        await profile(rig)
-        started = json(await rig.call("POST", "/commissioning", order(servos, identify=True)), 202)
-        while sims[1].starts < 2:
-            await asyncio.sleep(0.01)
-        json(await rig.call("POST", "/stop", {}))
-        job = rig.host.jobs.get(started["id"])
-        await rig.host.jobs.wait(job)
-        assert job.error is not None
-        assert job.error.code == "stopped"
-        assert untouched(sims[3])
-        problem(await rig.call("POST", f"/jobs/{job.id}/resume"), "stopped", 423)
-        json(await rig.call("DELETE", "/stop"))
-        for servo in servos:
-            lease = await rig.lease()
-            json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-            json(await rig.call("DELETE", f"/leases/{lease}"))
-        await rig.ready(4)
-        again = json(await rig.call("POST", f"/jobs/{job.id}/resume?wait=true"))
-        assert again["state"] == "succeeded", str(again["error"])
-        assert all(right(sim, at) for at, sim in enumerate(sims, start=1))
-
-    play(scene, *TWELVE[:4])
+    await rig.ready(4)
+    again = json(await rig.call("POST", f"/jobs/{job.id}/resume?wait=true"))
+    assert again["state"] == "succeeded", str(again["error"])
+    assert all(right(sim, at) for at, sim in enumerate(sims, start=1))
 
 
-def test_the_bus_and_the_rig_are_what_this_file_thinks() -> None:
+@scene(Recipe(servo_id=7, node_id=11), Recipe(servo_id=7, node_id=12))
+async def test_the_bus_and_the_rig_are_what_this_file_thinks(rig: Rig) -> None:
     """The watch would see a clash: two servos with one id are one."""
-
-    async def scene(rig: Rig) -> None:
-        await rig.ready(2)
-        watch = Watch(rig)
-        watch.look([])
-        assert watch.clashes == {("servo_id", 7)}
-
-    play(scene, Recipe(servo_id=7, node_id=11), Recipe(servo_id=7, node_id=12))
+    await rig.ready(2)
+    watch = Watch(rig)
+    watch.look([])
+    assert watch.clashes == {("servo_id", 7)}
 
 
-def test_the_report_of_a_save_holds_what_rom_was_found_to_hold() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready(1)
-        servo = ordered(rig)[0]
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-        await rig.bench.remove(servo.uid)
-        (row,) = csv.DictReader(io.StringIO(await report(rig, job, "csv")))
-        assert (row["uid"], row["held_in"], row["verdict"]) == (servo.uid, "rom", "done")
-        assert next(value for key, value in row.items() if key.startswith("angle_p_gain")) == "55"
-        assert float(row["duration_s"]) > 0.1
-
-    play(scene, KNOWN[0])
+@scene(KNOWN[0])
+async def test_the_report_of_a_save_holds_what_rom_was_found_to_hold(rig: Rig) -> None:
+    await rig.ready(1)
+    servo = ordered(rig)[0]
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    await rig.bench.remove(servo.uid)
+    (row,) = csv.DictReader(io.StringIO(await report(rig, job, "csv")))
+    assert (row["uid"], row["held_in"], row["verdict"]) == (servo.uid, "rom", "done")
+    assert next(value for key, value in row.items() if key.startswith("angle_p_gain")) == "55"
+    assert float(row["duration_s"]) > 0.1

@@ -138,21 +138,20 @@ async def test_if_match_refuses_what_somebody_else_changed_meanwhile(rig: Rig, s
     ids=["answers and restarts", "answer lost in the restart", "does not restart", "restart unanswered"],
 )
 @pytest.mark.parametrize("node_id", [11, 0], ids=["static id", "dynamic id"])
-def test_save_ends_only_when_every_row_was_read_back_after_a_restart(behaviour: Behaviour, node_id: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await patch(rig, servo, {"angle_limit_cw": 60, "speed_limit_cw": 200})
-        job = await save(rig, servo)
-        assert job["state"] == "succeeded", job
-        assert [step["name"] for step in job["steps"]][-1] == "read_back"
-        assert all(step["state"] in ("done", "skipped") for step in job["steps"])
-        assert rig.sim(servo).memory.stored(0x38) == 600
-        assert rig.sim(servo).starts == 2
-        assert servo.unsaved() == []
-        assert servo.registers["angle_limit_cw"].rom == 600
-        assert servo.state is State.READY
-
-    play(scene, replace(PLAIN, node_id=node_id, behaviour=behaviour))
+@scene(lambda behaviour, node_id: replace(PLAIN, node_id=node_id, behaviour=behaviour))
+async def test_save_ends_only_when_every_row_was_read_back_after_a_restart(
+    rig: Rig, servo: Servo, behaviour: Behaviour, node_id: int
+) -> None:
+    await patch(rig, servo, {"angle_limit_cw": 60, "speed_limit_cw": 200})
+    job = await save(rig, servo)
+    assert job["state"] == "succeeded", job
+    assert [step["name"] for step in job["steps"]][-1] == "read_back"
+    assert all(step["state"] in ("done", "skipped") for step in job["steps"])
+    assert rig.sim(servo).memory.stored(0x38) == 600
+    assert rig.sim(servo).starts == 2
+    assert servo.unsaved() == []
+    assert servo.registers["angle_limit_cw"].rom == 600
+    assert servo.state is State.READY
 
 
 @pytest.mark.parametrize("delay", [0.05, 1.0, 3.0])

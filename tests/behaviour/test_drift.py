@@ -84,17 +84,14 @@ async def test_rows_that_soft_start_hides_are_compared_when_it_is_over_and_not_w
 
 
 @pytest.mark.parametrize("soft_start", [0, 1])
-def test_what_we_save_ourselves_is_no_drift(soft_start: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        values = {"angle_limit_cw": 30, "speed_limit_cw": 120, "torque_limit_cw": 50}
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
-        assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
-        await power(rig, servo)
-        assert await drift(rig, servo) == {}
-        assert rig.events("drift") == []
-
-    play(scene, replace(HERE, rom={**HERE.rom, "soft_start": soft_start}))
+@scene(lambda soft_start: replace(HERE, rom={**HERE.rom, "soft_start": soft_start}))
+async def test_what_we_save_ourselves_is_no_drift(rig: Rig, servo: Servo, soft_start: int) -> None:
+    values = {"angle_limit_cw": 30, "speed_limit_cw": 120, "torque_limit_cw": 50}
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": values}))
+    assert json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))["state"] == "succeeded"
+    await power(rig, servo)
+    assert await drift(rig, servo) == {}
+    assert rig.events("drift") == []
 
 
 @scene(HERE)

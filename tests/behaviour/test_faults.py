@@ -216,16 +216,15 @@ async def test_faults_of_several_servos_come_in_one_answer_in_the_order_asked_an
 
 
 @pytest.mark.parametrize(("recipe", "keys"), [(PLAIN, []), (PWM, ["pwm_missing"])])
-def test_no_pulse_is_told_of_models_with_a_pwm_input_alone(recipe: Recipe, keys: list[str]) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        word = rig.sim(servo).faults
-        word.words = (word.words[0] | 1 << 20, *word.words[1:])  # whatever it says there, it has no such input
-        await asyncio.sleep(POLLED_S)
-        assert servo.raw("fault_notification") == 1 << 20
-        assert [one["key"] for one in await faults(rig, servo.uid)] == keys
-
-    play(scene, recipe)
+@scene(lambda recipe: recipe)
+async def test_no_pulse_is_told_of_models_with_a_pwm_input_alone(
+    rig: Rig, servo: Servo, recipe: Recipe, keys: list[str]
+) -> None:
+    word = rig.sim(servo).faults
+    word.words = (word.words[0] | 1 << 20, *word.words[1:])  # whatever it says there, it has no such input
+    await asyncio.sleep(POLLED_S)
+    assert servo.raw("fault_notification") == 1 << 20
+    assert [one["key"] for one in await faults(rig, servo.uid)] == keys
 
 
 @scene(HERE)
@@ -326,34 +325,31 @@ def test_another_run_of_the_server_knows_the_faults_of_a_servo_that_is_off(tmp_p
     play(later, replace(PLAIN, uid=bytes(16)), store=where)
 
 
-def test_another_run_of_the_server_goes_on_where_a_servo_runs_on(tmp_path: Path) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await inject(rig, servo, "sensor_weak")
-        json(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge?by=Ada"))
-        before = await fault(rig, "sensor_weak")
-        await rig.host.close()
+@scene(HERE, store=lambda tmp_path: str(tmp_path / "data"))
+async def test_another_run_of_the_server_goes_on_where_a_servo_runs_on(rig: Rig, servo: Servo, tmp_path: Path) -> None:
+    await inject(rig, servo, "sensor_weak")
+    json(await rig.call("POST", f"/servos/{servo.uid}/faults/acknowledge?by=Ada"))
+    before = await fault(rig, "sensor_weak")
+    await rig.host.close()
 
-        async def open_port(address: str, bitrate: int) -> CanPort:
-            port = rig.cable.port(address, bitrate)
-            await port.open()
-            return port
+    async def open_port(address: str, bitrate: int) -> CanPort:
+        port = rig.cable.port(address, bitrate)
+        await port.open()
+        return port
 
-        with Store(tmp_path / "data") as kept:
-            host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
-            host.hub.listen(rig.changes.append)
-            rig.changes.clear()
-            rig.host = rig.app.state.host = host
-            await host.connect("memory:again", 1_000_000)
-            await rig.ready()
-            await asyncio.sleep(POLLED_S)
-            after = await fault(rig, "sensor_weak")
-            kept_facts = ("first_seen", "count", "acknowledged_at", "acknowledged_by", "active")
-            assert {key: after[key] for key in kept_facts} == {key: before[key] for key in kept_facts}
-            assert rig.events("fault") == []
-            await host.close()
-
-    play(scene, HERE, store=str(tmp_path / "data"))
+    with Store(tmp_path / "data") as kept:
+        host = Host(CATALOG, kept, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
+        host.hub.listen(rig.changes.append)
+        rig.changes.clear()
+        rig.host = rig.app.state.host = host
+        await host.connect("memory:again", 1_000_000)
+        await rig.ready()
+        await asyncio.sleep(POLLED_S)
+        after = await fault(rig, "sensor_weak")
+        kept_facts = ("first_seen", "count", "acknowledged_at", "acknowledged_by", "active")
+        assert {key: after[key] for key in kept_facts} == {key: before[key] for key in kept_facts}
+        assert rig.events("fault") == []
+        await host.close()
 
 
 @scene(HERE)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json, play
+from behaviour.rig import PLAIN, Rig, json
 from behaviour.scene import scene
 from hornbill.units import Uid
 
@@ -12,18 +12,16 @@ UID = bytes(range(16))
 
 
 @pytest.mark.parametrize("firmware", ["1.010", "1.300"])
-def test_it_is_what_0x52_says_also_where_every_newer_row_is_refused(firmware: str) -> None:
-    async def scene(rig: Rig) -> None:
-        oldest = rig.host.catalog.firmware_steps[0]
-        newer = {row.key for row in rig.host.catalog.parameters.values() if row.since != oldest}
-        assert newer
-        rig.bench.servo(Uid(UID.hex())).conditions.refuse_keys |= newer
-        (servo,) = await rig.ready()
-        assert json(await rig.call("GET", f"/servos/{servo.uid}"))["firmware"] == firmware
-        assert servo.model is not None
-        assert set(servo.registers) == set(servo.model.rows(servo.firmware))
-
-    play(scene, replace(PLAIN, firmware=firmware, uid=UID))
+@scene(lambda firmware: replace(PLAIN, firmware=firmware, uid=UID))
+async def test_it_is_what_0x52_says_also_where_every_newer_row_is_refused(rig: Rig, firmware: str) -> None:
+    oldest = rig.host.catalog.firmware_steps[0]
+    newer = {row.key for row in rig.host.catalog.parameters.values() if row.since != oldest}
+    assert newer
+    rig.bench.servo(Uid(UID.hex())).conditions.refuse_keys |= newer
+    (servo,) = await rig.ready()
+    assert json(await rig.call("GET", f"/servos/{servo.uid}"))["firmware"] == firmware
+    assert servo.model is not None
+    assert set(servo.registers) == set(servo.model.rows(servo.firmware))
 
 
 @scene(replace(PLAIN, firmware="1.010", uid=UID))

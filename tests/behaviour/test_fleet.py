@@ -20,34 +20,31 @@ DYNAMIC = [Recipe("BLA21-06U-A0", "1.300", uid=bytes([n] * 16)) for n in range(1
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_six_servos_of_the_demo_are_identified_and_readable_within_12_s(seed: int) -> None:
-    async def scene(rig: Rig) -> None:
-        began = asyncio.get_running_loop().time()
-        servos = await rig.ready(6, within_s=12)
-        for servo in servos:
-            shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
-            assert servo.model is not None
-            assert set(shown) == set(servo.model.rows(servo.firmware))
-            assert all(reading["raw"] is not None for reading in shown.values())
-        assert asyncio.get_running_loop().time() - began < 12
-        assert len({servo.model.name for servo in servos if servo.model}) >= 4
-        assert len({servo.firmware for servo in servos}) >= 3
-        dynamic = json(await rig.call("GET", "/allocations"))["allocations"]
-        assert 0 < len(dynamic) < 6
-
-    play(scene, *demo_fleet(CATALOG, 6, seed), seed=seed)
+@scene(lambda seed: demo_fleet(CATALOG, 6, seed), seed=lambda seed: seed)
+async def test_the_six_servos_of_the_demo_are_identified_and_readable_within_12_s(rig: Rig, seed: int) -> None:
+    began = asyncio.get_running_loop().time()
+    servos = await rig.ready(6, within_s=12)
+    for servo in servos:
+        shown = json(await rig.call("GET", f"/servos/{servo.uid}/parameters"))["parameters"]
+        assert servo.model is not None
+        assert set(shown) == set(servo.model.rows(servo.firmware))
+        assert all(reading["raw"] is not None for reading in shown.values())
+    assert asyncio.get_running_loop().time() - began < 12
+    assert len({servo.model.name for servo in servos if servo.model}) >= 4
+    assert len({servo.firmware for servo in servos}) >= 3
+    dynamic = json(await rig.call("GET", "/allocations"))["allocations"]
+    assert 0 < len(dynamic) < 6
 
 
 @pytest.mark.parametrize("model", sorted(CATALOG.models))
 @pytest.mark.parametrize("firmware", CATALOG.firmware_steps)
-def test_every_model_and_firmware_is_recognised_with_exactly_its_rows(model: str, firmware: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        assert servo.model is not None
-        assert (servo.model.name, servo.firmware_text) == (model, firmware)
-        assert all(register.raw is not None for register in servo.registers.values())
-
-    play(scene, Recipe(model, firmware, node_id=20, any_firmware=True), fast=True)
+@scene(lambda model, firmware: Recipe(model, firmware, node_id=20, any_firmware=True), fast=True)
+async def test_every_model_and_firmware_is_recognised_with_exactly_its_rows(
+    rig: Rig, servo: Servo, model: str, firmware: str
+) -> None:
+    assert servo.model is not None
+    assert (servo.model.name, servo.firmware_text) == (model, firmware)
+    assert all(register.raw is not None for register in servo.registers.values())
 
 
 def test_the_same_servo_gets_the_same_node_id_after_restarts_of_either_side(tmp_path: Path) -> None:

@@ -112,44 +112,42 @@ async def test_what_a_wiggle_could_not_give_back_is_told_as_in_ram_only(rig: Rig
 @pytest.mark.parametrize(
     "recipe", [NEW, HELD, OLD, replace(OFF, model="BLA15-12U-A0")], ids=["new", "on", "1.010", "BLA15"]
 )
-def test_one_horn_wiggles_within_its_bounds_and_everything_is_as_before(recipe: Recipe) -> None:
-    async def scene(rig: Rig) -> None:
-        one, other = await rig.ready(2)
-        before = [rows(rig, servo) for servo in (one, other)]
-        saved = one.unsaved()
+@scene(lambda recipe: recipe, lambda recipe: replace(recipe, node_id=recipe.node_id and 12))
+async def test_one_horn_wiggles_within_its_bounds_and_everything_is_as_before(rig: Rig, recipe: Recipe) -> None:
+    one, other = await rig.ready(2)
+    before = [rows(rig, servo) for servo in (one, other)]
+    saved = one.unsaved()
 
-        async def wiggle(watched: list[Watched]) -> None:
-            job = await identify(rig, one)
-            assert job["state"] == "succeeded", job
-            assert [one["state"] for one in job["steps"]] == ["done"] * 5
-            await asyncio.sleep(1)
-            moved, still = watched
-            bounded(moved)
-            assert moved.span > 4
-            assert abs(moved.sim.angle_deg - moved.start) <= 0.5
-            assert still.span < 0.3
-            result = job["result"]
-            assert result["moved"] is True
-            assert result["from_deg"] == pytest.approx(moved.start, abs=0.1)
-            assert result["low_deg"] == pytest.approx(moved.low, abs=0.3)
-            assert result["high_deg"] == pytest.approx(moved.high, abs=0.3)
-            assert result["back_deg"] == pytest.approx(result["from_deg"], abs=0.5)
+    async def wiggle(watched: list[Watched]) -> None:
+        job = await identify(rig, one)
+        assert job["state"] == "succeeded", job
+        assert [one["state"] for one in job["steps"]] == ["done"] * 5
+        await asyncio.sleep(1)
+        moved, still = watched
+        bounded(moved)
+        assert moved.span > 4
+        assert abs(moved.sim.angle_deg - moved.start) <= 0.5
+        assert still.span < 0.3
+        result = job["result"]
+        assert result["moved"] is True
+        assert result["from_deg"] == pytest.approx(moved.start, abs=0.1)
+        assert result["low_deg"] == pytest.approx(moved.low, abs=0.3)
+        assert result["high_deg"] == pytest.approx(moved.high, abs=0.3)
+        assert result["back_deg"] == pytest.approx(result["from_deg"], abs=0.5)
 
-        await watching(rig, [one, other], wiggle)
-        assert [rows(rig, servo) for servo in (one, other)] == before
-        assert {key: one.raw(key) for key in before[0]} == before[0]
-        assert one.unsaved() == saved
-        assert rig.sim(one).output == before[0]["torque_mode"]
-        assert rig.array_commands() == []
-        assert {node for node, _, _ in rig.writes()} == {one.node_id}
-        assert not rig.host.motion.driven(one.uid)
-        assert json(await rig.call("GET", "/leases")) == []
-        (kept,) = rig.host.store.audit.rows(action="identify")
-        assert (kept.entry.uid, kept.entry.outcome, kept.entry.by) == (one.uid, "succeeded", "no lease")
-        leases = {row.entry.outcome: row.entry.by for row in rig.host.store.audit.rows(action="lease")}
-        assert leases["taken"] == leases["released"] == f"identify {one.title}"
-
-    play(scene, recipe, replace(recipe, node_id=recipe.node_id and 12))
+    await watching(rig, [one, other], wiggle)
+    assert [rows(rig, servo) for servo in (one, other)] == before
+    assert {key: one.raw(key) for key in before[0]} == before[0]
+    assert one.unsaved() == saved
+    assert rig.sim(one).output == before[0]["torque_mode"]
+    assert rig.array_commands() == []
+    assert {node for node, _, _ in rig.writes()} == {one.node_id}
+    assert not rig.host.motion.driven(one.uid)
+    assert json(await rig.call("GET", "/leases")) == []
+    (kept,) = rig.host.store.audit.rows(action="identify")
+    assert (kept.entry.uid, kept.entry.outcome, kept.entry.by) == (one.uid, "succeeded", "no lease")
+    leases = {row.entry.outcome: row.entry.by for row in rig.host.store.audit.rows(action="lease")}
+    assert leases["taken"] == leases["released"] == f"identify {one.title}"
 
 
 @scene(OFF)
@@ -228,32 +226,31 @@ async def mid_wiggle(rig: Rig, servo: Servo, lease: str | None = None) -> Any:
 
 @pytest.mark.parametrize("recipe", [OFF, HELD], ids=["was off", "was on"])
 @pytest.mark.parametrize("how", ["stop", "cancel", "lease"])
-def test_what_ends_it_half_way_takes_torque_and_gives_every_row_back(how: str, recipe: Recipe) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        before = rows(rig, servo)
-        lease = await rig.lease()
-        job = await mid_wiggle(rig, servo, lease)
-        assert rig.sim(servo).memory.get(0x25) == 1
-        if how == "stop":
-            json(await rig.call("POST", "/stop"))
-        elif how == "cancel":
-            json(await rig.call("DELETE", f"/jobs/{job.id}"))
-        else:
-            json(await rig.call("DELETE", f"/leases/{lease}"))
-        assert rig.sim(servo).output == 1, "at once"
-        await rig.host.jobs.wait(job)
-        assert job.state == ("cancelled" if how == "cancel" else "failed")
-        if how != "cancel":
-            assert job.error.code == ("stopped" if how == "stop" else "lease_required")
-        assert rows(rig, servo) == {**before, "torque_mode": 1}
-        assert rig.events("not_restored") == []
-        await asyncio.sleep(2)
-        assert rig.sim(servo).output == 1
-        angle = rig.sim(servo).angle_deg
-        assert abs(angle - recipe.angle_deg) <= 4
-
-    play(scene, recipe)
+@scene(lambda recipe: recipe)
+async def test_what_ends_it_half_way_takes_torque_and_gives_every_row_back(
+    rig: Rig, servo: Servo, how: str, recipe: Recipe
+) -> None:
+    before = rows(rig, servo)
+    lease = await rig.lease()
+    job = await mid_wiggle(rig, servo, lease)
+    assert rig.sim(servo).memory.get(0x25) == 1
+    if how == "stop":
+        json(await rig.call("POST", "/stop"))
+    elif how == "cancel":
+        json(await rig.call("DELETE", f"/jobs/{job.id}"))
+    else:
+        json(await rig.call("DELETE", f"/leases/{lease}"))
+    assert rig.sim(servo).output == 1, "at once"
+    await rig.host.jobs.wait(job)
+    assert job.state == ("cancelled" if how == "cancel" else "failed")
+    if how != "cancel":
+        assert job.error.code == ("stopped" if how == "stop" else "lease_required")
+    assert rows(rig, servo) == {**before, "torque_mode": 1}
+    assert rig.events("not_restored") == []
+    await asyncio.sleep(2)
+    assert rig.sim(servo).output == 1
+    angle = rig.sim(servo).angle_deg
+    assert abs(angle - recipe.angle_deg) <= 4
 
 
 @scene(replace(OFF, load_inertia=1e7))

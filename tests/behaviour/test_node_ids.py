@@ -9,6 +9,7 @@ import pytest
 
 from behaviour.neighbour import Neighbour
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.app.settings import Settings
 from hornbill.errors import BusDisconnected
 from hornbill.node.allocator import RECYCLE_AFTER_S, AllocationMode
@@ -46,159 +47,136 @@ async def restart(rig: Rig, servo: Servo, off_s: float = 4.0) -> None:
     rig.bench.power(servo.uid, True)
 
 
-def test_the_table_says_who_is_there_and_when_a_node_was_last_seen() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(200)
-        (found,) = (await table(rig))["allocations"]
-        assert (found["uid"], found["node_id"], found["pinned"], found["online"]) == (servo.uid, 125, False, True)
-        gone_at = rig.host.base.utc_now()
-        assert found["last_seen"] == pytest.approx(gone_at, abs=0.01)
-        kept = rig.host.store.allocations
-        asked_at = kept.get(servo.uid).last_seen
-        kept._wall = rig.host.base.utc_now  # pyright: ignore[reportPrivateUsage] - the test's clock jumps
-        await asyncio.sleep(61)
-        assert (kept.get(servo.uid).last_seen or 0) > (asked_at or 0)
-        gone_at = rig.host.base.utc_now()
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(600)
-        found = await row(rig, servo.uid)
-        assert not found["online"]
-        assert gone_at - 61 < found["last_seen"] < gone_at + 5
-
-    play(scene, DYNAMIC)
+@scene(DYNAMIC)
+async def test_the_table_says_who_is_there_and_when_a_node_was_last_seen(rig: Rig, servo: Servo) -> None:
+    await asyncio.sleep(200)
+    (found,) = (await table(rig))["allocations"]
+    assert (found["uid"], found["node_id"], found["pinned"], found["online"]) == (servo.uid, 125, False, True)
+    gone_at = rig.host.base.utc_now()
+    assert found["last_seen"] == pytest.approx(gone_at, abs=0.01)
+    kept = rig.host.store.allocations
+    asked_at = kept.get(servo.uid).last_seen
+    kept._wall = rig.host.base.utc_now  # pyright: ignore[reportPrivateUsage] - the test's clock jumps
+    await asyncio.sleep(61)
+    assert (kept.get(servo.uid).last_seen or 0) > (asked_at or 0)
+    gone_at = rig.host.base.utc_now()
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(600)
+    found = await row(rig, servo.uid)
+    assert not found["online"]
+    assert gone_at - 61 < found["last_seen"] < gone_at + 5
 
 
-def test_a_pin_is_given_at_the_next_start_and_the_answer_says_so() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        answer = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
-        assert (answer["node_id"], answer["pinned"], answer["online"]) == (17, True, True)
-        assert "at its next start" in answer["note"]
-        assert "stays on 125" in answer["note"]
-        await asyncio.sleep(5)
-        assert servo.node_id == 125
-        await restart(rig, servo)
-        await rig.ready()
-        assert servo.node_id == 17
-        again = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
-        assert "already" in again["note"]
-        assert (await row(rig, servo.uid))["pinned"]
-
-    play(scene, DYNAMIC)
+@scene(DYNAMIC)
+async def test_a_pin_is_given_at_the_next_start_and_the_answer_says_so(rig: Rig, servo: Servo) -> None:
+    answer = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
+    assert (answer["node_id"], answer["pinned"], answer["online"]) == (17, True, True)
+    assert "at its next start" in answer["note"]
+    assert "stays on 125" in answer["note"]
+    await asyncio.sleep(5)
+    assert servo.node_id == 125
+    await restart(rig, servo)
+    await rig.ready()
+    assert servo.node_id == 17
+    again = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
+    assert "already" in again["note"]
+    assert (await row(rig, servo.uid))["pinned"]
 
 
-def test_a_node_never_met_can_be_pinned() -> None:
-    async def scene(rig: Rig) -> None:
-        json(await rig.call("PUT", f"/allocations/{STRANGER}", {"node_id": 42}))
-        assert (await row(rig, STRANGER))["last_seen"] is None
-        sim = rig.bench.add(replace(DYNAMIC, uid=bytes.fromhex(STRANGER)))
-        await rig.ready(2)
-        assert sim.node_id == 42
-        assert (await row(rig, STRANGER))["pinned"]
-
-    play(scene, PLAIN)
+@scene(PLAIN)
+async def test_a_node_never_met_can_be_pinned(rig: Rig) -> None:
+    json(await rig.call("PUT", f"/allocations/{STRANGER}", {"node_id": 42}))
+    assert (await row(rig, STRANGER))["last_seen"] is None
+    sim = rig.bench.add(replace(DYNAMIC, uid=bytes.fromhex(STRANGER)))
+    await rig.ready(2)
+    assert sim.node_id == 42
+    assert (await row(rig, STRANGER))["pinned"]
 
 
-def test_a_pin_on_a_servo_with_a_fixed_id_says_that_it_asks_for_none() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        answer = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
-        assert "fixed node id 11 (0x46)" in answer["note"]
-
-    play(scene)
+@scene()
+async def test_a_pin_on_a_servo_with_a_fixed_id_says_that_it_asks_for_none(rig: Rig, servo: Servo) -> None:
+    answer = json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
+    assert "fixed node id 11 (0x46)" in answer["note"]
 
 
-def test_what_cannot_be_pinned() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(2))[0]
-        rig.host.store.allocations.record(STRANGER, NodeId(90))
-        Neighbour(rig.bus.port("gps"), 20).speak()
-        await asyncio.sleep(2)
-        path = f"/allocations/{servo.uid}"
-        for node_id in (0, 126, 127, -1, 10**20):
-            problem(await rig.call("PUT", path, {"node_id": node_id}), "out_of_range", 422)
-        assert "belongs to" in problem(await rig.call("PUT", path, {"node_id": 90}), "invalid_value", 422)["detail"]
-        found = problem(await rig.call("PUT", path, {"node_id": 20}), "invalid_value", 422)
-        assert "in use by another node" in found["detail"]
-        assert found["owner"] == bytes(range(100, 116)).hex()
-        problem(await rig.call("PUT", "/allocations/nonsense", {"node_id": 5}), "invalid_value", 422)
-        problem(await rig.call("PUT", path, {"node_id": "x"}), "invalid_value", 422)
-        assert [one["pinned"] for one in (await table(rig))["allocations"]] == [False, False]
-
-    play(scene, DYNAMIC, PLAIN)
+@scene(DYNAMIC, PLAIN)
+async def test_what_cannot_be_pinned(rig: Rig) -> None:
+    servo = (await rig.ready(2))[0]
+    rig.host.store.allocations.record(STRANGER, NodeId(90))
+    Neighbour(rig.bus.port("gps"), 20).speak()
+    await asyncio.sleep(2)
+    path = f"/allocations/{servo.uid}"
+    for node_id in (0, 126, 127, -1, 10**20):
+        problem(await rig.call("PUT", path, {"node_id": node_id}), "out_of_range", 422)
+    assert "belongs to" in problem(await rig.call("PUT", path, {"node_id": 90}), "invalid_value", 422)["detail"]
+    found = problem(await rig.call("PUT", path, {"node_id": 20}), "invalid_value", 422)
+    assert "in use by another node" in found["detail"]
+    assert found["owner"] == bytes(range(100, 116)).hex()
+    problem(await rig.call("PUT", "/allocations/nonsense", {"node_id": 5}), "invalid_value", 422)
+    problem(await rig.call("PUT", path, {"node_id": "x"}), "invalid_value", 422)
+    assert [one["pinned"] for one in (await table(rig))["allocations"]] == [False, False]
 
 
-def test_our_own_id_is_neither_pinned_nor_given() -> None:
-    async def scene(rig: Rig) -> None:
-        rig.host.allocating.own_id = 125
-        answer = await rig.call("PUT", f"/allocations/{STRANGER}", {"node_id": 125})
-        assert "own" in problem(answer, "invalid_value", 422)["detail"]
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_our_own_id_is_neither_pinned_nor_given(rig: Rig) -> None:
+    rig.host.allocating.own_id = 125
+    answer = await rig.call("PUT", f"/allocations/{STRANGER}", {"node_id": 125})
+    assert "own" in problem(answer, "invalid_value", 422)["detail"]
 
 
-def test_forgetting_says_when_it_takes_effect() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
-        answer = json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
-        assert (answer["node_id"], answer["pinned"]) == (17, True)
-        assert "keeps node id 125 until it starts anew" in answer["note"]
-        assert (await table(rig))["allocations"] == []
-        await asyncio.sleep(2)
-        assert servo.node_id == 125
-        await restart(rig, servo)
-        await rig.ready()
-        assert servo.node_id == 125, "where it was met last"
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(4)
-        answer = json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
-        assert "is free now" in answer["note"]
-        problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "unknown_uid", 404)
-        problem(await rig.call("DELETE", "/allocations/nonsense"), "invalid_value", 422)
-
-    play(scene, DYNAMIC)
+@scene(DYNAMIC)
+async def test_forgetting_says_when_it_takes_effect(rig: Rig, servo: Servo) -> None:
+    json(await rig.call("PUT", f"/allocations/{servo.uid}", {"node_id": 17}))
+    answer = json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
+    assert (answer["node_id"], answer["pinned"]) == (17, True)
+    assert "keeps node id 125 until it starts anew" in answer["note"]
+    assert (await table(rig))["allocations"] == []
+    await asyncio.sleep(2)
+    assert servo.node_id == 125
+    await restart(rig, servo)
+    await rig.ready()
+    assert servo.node_id == 125, "where it was met last"
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(4)
+    answer = json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
+    assert "is free now" in answer["note"]
+    problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "unknown_uid", 404)
+    problem(await rig.call("DELETE", "/allocations/nonsense"), "invalid_value", 422)
 
 
-def test_a_servo_that_saves_is_not_forgotten_meanwhile() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
-        await asyncio.sleep(0.01)
-        assert servo.state is State.SAVING
-        problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "busy", 409)
-        async with asyncio.timeout(30):
-            while json(await rig.call("GET", f"/jobs/{job['id']}"))["state"] == "running":
-                await asyncio.sleep(0.1)
-        json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
-
-    play(scene, DYNAMIC)
+@scene(DYNAMIC)
+async def test_a_servo_that_saves_is_not_forgotten_meanwhile(rig: Rig, servo: Servo) -> None:
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+    await asyncio.sleep(0.01)
+    assert servo.state is State.SAVING
+    problem(await rig.call("DELETE", f"/allocations/{servo.uid}"), "busy", 409)
+    async with asyncio.timeout(30):
+        while json(await rig.call("GET", f"/jobs/{job['id']}"))["state"] == "running":
+            await asyncio.sleep(0.1)
+    json(await rig.call("DELETE", f"/allocations/{servo.uid}"))
 
 
-def test_the_mode_is_chosen_over_rest_and_kept() -> None:
-    async def scene(rig: Rig) -> None:
-        assert (await allocator(rig))["mode"] == "on"
-        answer = json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}))
-        assert (answer["mode"], answer["state"]) == ("off", "off")
-        problem(await rig.call("PUT", "/bus/allocator", {"mode": "maybe"}), "invalid_value", 422)
-        sim = rig.bench.add(DYNAMIC)
-        await asyncio.sleep(8)
-        assert sim.node_id == 0
-        (waiting,) = (await table(rig))["pending"]
-        assert sim.uid.hex().startswith(waiting["uid_part"])
-        assert waiting["attempts"] > 3
-        again = Host(CATALOG, rig.host.store, no_port, HostSettings(127, bytes(16), (0, 1)))
-        assert again.allocating.allocator.mode == "off"
-        await again.close()
-        assert json(await rig.call("PUT", "/bus/allocator", {"mode": "on"}))["state"] == "on"
-        await rig.ready(2)
-        assert sim.node_id == 125
-        assert len(rig.events("allocator_mode")) == 2
-        json(await rig.call("DELETE", "/bus"))
-        assert json(await rig.call("PUT", "/bus/allocator", {"mode": "insist"}))["mode"] == "insist"
-
-    play(scene)
+@scene()
+async def test_the_mode_is_chosen_over_rest_and_kept(rig: Rig) -> None:
+    assert (await allocator(rig))["mode"] == "on"
+    answer = json(await rig.call("PUT", "/bus/allocator", {"mode": "off"}))
+    assert (answer["mode"], answer["state"]) == ("off", "off")
+    problem(await rig.call("PUT", "/bus/allocator", {"mode": "maybe"}), "invalid_value", 422)
+    sim = rig.bench.add(DYNAMIC)
+    await asyncio.sleep(8)
+    assert sim.node_id == 0
+    (waiting,) = (await table(rig))["pending"]
+    assert sim.uid.hex().startswith(waiting["uid_part"])
+    assert waiting["attempts"] > 3
+    again = Host(CATALOG, rig.host.store, no_port, HostSettings(127, bytes(16), (0, 1)))
+    assert again.allocating.allocator.mode == "off"
+    await again.close()
+    assert json(await rig.call("PUT", "/bus/allocator", {"mode": "on"}))["state"] == "on"
+    await rig.ready(2)
+    assert sim.node_id == 125
+    assert len(rig.events("allocator_mode")) == 2
+    json(await rig.call("DELETE", "/bus"))
+    assert json(await rig.call("PUT", "/bus/allocator", {"mode": "insist"}))["mode"] == "insist"
 
 
 def test_a_mode_told_at_the_start_counts_before_the_one_chosen_last(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,45 +202,41 @@ def answered(rival: Neighbour, prefix: bytes) -> None:
     rival.say(Kind.MESSAGE, AllocationMessage(0, False, prefix))
 
 
-def test_it_stands_down_for_another_allocator_says_so_and_insists_when_told_to() -> None:
-    async def scene(rig: Rig) -> None:
-        rival = Neighbour(rig.bus.port("rival"), 9).speak()
-        answered(rival, bytes(6))
-        await asyncio.sleep(0.01)
-        found = await allocator(rig)
-        assert (found["state"], found["rival_node_id"]) == ("standing_down", 9)
-        (event,) = rig.events("second_allocator")
-        assert (event.level, event.text) == ("warning", "Node 9 gives node ids too. This one stands down.")
-        sim = rig.bench.add(DYNAMIC)
-        asked = 0
-        for _ in range(30):  # it answers first parts for as long as it likes
-            await asyncio.sleep(0.1)
-            waiting = (await table(rig))["pending"]
-            if waiting and waiting[0]["attempts"] > asked:
-                asked = waiting[0]["attempts"]
-                answered(rival, bytes(6))
-        assert sim.node_id == 0
-        answer = json(await rig.call("PUT", "/bus/allocator", {"mode": "insist"}))
-        assert (answer["state"], answer["mode"]) == ("on", "insist")
-        answered(rival, bytes(6))
-        await rig.ready(2)
-        assert sim.node_id == 125
-        assert (await allocator(rig))["rival_node_id"] == 9
-        assert rig.events("second_allocator")[-1].text.endswith("This one answers all the same, as it was told to.")
-
-    play(scene)
+@scene()
+async def test_it_stands_down_for_another_allocator_says_so_and_insists_when_told_to(rig: Rig) -> None:
+    rival = Neighbour(rig.bus.port("rival"), 9).speak()
+    answered(rival, bytes(6))
+    await asyncio.sleep(0.01)
+    found = await allocator(rig)
+    assert (found["state"], found["rival_node_id"]) == ("standing_down", 9)
+    (event,) = rig.events("second_allocator")
+    assert (event.level, event.text) == ("warning", "Node 9 gives node ids too. This one stands down.")
+    sim = rig.bench.add(DYNAMIC)
+    asked = 0
+    for _ in range(30):  # it answers first parts for as long as it likes
+        await asyncio.sleep(0.1)
+        waiting = (await table(rig))["pending"]
+        if waiting and waiting[0]["attempts"] > asked:
+            asked = waiting[0]["attempts"]
+            answered(rival, bytes(6))
+    assert sim.node_id == 0
+    answer = json(await rig.call("PUT", "/bus/allocator", {"mode": "insist"}))
+    assert (answer["state"], answer["mode"]) == ("on", "insist")
+    answered(rival, bytes(6))
+    await rig.ready(2)
+    assert sim.node_id == 125
+    assert (await allocator(rig))["rival_node_id"] == 9
+    assert rig.events("second_allocator")[-1].text.endswith("This one answers all the same, as it was told to.")
 
 
-def test_it_comes_back_when_the_other_one_is_gone_and_says_so() -> None:
-    async def scene(rig: Rig) -> None:
-        answered(Neighbour(rig.bus.port("rival"), 9), bytes(6))
-        sim = rig.bench.add(DYNAMIC)
-        await rig.ready(2)
-        assert sim.node_id == 125
-        (event,) = rig.events("second_allocator_gone")
-        assert event.text == "Node 9 no longer gives node ids. This one gives them again."
-
-    play(scene)
+@scene()
+async def test_it_comes_back_when_the_other_one_is_gone_and_says_so(rig: Rig) -> None:
+    answered(Neighbour(rig.bus.port("rival"), 9), bytes(6))
+    sim = rig.bench.add(DYNAMIC)
+    await rig.ready(2)
+    assert sim.node_id == 125
+    (event,) = rig.events("second_allocator_gone")
+    assert event.text == "Node 9 no longer gives node ids. This one gives them again."
 
 
 def fill(rig: Rig, days_ago: float) -> None:
@@ -275,78 +249,71 @@ def fill(rig: Rig, days_ago: float) -> None:
     allocations._wall = wall  # pyright: ignore[reportPrivateUsage]
 
 
-def test_recycling_frees_what_was_not_seen_for_long_and_spares_pins_and_who_is_here() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        kept = rig.host.store.allocations
-        wall = kept._wall  # pyright: ignore[reportPrivateUsage]
-        kept._wall = lambda: wall() - 7200  # pyright: ignore[reportPrivateUsage]
-        kept.record(STRANGER, NodeId(90))
-        kept.record(Uid("cd" * 16), NodeId(91))
-        kept.pin(Uid("cd" * 16), NodeId(91))
-        kept.seen([servo.uid])
-        kept._wall = wall  # pyright: ignore[reportPrivateUsage]
-        kept.record(Uid("ef" * 16), NodeId(92))
-        before = (await table(rig))["free"]
-        assert before == (await allocator(rig))["free"]
-        problem(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 1}), "invalid_value", 422)
-        answer = json(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 3600}))
-        assert [(one["uid"], one["node_id"]) for one in answer["freed"]] == [(STRANGER, 90)]
-        assert answer["free"] == before + 1
-        assert {one["node_id"] for one in (await table(rig))["allocations"]} == {servo.node_id, 91, 92}
-        assert rig.events("node_ids_freed")
-        assert json(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 3600}))["freed"] == []
-
-    play(scene, DYNAMIC)
-
-
-def test_a_full_table_is_said_aloud_with_the_unique_id_and_room_can_be_made() -> None:
-    async def scene(rig: Rig) -> None:
-        fill(rig, 29)
-        assert (await allocator(rig))["free"] == 0
-        sim = rig.bench.add(DYNAMIC)
-        await asyncio.sleep(15)
-        assert sim.node_id == 0
-        (event,) = rig.events("no_node_id")
-        assert (event.level, event.uid) == ("failure", sim.uid.hex())
-        assert sim.uid.hex() in event.text
-        assert "taken" in event.text
-        (waiting,) = (await table(rig))["pending"]
-        assert (waiting["uid_part"], waiting["stage"]) == (sim.uid.hex(), 3)
-        assert "Forget allocations" in waiting["refusal"]
-        json(await rig.call("DELETE", f"/allocations/{7:032x}"))
-        await rig.ready(2)
-        assert sim.node_id == 7
-        assert (await table(rig))["pending"] == []
-
-    play(scene, replace(PLAIN, node_id=1))
+@scene(DYNAMIC)
+async def test_recycling_frees_what_was_not_seen_for_long_and_spares_pins_and_who_is_here(
+    rig: Rig, servo: Servo
+) -> None:
+    kept = rig.host.store.allocations
+    wall = kept._wall  # pyright: ignore[reportPrivateUsage]
+    kept._wall = lambda: wall() - 7200  # pyright: ignore[reportPrivateUsage]
+    kept.record(STRANGER, NodeId(90))
+    kept.record(Uid("cd" * 16), NodeId(91))
+    kept.pin(Uid("cd" * 16), NodeId(91))
+    kept.seen([servo.uid])
+    kept._wall = wall  # pyright: ignore[reportPrivateUsage]
+    kept.record(Uid("ef" * 16), NodeId(92))
+    before = (await table(rig))["free"]
+    assert before == (await allocator(rig))["free"]
+    problem(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 1}), "invalid_value", 422)
+    answer = json(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 3600}))
+    assert [(one["uid"], one["node_id"]) for one in answer["freed"]] == [(STRANGER, 90)]
+    assert answer["free"] == before + 1
+    assert {one["node_id"] for one in (await table(rig))["allocations"]} == {servo.node_id, 91, 92}
+    assert rig.events("node_ids_freed")
+    assert json(await rig.call("POST", "/allocations/recycle", {"idle_longer_than_s": 3600}))["freed"] == []
 
 
-def test_in_a_full_table_the_id_of_a_node_away_for_a_month_is_given_and_that_is_said() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        fill(rig, RECYCLE_AFTER_S / 86_400 + 1)
-        sim = rig.bench.add(DYNAMIC)
-        await rig.ready(2)
-        assert sim.node_id == 2, "node 1 is there"
-        (event,) = rig.events("node_id_recycled")
-        assert f"{2:032x}" in event.text
-        entries = rig.host.store.allocations.entries()
-        assert len(entries) == 125
-        assert entries[Uid(sim.uid.hex())] == 2
+@scene(replace(PLAIN, node_id=1))
+async def test_a_full_table_is_said_aloud_with_the_unique_id_and_room_can_be_made(rig: Rig) -> None:
+    fill(rig, 29)
+    assert (await allocator(rig))["free"] == 0
+    sim = rig.bench.add(DYNAMIC)
+    await asyncio.sleep(15)
+    assert sim.node_id == 0
+    (event,) = rig.events("no_node_id")
+    assert (event.level, event.uid) == ("failure", sim.uid.hex())
+    assert sim.uid.hex() in event.text
+    assert "taken" in event.text
+    (waiting,) = (await table(rig))["pending"]
+    assert (waiting["uid_part"], waiting["stage"]) == (sim.uid.hex(), 3)
+    assert "Forget allocations" in waiting["refusal"]
+    json(await rig.call("DELETE", f"/allocations/{7:032x}"))
+    await rig.ready(2)
+    assert sim.node_id == 7
+    assert (await table(rig))["pending"] == []
 
-    play(scene, replace(PLAIN, node_id=1))
+
+@scene(replace(PLAIN, node_id=1))
+async def test_in_a_full_table_the_id_of_a_node_away_for_a_month_is_given_and_that_is_said(rig: Rig) -> None:
+    await rig.ready()
+    fill(rig, RECYCLE_AFTER_S / 86_400 + 1)
+    sim = rig.bench.add(DYNAMIC)
+    await rig.ready(2)
+    assert sim.node_id == 2, "node 1 is there"
+    (event,) = rig.events("node_id_recycled")
+    assert f"{2:032x}" in event.text
+    entries = rig.host.store.allocations.entries()
+    assert len(entries) == 125
+    assert entries[Uid(sim.uid.hex())] == 2
 
 
-def test_a_node_allocated_by_us_that_is_no_servo_is_online_in_the_table() -> None:
-    async def scene(rig: Rig) -> None:
-        gps = Neighbour(rig.bus.port("gps"), 20)
-        rig.host.store.allocations.record(Uid(gps.unique_id.hex()), NodeId(20))
-        gps.speak()
-        await asyncio.sleep(3)
-        assert (await row(rig, gps.unique_id.hex()))["online"]
-
-    play(scene)
+@scene()
+async def test_a_node_allocated_by_us_that_is_no_servo_is_online_in_the_table(rig: Rig) -> None:
+    gps = Neighbour(rig.bus.port("gps"), 20)
+    rig.host.store.allocations.record(Uid(gps.unique_id.hex()), NodeId(20))
+    gps.speak()
+    await asyncio.sleep(3)
+    assert (await row(rig, gps.unique_id.hex()))["online"]
 
 
 def test_the_fixed_id_of_a_servo_that_is_switched_off_is_given_to_nobody(tmp_path: Path) -> None:
@@ -360,70 +327,67 @@ def test_the_fixed_id_of_a_servo_that_is_switched_off_is_given_to_nobody(tmp_pat
     play(second, DYNAMIC, store=str(tmp_path))
 
 
-def test_a_hundred_restarts_give_one_id_and_the_servo_is_known_after_each() -> None:
-    async def scene(rig: Rig) -> None:
-        (servo,) = await rig.ready()
-        first = servo.node_id
-        for _ in range(100):
-            await asyncio.sleep(3)  # a younger uptime could not be seen to go back
-            boots = servo.boots
-            await restart(rig, servo, off_s=0.3)
-            async with asyncio.timeout(20):
-                while servo.boots == boots or servo.state is not State.READY:
-                    await asyncio.sleep(0.05)
-            assert servo.node_id == first
-        assert rig.host.store.allocations.entries() == {servo.uid: first}
-
-    play(scene, replace(DYNAMIC, rom={"soft_start": 0}), fast=True)
+@scene(replace(DYNAMIC, rom={"soft_start": 0}), fast=True)
+async def test_a_hundred_restarts_give_one_id_and_the_servo_is_known_after_each(rig: Rig) -> None:
+    (servo,) = await rig.ready()
+    first = servo.node_id
+    for _ in range(100):
+        await asyncio.sleep(3)  # a younger uptime could not be seen to go back
+        boots = servo.boots
+        await restart(rig, servo, off_s=0.3)
+        async with asyncio.timeout(20):
+            while servo.boots == boots or servo.state is not State.READY:
+                await asyncio.sleep(0.05)
+        assert servo.node_id == first
+    assert rig.host.store.allocations.entries() == {servo.uid: first}
 
 
 @pytest.mark.parametrize("sent", [False, True])
 @pytest.mark.parametrize("stage", [1, 2, 3])
-def test_a_server_killed_in_any_stage_leaves_a_table_its_successor_goes_on_with(
-    tmp_path: Path, stage: int, sent: bool
+@scene(
+    *(replace(DYNAMIC, servo_id=1 + n, rom={"soft_start": 0}) for n in range(3)), store=lambda tmp_path: str(tmp_path)
+)
+async def test_a_server_killed_in_any_stage_leaves_a_table_its_successor_goes_on_with(
+    rig: Rig, tmp_path: Path, stage: int, sent: bool
 ) -> None:
     """Killed just before or just after its answer left: nothing is closed, and the store is opened once more."""
+    assert rig.host.connection is not None
+    participant = rig.host.connection.participant
+    broadcast, killed = participant.broadcast, asyncio.Event()
 
-    async def scene(rig: Rig) -> None:
-        assert rig.host.connection is not None
-        participant = rig.host.connection.participant
-        broadcast, killed = participant.broadcast, asyncio.Event()
+    def until_killed(message: Structure, *, priority: int) -> None:
+        if (
+            not killed.is_set()
+            and isinstance(message, AllocationMessage)
+            and len(message.unique_id) == (6, 12, 16)[stage - 1]
+        ):
+            killed.set()
+            asyncio.get_running_loop().call_later(
+                0.002 if sent else 0, lambda: asyncio.ensure_future(rig.cable.unplug())
+            )
+            if not sent:
+                raise BusDisconnected("The process is dead.", cause=None)
+        broadcast(message, priority=priority)
 
-        def until_killed(message: Structure, *, priority: int) -> None:
-            if (
-                not killed.is_set()
-                and isinstance(message, AllocationMessage)
-                and len(message.unique_id) == (6, 12, 16)[stage - 1]
-            ):
-                killed.set()
-                asyncio.get_running_loop().call_later(
-                    0.002 if sent else 0, lambda: asyncio.ensure_future(rig.cable.unplug())
-                )
-                if not sent:
-                    raise BusDisconnected("The process is dead.", cause=None)
-            broadcast(message, priority=priority)
+    participant.broadcast = until_killed
+    await killed.wait()
+    await asyncio.sleep(0.1)
+    with Store(tmp_path) as store:
+        entries = store.allocations.entries()
+        assert len(entries) == (stage == 3)
+        sims = list(rig.bench.servos.values())
+        assert sum(bool(sim.node_id) for sim in sims) == (stage == 3 and sent)
 
-        participant.broadcast = until_killed
-        await killed.wait()
-        await asyncio.sleep(0.1)
-        with Store(tmp_path) as store:
-            entries = store.allocations.entries()
-            assert len(entries) == (stage == 3)
-            sims = list(rig.bench.servos.values())
-            assert sum(bool(sim.node_id) for sim in sims) == (stage == 3 and sent)
+        async def open_port(_address: str, _bitrate: int) -> Any:
+            return rig.bus.port("successor")
 
-            async def open_port(_address: str, _bitrate: int) -> Any:
-                return rig.bus.port("successor")
-
-            host = Host(CATALOG, store, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
-            await host.connect("memory:successor", 1_000_000)
-            async with asyncio.timeout(30):
-                while sum(servo.state is State.READY for servo in host.fleet.all()) < 3:
-                    await asyncio.sleep(0.05)
-            ids = {Uid(sim.uid.hex()): sim.node_id for sim in sims}
-            assert store.allocations.entries() == ids
-            assert len(set(ids.values())) == 3
-            assert all(ids[uid] == node_id for uid, node_id in entries.items()), "what was given stays given"
-            await host.close()
-
-    play(scene, *(replace(DYNAMIC, servo_id=1 + n, rom={"soft_start": 0}) for n in range(3)), store=str(tmp_path))
+        host = Host(CATALOG, store, open_port, HostSettings(127, bytes(range(16)), (0, 1)))
+        await host.connect("memory:successor", 1_000_000)
+        async with asyncio.timeout(30):
+            while sum(servo.state is State.READY for servo in host.fleet.all()) < 3:
+                await asyncio.sleep(0.05)
+        ids = {Uid(sim.uid.hex()): sim.node_id for sim in sims}
+        assert store.allocations.entries() == ids
+        assert len(set(ids.values())) == 3
+        assert all(ids[uid] == node_id for uid, node_id in entries.items()), "what was given stays given"
+        await host.close()

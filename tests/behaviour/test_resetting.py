@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
@@ -136,341 +137,306 @@ def test_a_reset_comes_out_right_whatever_erase_does(
 
 
 @pytest.mark.parametrize("seed", range(1, 5))
-def test_a_reset_comes_out_right_when_a_fifth_of_all_frames_is_lost(seed: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        before = stored(rig, servo)
-        rig.bus.loss(20, seed=seed)
+@scene(WORN)
+async def test_a_reset_comes_out_right_when_a_fifth_of_all_frames_is_lost(rig: Rig, seed: int) -> None:
+    servo = await old(rig)
+    before = stored(rig, servo)
+    rig.bus.loss(20, seed=seed)
+    job = await reset(rig, servo)
+    rig.bus.loss(0)
+    assert job["state"] == "succeeded", job["error"]
+    assert stored(rig, servo) == defaults(servo) | {key: before[key] for key in IDENTITY}
+    assert erases(rig) == 1
+
+
+@scene(WORN)
+async def test_the_horn_is_not_moved_before_the_restart_that_was_told_of(rig: Rig) -> None:
+    servo = await old(rig)
+    sim = rig.sim(servo)
+    sim.turn_by_hand(40.0, asyncio.get_running_loop().time())
+    await asyncio.sleep(0.2)
+    told = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset"))["restart"]
+    assert told["moves"] is True
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
+    job, stood = rig.host.jobs.get(started["id"]), sim.angle_deg
+    while sim.stage is not ServoStage.SAVING:
+        await asyncio.sleep(0.002)
+        assert abs(sim.angle_deg - stood) < 0.3
+    await rig.host.jobs.wait(job)
+    assert job.state == "succeeded", job.error
+    await asyncio.sleep(0.5)
+    assert abs(servo.angle_deg or 0) <= 1.5, "soft start has brought it to 0 of the origin that was kept"
+
+
+@scene(WORN)
+async def test_the_preview_names_every_row_before_and_after_and_what_is_kept_and_changes_nothing(rig: Rig) -> None:
+    servo = await old(rig)
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset?keep_identity=true"))
+    assert shown["kept"] == {"origin": 15.0, "servo_id": 1, "node_id": 11}
+    found = {one["key"]: (one["before"], one["requested"], one["verdict"]) for one in shown["changes"]}
+    assert found == {
+        "torque_mode": ("off", "on", "planned"),
+        "smoothing": (False, True, "planned"),
+        "reverse": (True, False, "planned"),
+        "timeout_action": ("brake", "off", "planned"),
+        "angle_p_gain": (77, 40, "planned"),
+        "angle_limit_cw": (60.0, 179.9, "planned"),
+        "voltage_limit_lower": (5.0, 4.0, "planned"),
+    }
+    assert shown["restart"]["moves"] is True
+    whole = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset?keep_identity=false"))
+    assert whole["kept"] == {}
+    assert {"origin", "servo_id", "node_id"} <= {one["key"] for one in whole["changes"]}
+    assert rig.writes() == []
+    assert erases(rig) == 0
+
+
+@scene(replace(PLAIN, rom={"angle_p_gain": 77}))
+async def test_a_row_that_only_rom_holds_otherwise_is_in_the_preview(rig: Rig) -> None:
+    servo = await old(rig)
+    body = {"values": {"angle_p_gain": 40}}
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body))
+    shown = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset"))
+    assert ("angle_p_gain", 77, 40) in {(one["key"], one["before"], one["requested"]) for one in shown["changes"]}
+
+
+@scene(
+    Recipe("BLA21-12U-AB", "1.300", servo_id=1, node_id=11, rom={"pwm_neutral": 1600, "angle_d_gain": 9}),
+    Recipe("BLA15-06U-A0", "1.010", servo_id=2, node_id=12, rom={"angle_d_gain": 9}),
+)
+async def test_a_pwm_model_is_reset_with_its_pwm_rows_and_an_old_firmware_without_rows_it_lacks(rig: Rig) -> None:
+    servos = await rig.ready(2)
+    await asyncio.sleep(4)
+    for servo in servos:
         job = await reset(rig, servo)
-        rig.bus.loss(0)
-        assert job["state"] == "succeeded", job["error"]
-        assert stored(rig, servo) == defaults(servo) | {key: before[key] for key in IDENTITY}
-        assert erases(rig) == 1
-
-    play(scene, WORN)
+        assert job["state"] == "succeeded", job
+        assert stored(rig, servo) == defaults(servo) | {key: servo.raw(key) for key in IDENTITY}
 
 
-def test_the_horn_is_not_moved_before_the_restart_that_was_told_of() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        sim = rig.sim(servo)
-        sim.turn_by_hand(40.0, asyncio.get_running_loop().time())
-        await asyncio.sleep(0.2)
-        told = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset"))["restart"]
-        assert told["moves"] is True
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
-        job, stood = rig.host.jobs.get(started["id"]), sim.angle_deg
-        while sim.stage is not ServoStage.SAVING:
-            await asyncio.sleep(0.002)
-            assert abs(sim.angle_deg - stood) < 0.3
-        await rig.host.jobs.wait(job)
-        assert job.state == "succeeded", job.error
-        await asyncio.sleep(0.5)
-        assert abs(servo.angle_deg or 0) <= 1.5, "soft start has brought it to 0 of the origin that was kept"
-
-    play(scene, WORN)
-
-
-def test_the_preview_names_every_row_before_and_after_and_what_is_kept_and_changes_nothing() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        shown = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset?keep_identity=true"))
-        assert shown["kept"] == {"origin": 15.0, "servo_id": 1, "node_id": 11}
-        found = {one["key"]: (one["before"], one["requested"], one["verdict"]) for one in shown["changes"]}
-        assert found == {
-            "torque_mode": ("off", "on", "planned"),
-            "smoothing": (False, True, "planned"),
-            "reverse": (True, False, "planned"),
-            "timeout_action": ("brake", "off", "planned"),
-            "angle_p_gain": (77, 40, "planned"),
-            "angle_limit_cw": (60.0, 179.9, "planned"),
-            "voltage_limit_lower": (5.0, 4.0, "planned"),
-        }
-        assert shown["restart"]["moves"] is True
-        whole = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset?keep_identity=false"))
-        assert whole["kept"] == {}
-        assert {"origin", "servo_id", "node_id"} <= {one["key"] for one in whole["changes"]}
-        assert rig.writes() == []
-        assert erases(rig) == 0
-
-    play(scene, WORN)
-
-
-def test_a_row_that_only_rom_holds_otherwise_is_in_the_preview() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        body = {"values": {"angle_p_gain": 40}}
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body))
-        shown = json(await rig.call("GET", f"/servos/{servo.uid}/factory-reset"))
-        assert ("angle_p_gain", 77, 40) in {(one["key"], one["before"], one["requested"]) for one in shown["changes"]}
-
-    play(scene, replace(PLAIN, rom={"angle_p_gain": 77}))
-
-
-def test_a_pwm_model_is_reset_with_its_pwm_rows_and_an_old_firmware_without_rows_it_lacks() -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(2)
-        await asyncio.sleep(4)
-        for servo in servos:
-            job = await reset(rig, servo)
-            assert job["state"] == "succeeded", job
-            assert stored(rig, servo) == defaults(servo) | {key: servo.raw(key) for key in IDENTITY}
-
-    play(
-        scene,
-        Recipe("BLA21-12U-AB", "1.300", servo_id=1, node_id=11, rom={"pwm_neutral": 1600, "angle_d_gain": 9}),
-        Recipe("BLA15-06U-A0", "1.010", servo_id=2, node_id=12, rom={"angle_d_gain": 9}),
-    )
-
-
-def test_a_refused_erase_changes_nothing_but_torque(monkeypatch: pytest.MonkeyPatch) -> None:
+@scene(WORN)
+async def test_a_refused_erase_changes_nothing_but_torque(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_args: object) -> ExecuteOpcodeResponse:
         return ExecuteOpcodeResponse(0, False)
 
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        before = stored(rig, servo)
-        monkeypatch.setattr(Services, "opcode", refuse)
-        job = await reset(rig, servo)
-        assert (job["state"], job["error"]["code"]) == ("failed", "refused_by_servo")
-        assert "Saved to ROM" in job["error"]["not_done"]
-        assert stored(rig, servo) == before
-        assert servo.raw("torque_mode") == 1
-        assert servo.registers["angle_p_gain"].rom == 77, "ROM is still known"
-        assert {name for _, name, _ in rig.writes()} <= {"0x20"}
-
-    play(scene, WORN)
+    servo = await old(rig)
+    before = stored(rig, servo)
+    monkeypatch.setattr(Services, "opcode", refuse)
+    job = await reset(rig, servo)
+    assert (job["state"], job["error"]["code"]) == ("failed", "refused_by_servo")
+    assert "Saved to ROM" in job["error"]["not_done"]
+    assert stored(rig, servo) == before
+    assert servo.raw("torque_mode") == 1
+    assert servo.registers["angle_p_gain"].rom == 77, "ROM is still known"
+    assert {name for _, name, _ in rig.writes()} <= {"0x20"}
 
 
 @pytest.mark.parametrize("step", ["erase", "read", "rows", "save"])
-def test_stop_ends_a_reset_at_once_and_nothing_more_is_written_but_the_stop(
-    monkeypatch: pytest.MonkeyPatch, step: str
+@scene(WORN)
+async def test_stop_ends_a_reset_at_once_and_nothing_more_is_written_but_the_stop(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, step: str
 ) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        if step == "rows":
-            erase_does_nothing(monkeypatch)
-        if step in ("read", "rows"):
-            rig.sim(servo).conditions.answer_delay_s = 0.01
-        job_id = await reset_until(rig, servo, step)
-        await asyncio.sleep(0.003)  # what the adapter has got by now leaves
-        count = len(rig.writes())
-        opcodes = erases(rig)
-        await rig.call("POST", "/stop")
-        job = json(await rig.call("GET", f"/jobs/{job_id}"))
-        assert (job["state"], job["error"]["code"]) == ("failed", "stopped"), job
-        assert job["error"]["snapshot"] > 0
-        assert "Every row verified" in job["error"]["not_done"]
-        await asyncio.sleep(10)
-        assert {one[1:] for one in rig.writes()[count:]} == {("0x20", 1)}
-        assert erases(rig) <= max(opcodes, 1)
-        assert rig.sim(servo).output == 1
-        assert servo.busy is None
-
-    play(scene, WORN)
-
-
-def test_rows_are_written_one_by_one_when_erase_does_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        before = stored(rig, servo)
+    servo = await old(rig)
+    if step == "rows":
         erase_does_nothing(monkeypatch)
-        job = await reset(rig, servo)
-        assert job["state"] == "succeeded", job
-        assert stored(rig, servo) == defaults(servo) | {key: before[key] for key in IDENTITY}
-        written = next(one["evidence"] for one in job["steps"] if one["name"] == "rows")
-        assert set(written.split(", ")) == set(CHANGED) - {"origin", "torque_mode"}
-
-    play(scene, WORN)
-
-
-def test_power_lost_in_the_middle_is_told_with_what_is_not_done_and_the_snapshot() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
+    if step in ("read", "rows"):
         rig.sim(servo).conditions.answer_delay_s = 0.01
-        job_id = await reset_until(rig, servo, "read")
-        rig.bench.power(servo.uid, False)
-        job = await ended(rig, job_id)
-        assert (job["state"], job["error"]["code"]) == ("failed", "no_answer")
-        assert {"Saved to ROM", "Every row verified"} <= set(job["error"]["not_done"])
-        assert "Not done: " in job["error"]["detail"]
-        held = rig.host.history.snapshots.get(job["error"]["snapshot"])
-        assert (held.reason, held.ram["angle_p_gain"], held.ram["origin"]) == ("before factory reset", 77, 150)
-        assert servo.busy is None
-        rig.bench.power(servo.uid, True)
-        await asyncio.sleep(6)
-        assert servo.registers["angle_p_gain"].rom == 77, "ERASE reached RAM alone"
-
-    play(scene, WORN)
-
-
-def test_power_lost_for_a_moment_while_rows_are_written_begins_them_anew() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        before = stored(rig, servo)
-        rig.sim(servo).conditions.answer_delay_s = 0.01
-        job_id = await reset_until(rig, servo, "identity")
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(0.5)
-        rig.bench.power(servo.uid, True)
-        job = await ended(rig, job_id)
-        assert job["state"] == "succeeded", job
-        assert stored(rig, servo) == defaults(servo) | {key: before[key] for key in IDENTITY}
-
-    play(scene, WORN)
+    job_id = await reset_until(rig, servo, step)
+    await asyncio.sleep(0.003)  # what the adapter has got by now leaves
+    count = len(rig.writes())
+    opcodes = erases(rig)
+    await rig.call("POST", "/stop")
+    job = json(await rig.call("GET", f"/jobs/{job_id}"))
+    assert (job["state"], job["error"]["code"]) == ("failed", "stopped"), job
+    assert job["error"]["snapshot"] > 0
+    assert "Every row verified" in job["error"]["not_done"]
+    await asyncio.sleep(10)
+    assert {one[1:] for one in rig.writes()[count:]} == {("0x20", 1)}
+    assert erases(rig) <= max(opcodes, 1)
+    assert rig.sim(servo).output == 1
+    assert servo.busy is None
 
 
-def test_power_lost_while_the_reset_is_saved_is_told_as_a_lost_configuration() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
-        while rig.sim(servo).stage is not ServoStage.SAVING:
-            await asyncio.sleep(0.001)
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(1)
-        rig.bench.power(servo.uid, True)
-        job = await ended(rig, started["id"])
-        assert (job["state"], job["error"]["code"]) == ("failed", "configuration_lost")
-        assert rig.host.history.snapshots.get(job["error"]["snapshot"]).ram["angle_p_gain"] == 77
-        assert job["error"]["not_done"] == ["Saved to ROM", "Every row verified"]
-
-    play(scene, WORN)
+@scene(WORN)
+async def test_rows_are_written_one_by_one_when_erase_does_nothing(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    servo = await old(rig)
+    before = stored(rig, servo)
+    erase_does_nothing(monkeypatch)
+    job = await reset(rig, servo)
+    assert job["state"] == "succeeded", job
+    assert stored(rig, servo) == defaults(servo) | {key: before[key] for key in IDENTITY}
+    written = next(one["evidence"] for one in job["steps"] if one["name"] == "rows")
+    assert set(written.split(", ")) == set(CHANGED) - {"origin", "torque_mode"}
 
 
-def test_when_the_save_of_a_reset_is_refused_torque_goes_off_again(monkeypatch: pytest.MonkeyPatch) -> None:
+@scene(WORN)
+async def test_power_lost_in_the_middle_is_told_with_what_is_not_done_and_the_snapshot(rig: Rig) -> None:
+    servo = await old(rig)
+    rig.sim(servo).conditions.answer_delay_s = 0.01
+    job_id = await reset_until(rig, servo, "read")
+    rig.bench.power(servo.uid, False)
+    job = await ended(rig, job_id)
+    assert (job["state"], job["error"]["code"]) == ("failed", "no_answer")
+    assert {"Saved to ROM", "Every row verified"} <= set(job["error"]["not_done"])
+    assert "Not done: " in job["error"]["detail"]
+    held = rig.host.history.snapshots.get(job["error"]["snapshot"])
+    assert (held.reason, held.ram["angle_p_gain"], held.ram["origin"]) == ("before factory reset", 77, 150)
+    assert servo.busy is None
+    rig.bench.power(servo.uid, True)
+    await asyncio.sleep(6)
+    assert servo.registers["angle_p_gain"].rom == 77, "ERASE reached RAM alone"
+
+
+@scene(WORN)
+async def test_power_lost_for_a_moment_while_rows_are_written_begins_them_anew(rig: Rig) -> None:
+    servo = await old(rig)
+    before = stored(rig, servo)
+    rig.sim(servo).conditions.answer_delay_s = 0.01
+    job_id = await reset_until(rig, servo, "identity")
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(0.5)
+    rig.bench.power(servo.uid, True)
+    job = await ended(rig, job_id)
+    assert job["state"] == "succeeded", job
+    assert stored(rig, servo) == defaults(servo) | {key: before[key] for key in IDENTITY}
+
+
+@scene(WORN)
+async def test_power_lost_while_the_reset_is_saved_is_told_as_a_lost_configuration(rig: Rig) -> None:
+    servo = await old(rig)
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), 202)
+    while rig.sim(servo).stage is not ServoStage.SAVING:
+        await asyncio.sleep(0.001)
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(1)
+    rig.bench.power(servo.uid, True)
+    job = await ended(rig, started["id"])
+    assert (job["state"], job["error"]["code"]) == ("failed", "configuration_lost")
+    assert rig.host.history.snapshots.get(job["error"]["snapshot"]).ram["angle_p_gain"] == 77
+    assert job["error"]["not_done"] == ["Saved to ROM", "Every row verified"]
+
+
+@scene(WORN)
+async def test_when_the_save_of_a_reset_is_refused_torque_goes_off_again(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
     opcode = Services.opcode
 
     def no_save(self: Services, request: ExecuteOpcodeRequest, behaviour: Behaviour) -> ExecuteOpcodeResponse:
         return ExecuteOpcodeResponse(0, False) if request.opcode == Opcode.SAVE else opcode(self, request, behaviour)
 
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        monkeypatch.setattr(Services, "opcode", no_save)
-        job = await reset(rig, servo)
-        assert (job["state"], job["error"]["code"]) == ("failed", "refused_by_servo")
-        await asyncio.sleep(0.5)
-        assert rig.sim(servo).output == 1
-        assert servo.raw("torque_mode") == 1
-
-    play(scene, WORN)
+    servo = await old(rig)
+    monkeypatch.setattr(Services, "opcode", no_save)
+    job = await reset(rig, servo)
+    assert (job["state"], job["error"]["code"]) == ("failed", "refused_by_servo")
+    await asyncio.sleep(0.5)
+    assert rig.sim(servo).output == 1
+    assert servo.raw("torque_mode") == 1
 
 
-def test_a_reset_is_refused_under_a_stop_under_command_and_against_the_holder_of_the_lease() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path = f"/servos/{servo.uid}/factory-reset"
-        lease = await rig.lease()
-        problem(await rig.call("POST", path), "lease_held", 409)
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        problem(await rig.call("POST", path, lease=lease), "busy", 409)
-        await rig.call("DELETE", f"/leases/{lease}")
-        await rig.call("POST", "/stop")
-        problem(await rig.call("POST", path), "stopped", 423)
-        assert erases(rig) == 0
-
-    play(scene)
+@scene()
+async def test_a_reset_is_refused_under_a_stop_under_command_and_against_the_holder_of_the_lease(rig: Rig) -> None:
+    servo = await old(rig)
+    path = f"/servos/{servo.uid}/factory-reset"
+    lease = await rig.lease()
+    problem(await rig.call("POST", path), "lease_held", 409)
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    problem(await rig.call("POST", path, lease=lease), "busy", 409)
+    await rig.call("DELETE", f"/leases/{lease}")
+    await rig.call("POST", "/stop")
+    problem(await rig.call("POST", path), "stopped", 423)
+    assert erases(rig) == 0
 
 
-def test_while_it_is_reset_nothing_else_is_done_to_it_and_the_audit_names_every_row() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        job_id = await reset_until(rig, servo, "erase")
-        problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "busy", 409)
-        problem(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), "busy", 409)
-        body = {"values": {"angle_p_gain": 1}}
-        problem(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body), "busy", 409)
-        assert (await ended(rig, job_id))["state"] == "succeeded"
-        rows = [one.entry for one in rig.host.store.audit.rows(uid=servo.uid) if one.entry.action == "factory_reset"]
-        assert {one.job for one in rows} == {job_id}
-        assert rows[0].outcome == "succeeded"
-        told = {one.key: (one.before, one.after) for one in rows[1:]}
-        assert told["angle_p_gain"] == (77, 40)
-        assert told["torque_mode"] == ("off", "on")
-        assert set(told) == set(CHANGED) - {"origin"}
-
-    play(scene, WORN)
+@scene(WORN)
+async def test_while_it_is_reset_nothing_else_is_done_to_it_and_the_audit_names_every_row(rig: Rig) -> None:
+    servo = await old(rig)
+    job_id = await reset_until(rig, servo, "erase")
+    problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "busy", 409)
+    problem(await rig.call("POST", f"/servos/{servo.uid}/factory-reset"), "busy", 409)
+    body = {"values": {"angle_p_gain": 1}}
+    problem(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body), "busy", 409)
+    assert (await ended(rig, job_id))["state"] == "succeeded"
+    rows = [one.entry for one in rig.host.store.audit.rows(uid=servo.uid) if one.entry.action == "factory_reset"]
+    assert {one.job for one in rows} == {job_id}
+    assert rows[0].outcome == "succeeded"
+    told = {one.key: (one.before, one.after) for one in rows[1:]}
+    assert told["angle_p_gain"] == (77, 40)
+    assert told["torque_mode"] == ("off", "on")
+    assert set(told) == set(CHANGED) - {"origin"}
 
 
-def test_a_reset_that_is_cancelled_leaves_torque_off() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        rig.sim(servo).conditions.answer_delay_s = 0.01
-        job_id = await reset_until(rig, servo, "read")
-        job = json(await rig.call("DELETE", f"/jobs/{job_id}"))
-        assert job["state"] == "cancelled"
-        rig.sim(servo).conditions.answer_delay_s = 0
-        await asyncio.sleep(1)
-        assert rig.sim(servo).output == 1
-        assert servo.busy is None
-
-    play(scene, WORN)
+@scene(WORN)
+async def test_a_reset_that_is_cancelled_leaves_torque_off(rig: Rig) -> None:
+    servo = await old(rig)
+    rig.sim(servo).conditions.answer_delay_s = 0.01
+    job_id = await reset_until(rig, servo, "read")
+    job = json(await rig.call("DELETE", f"/jobs/{job_id}"))
+    assert job["state"] == "cancelled"
+    rig.sim(servo).conditions.answer_delay_s = 0
+    await asyncio.sleep(1)
+    assert rig.sim(servo).output == 1
+    assert servo.busy is None
 
 
-def test_a_dry_run_of_a_restart_names_what_is_lost_and_what_the_horn_does_and_sends_nothing() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        rig.sim(servo).turn_by_hand(40.0, asyncio.get_running_loop().time())
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
-        path, written, boots = f"/servos/{servo.uid}/restart", rig.writes(), servo.boots
-        plan = json(await rig.call("POST", path, {"dry_run": True}))
-        assert [(one["key"], one["before"], one["requested"], one["verdict"]) for one in plan["lost"]] == [
-            ("angle_p_gain", 55, 77, "planned")
-        ]
-        assert plan["restart"] == json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast"))
-        await asyncio.sleep(1)
-        assert (rig.writes(), servo.boots, rig.host.jobs.all()) == (written, boots, [])
-        job = json(await rig.call("POST", f"{path}?wait=true", {"dry_run": False}))
-        assert job["state"] == "succeeded"
-        assert servo.boots == boots + 1
-        assert servo.raw("angle_p_gain") == 77
-
-    play(scene, WORN)
+@scene(WORN)
+async def test_a_dry_run_of_a_restart_names_what_is_lost_and_what_the_horn_does_and_sends_nothing(rig: Rig) -> None:
+    servo = await old(rig)
+    rig.sim(servo).turn_by_hand(40.0, asyncio.get_running_loop().time())
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
+    path, written, boots = f"/servos/{servo.uid}/restart", rig.writes(), servo.boots
+    plan = json(await rig.call("POST", path, {"dry_run": True}))
+    assert [(one["key"], one["before"], one["requested"], one["verdict"]) for one in plan["lost"]] == [
+        ("angle_p_gain", 55, 77, "planned")
+    ]
+    assert plan["restart"] == json(await rig.call("GET", f"/servos/{servo.uid}/restart-forecast"))
+    await asyncio.sleep(1)
+    assert (rig.writes(), servo.boots, rig.host.jobs.all()) == (written, boots, [])
+    job = json(await rig.call("POST", f"{path}?wait=true", {"dry_run": False}))
+    assert job["state"] == "succeeded"
+    assert servo.boots == boots + 1
+    assert servo.raw("angle_p_gain") == 77
 
 
-def test_a_dry_run_of_a_reset_answers_as_the_preview_does_and_sends_nothing() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path = f"/servos/{servo.uid}/factory-reset"
-        for keeps in (True, False):
-            shown = json(await rig.call("GET", f"{path}?keep_identity={keeps}"))
-            assert json(await rig.call("POST", path, {"dry_run": True, "keep_identity": keeps})) == shown
-        assert (rig.writes(), erases(rig), rig.host.jobs.all()) == ([], 0, [])
-
-    play(scene, WORN)
+@scene(WORN)
+async def test_a_dry_run_of_a_reset_answers_as_the_preview_does_and_sends_nothing(rig: Rig) -> None:
+    servo = await old(rig)
+    path = f"/servos/{servo.uid}/factory-reset"
+    for keeps in (True, False):
+        shown = json(await rig.call("GET", f"{path}?keep_identity={keeps}"))
+        assert json(await rig.call("POST", path, {"dry_run": True, "keep_identity": keeps})) == shown
+    assert (rig.writes(), erases(rig), rig.host.jobs.all()) == ([], 0, [])
 
 
 @pytest.mark.parametrize("verb", ["restart", "factory-reset"])
-def test_a_dry_run_is_refused_for_every_reason_the_real_one_is(verb: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path = f"/servos/{servo.uid}/{verb}"
+@scene()
+async def test_a_dry_run_is_refused_for_every_reason_the_real_one_is(rig: Rig, verb: str) -> None:
+    servo = await old(rig)
+    path = f"/servos/{servo.uid}/{verb}"
 
-        async def both(code: str, status: int, lease: str | None = None) -> None:
-            for body in ({"dry_run": True}, {}):
-                problem(await rig.call("POST", path, body, lease=lease), code, status)
+    async def both(code: str, status: int, lease: str | None = None) -> None:
+        for body in ({"dry_run": True}, {}):
+            problem(await rig.call("POST", path, body, lease=lease), code, status)
 
-        lease = await rig.lease()
-        await both("lease_held", 409)
-        json(await rig.call("POST", path, {"dry_run": True}, lease=lease))
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        await both("busy", 409, lease)
-        await rig.call("DELETE", f"/leases/{lease}")
-        await rig.call("POST", "/stop")
-        await both("stopped", 423)
-        await rig.call("DELETE", "/stop")
-        if verb == "factory-reset":
-            rig.sim(servo).conditions.voltage_v = 3.9
-            await asyncio.sleep(3)
-            refused = problem(await rig.call("POST", path, {"dry_run": True}), "out_of_range", 422)
-            assert "3.9 V" in refused["detail"]
-            rig.sim(servo).conditions.voltage_v = 7.4
-            await asyncio.sleep(3)
-        job_id = json(await rig.call("POST", path), 202)["id"]
-        problem(await rig.call("POST", path, {"dry_run": True}), "busy", 409)
-        await ended(rig, job_id)
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(4)
-        await both("no_answer", 504)
-        assert erases(rig) == (1 if verb == "factory-reset" else 0)
-
-    play(scene)
+    lease = await rig.lease()
+    await both("lease_held", 409)
+    json(await rig.call("POST", path, {"dry_run": True}, lease=lease))
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    await both("busy", 409, lease)
+    await rig.call("DELETE", f"/leases/{lease}")
+    await rig.call("POST", "/stop")
+    await both("stopped", 423)
+    await rig.call("DELETE", "/stop")
+    if verb == "factory-reset":
+        rig.sim(servo).conditions.voltage_v = 3.9
+        await asyncio.sleep(3)
+        refused = problem(await rig.call("POST", path, {"dry_run": True}), "out_of_range", 422)
+        assert "3.9 V" in refused["detail"]
+        rig.sim(servo).conditions.voltage_v = 7.4
+        await asyncio.sleep(3)
+    job_id = json(await rig.call("POST", path), 202)["id"]
+    problem(await rig.call("POST", path, {"dry_run": True}), "busy", 409)
+    await ended(rig, job_id)
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(4)
+    await both("no_answer", 504)
+    assert erases(rig) == (1 if verb == "factory-reset" else 0)

@@ -6,7 +6,8 @@ from collections import Counter
 import pytest
 
 from behaviour import serial_line
-from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import State
 from hornbill.servo.monitoring.line_budget import FULL, READ_BYTES, UNASKED_BYTES_PER_S
 from hornbill.servo.monitoring.polling import BUDGET, READ_S
@@ -29,157 +30,138 @@ def test_what_a_line_carries(baud: int, frames: int) -> None:
     assert SerialLineInfo(baud, native_usb=True).budget is None
 
 
-def test_six_servos_stay_online_on_a_slow_line_and_nothing_is_dropped() -> None:
-    async def scene(rig: Rig) -> None:
-        adapter = await serial_line.connect(rig, SLOW)
-        servos = await rig.ready(6)
-        states = Counter[State]()
-        began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
-        asked = rig.host.requests.asked.copy()
-        while asyncio.get_running_loop().time() < began + 20:
-            await asyncio.sleep(0.1)
-            states.update(servo.state for servo in servos)
-            assert all(servo.online for servo in servos)
-        assert set(states) == {State.READY}
-        assert adapter.dropped == 0
-        assert rig.events("servo_offline") == []
-        asked = rig.host.requests.asked - asked
-        assert asked["poll", "no_answer"] == 0
-        polled = asked["poll", "answered"] / 20
-        assert polled * READ_BYTES <= BUDGET * SLOW / 10
-        used = (adapter.statistics.line_bytes - received) / 20 / (SLOW / 10)
-        assert used <= FULL
-        assert asked["poll", "answered"] / 20 >= 6 * 6.0 / 2, "each row at half its pace at least"
-
-    play(scene, *crowd(6), connect=False)
-
-
-def test_a_wish_for_more_than_the_line_carries_is_cut_to_what_it_carries() -> None:
-    async def scene(rig: Rig) -> None:
-        adapter = await serial_line.connect(rig, SLOW)
-        servos = await rig.ready(6)
-        granted: dict[str, float] = {}
-        for servo in servos:
-            body = {"channels": ["current_angle", "current_speed"], "rate_hz": 50}
-            granted = json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", body))
-        assert granted["granted_hz"] < 5
-        await asyncio.sleep(2)
-        began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
-        asked = rig.host.requests.asked.copy()
-        await asyncio.sleep(10)
-        took = asyncio.get_running_loop().time() - began
-        asked = rig.host.requests.asked - asked
-        assert asked["poll", "answered"] / took * READ_BYTES <= BUDGET * SLOW / 10 * 1.02
-        assert (adapter.statistics.line_bytes - received) / took <= FULL * SLOW / 10
-        assert (adapter.dropped, asked["poll", "no_answer"]) == (0, 0)
+@scene(*crowd(6), connect=False)
+async def test_six_servos_stay_online_on_a_slow_line_and_nothing_is_dropped(rig: Rig) -> None:
+    adapter = await serial_line.connect(rig, SLOW)
+    servos = await rig.ready(6)
+    states = Counter[State]()
+    began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
+    asked = rig.host.requests.asked.copy()
+    while asyncio.get_running_loop().time() < began + 20:
+        await asyncio.sleep(0.1)
+        states.update(servo.state for servo in servos)
         assert all(servo.online for servo in servos)
+    assert set(states) == {State.READY}
+    assert adapter.dropped == 0
+    assert rig.events("servo_offline") == []
+    asked = rig.host.requests.asked - asked
+    assert asked["poll", "no_answer"] == 0
+    polled = asked["poll", "answered"] / 20
+    assert polled * READ_BYTES <= BUDGET * SLOW / 10
+    used = (adapter.statistics.line_bytes - received) / 20 / (SLOW / 10)
+    assert used <= FULL
+    assert asked["poll", "answered"] / 20 >= 6 * 6.0 / 2, "each row at half its pace at least"
 
-    play(scene, *crowd(6), connect=False)
+
+@scene(*crowd(6), connect=False)
+async def test_a_wish_for_more_than_the_line_carries_is_cut_to_what_it_carries(rig: Rig) -> None:
+    adapter = await serial_line.connect(rig, SLOW)
+    servos = await rig.ready(6)
+    granted: dict[str, float] = {}
+    for servo in servos:
+        body = {"channels": ["current_angle", "current_speed"], "rate_hz": 50}
+        granted = json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", body))
+    assert granted["granted_hz"] < 5
+    await asyncio.sleep(2)
+    began, received = asyncio.get_running_loop().time(), adapter.statistics.line_bytes
+    asked = rig.host.requests.asked.copy()
+    await asyncio.sleep(10)
+    took = asyncio.get_running_loop().time() - began
+    asked = rig.host.requests.asked - asked
+    assert asked["poll", "answered"] / took * READ_BYTES <= BUDGET * SLOW / 10 * 1.02
+    assert (adapter.statistics.line_bytes - received) / took <= FULL * SLOW / 10
+    assert (adapter.dropped, asked["poll", "no_answer"]) == (0, 0)
+    assert all(servo.online for servo in servos)
 
 
-def test_what_is_on_the_line_beside_polling_is_left_its_room() -> None:
+@scene(*crowd(14), connect=False)
+async def test_what_is_on_the_line_beside_polling_is_left_its_room(rig: Rig) -> None:
     """Fourteen servos fill a slow line to 60 % unasked: polling takes what is left of 85 %, and no more."""
-
-    async def scene(rig: Rig) -> None:
-        adapter = await serial_line.connect(rig, SLOW)
-        servos = await rig.ready(14, within_s=120)
-        unasked = 14 * UNASKED_BYTES_PER_S / (SLOW / 10)
-        assert unasked + BUDGET > FULL
-        for servo in servos:
-            body = {"channels": ["current_angle"], "rate_hz": 20}
-            json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", body))
-        await asyncio.sleep(15)
-        dropped, received = adapter.dropped, adapter.statistics.line_bytes
-        asked = rig.host.requests.asked.copy()
-        await asyncio.sleep(10)
-        asked = rig.host.requests.asked - asked
-        polled = asked["poll", "answered"] / 10 * READ_BYTES / (SLOW / 10)
-        assert FULL - unasked - 0.1 <= polled <= FULL - unasked
-        assert (adapter.statistics.line_bytes - received) / 10 <= FULL * SLOW / 10
-        assert adapter.dropped == dropped, "when all are identified at once the buffer may have been too small"
-        assert all(servo.online for servo in servos)
-        assert "serial_line_full" not in [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))]
-
-    play(scene, *crowd(14), connect=False)
+    adapter = await serial_line.connect(rig, SLOW)
+    servos = await rig.ready(14, within_s=120)
+    unasked = 14 * UNASKED_BYTES_PER_S / (SLOW / 10)
+    assert unasked + BUDGET > FULL
+    for servo in servos:
+        body = {"channels": ["current_angle"], "rate_hz": 20}
+        json(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", body))
+    await asyncio.sleep(15)
+    dropped, received = adapter.dropped, adapter.statistics.line_bytes
+    asked = rig.host.requests.asked.copy()
+    await asyncio.sleep(10)
+    asked = rig.host.requests.asked - asked
+    polled = asked["poll", "answered"] / 10 * READ_BYTES / (SLOW / 10)
+    assert FULL - unasked - 0.1 <= polled <= FULL - unasked
+    assert (adapter.statistics.line_bytes - received) / 10 <= FULL * SLOW / 10
+    assert adapter.dropped == dropped, "when all are identified at once the buffer may have been too small"
+    assert all(servo.online for servo in servos)
+    assert "serial_line_full" not in [one["code"] for one in json(await rig.call("GET", "/bus/doctor"))]
 
 
-def test_a_line_that_is_full_is_told_with_what_helps() -> None:
-    async def scene(rig: Rig) -> None:
-        await serial_line.connect(rig, SLOW)
-        await rig.ready(22, within_s=120)
-        await asyncio.sleep(10)
-        found = json(await rig.call("GET", "/bus/doctor"))
-        full = next(one for one in found if one["code"] == "serial_line_full")
-        assert "of 115200 baud" in full["evidence"]
-        assert "higher baud rate" in full["remedy"]
-        assert all(servo.online for servo in rig.host.fleet.all())
-
-    play(scene, *crowd(22), connect=False)
+@scene(*crowd(22), connect=False)
+async def test_a_line_that_is_full_is_told_with_what_helps(rig: Rig) -> None:
+    await serial_line.connect(rig, SLOW)
+    await rig.ready(22, within_s=120)
+    await asyncio.sleep(10)
+    found = json(await rig.call("GET", "/bus/doctor"))
+    full = next(one for one in found if one["code"] == "serial_line_full")
+    assert "of 115200 baud" in full["evidence"]
+    assert "higher baud rate" in full["remedy"]
+    assert all(servo.online for servo in rig.host.fleet.all())
 
 
-def test_a_fast_line_leaves_the_pace_of_polling_alone() -> None:
-    async def scene(rig: Rig) -> None:
-        await serial_line.connect(rig, 3_000_000)
-        await rig.ready(2)
-        assert rig.host.polling.cap == pytest.approx(BUDGET)
-        shown = json(await rig.call("GET", "/bus"))
-        assert (shown["limited_by"], shown["load_cap_pct"]) == ("can", 40.0)
-
-    play(scene, *crowd(2), connect=False)
+@scene(*crowd(2), connect=False)
+async def test_a_fast_line_leaves_the_pace_of_polling_alone(rig: Rig) -> None:
+    await serial_line.connect(rig, 3_000_000)
+    await rig.ready(2)
+    assert rig.host.polling.cap == pytest.approx(BUDGET)
+    shown = json(await rig.call("GET", "/bus"))
+    assert (shown["limited_by"], shown["load_cap_pct"]) == ("can", 40.0)
 
 
-def test_the_line_is_shown_with_its_budget_and_its_load() -> None:
-    async def scene(rig: Rig) -> None:
-        shown = json(await rig.call("GET", "/bus"))
-        assert (shown["serial_line"], shown["limited_by"], shown["notes"]) == (None, None, [])
-        await serial_line.connect(rig, SLOW)
-        await rig.ready(6)
-        await asyncio.sleep(3)
-        shown = json(await rig.call("GET", "/bus"))
-        line = shown["serial_line"]
-        assert 20 < line.pop("load_pct") < 70
-        assert line == {
-            "baud": 115_200, "budget": 426, "found": True, "confirmed": True, "serial_number": "A1B2",
-            "latency_ms": None,
-        }  # fmt: skip
-        assert shown["limited_by"] == "serial_line"
-        expected = (FULL * SLOW / 10 - 6 * UNASKED_BYTES_PER_S) / READ_BYTES
-        assert shown["load_cap_pct"] == pytest.approx(
-            min(expected, 0.4 * SLOW / 10 / READ_BYTES) * READ_S * 100, abs=0.1
-        )
-        found = json(await rig.call("GET", "/bus/doctor?all=true"))
-        assert next(one for one in found if one["code"] == "serial_line_full")["severity"] == "ok"
-
-    play(scene, *crowd(6), connect=False)
+@scene(*crowd(6), connect=False)
+async def test_the_line_is_shown_with_its_budget_and_its_load(rig: Rig) -> None:
+    shown = json(await rig.call("GET", "/bus"))
+    assert (shown["serial_line"], shown["limited_by"], shown["notes"]) == (None, None, [])
+    await serial_line.connect(rig, SLOW)
+    await rig.ready(6)
+    await asyncio.sleep(3)
+    shown = json(await rig.call("GET", "/bus"))
+    line = shown["serial_line"]
+    assert 20 < line.pop("load_pct") < 70
+    assert line == {
+        "baud": 115_200, "budget": 426, "found": True, "confirmed": True, "serial_number": "A1B2",
+        "latency_ms": None,
+    }  # fmt: skip
+    assert shown["limited_by"] == "serial_line"
+    expected = (FULL * SLOW / 10 - 6 * UNASKED_BYTES_PER_S) / READ_BYTES
+    assert shown["load_cap_pct"] == pytest.approx(min(expected, 0.4 * SLOW / 10 / READ_BYTES) * READ_S * 100, abs=0.1)
+    found = json(await rig.call("GET", "/bus/doctor?all=true"))
+    assert next(one for one in found if one["code"] == "serial_line_full")["severity"] == "ok"
 
 
-def test_a_stream_that_the_line_cannot_carry_is_refused_with_the_rate_that_fits() -> None:
-    async def scene(rig: Rig) -> None:
-        await serial_line.connect(rig, SLOW)
-        servos = await rig.ready(6)
-        lease = await rig.lease()
-        for servo in servos:
-            path = f"/servos/{servo.uid}"
-            json(await rig.call("PUT", f"{path}/parameters/speed_torque_control", {"value": True}, lease=lease))
-            json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=lease))
-        body = {"uids": [servo.uid for servo in servos], "type": "speed", "rate_hz": 100}
-        refused = problem(await rig.call("POST", "/streams", body, lease=lease), "bus_budget", 409)
-        # four frames of 27 bytes and one of 21: 11 ms of the line, where the bus needs half a millisecond
-        assert 30 <= refused["possible_hz"] <= 45
-
-    play(scene, *crowd(6), connect=False)
+@scene(*crowd(6), connect=False)
+async def test_a_stream_that_the_line_cannot_carry_is_refused_with_the_rate_that_fits(rig: Rig) -> None:
+    await serial_line.connect(rig, SLOW)
+    servos = await rig.ready(6)
+    lease = await rig.lease()
+    for servo in servos:
+        path = f"/servos/{servo.uid}"
+        json(await rig.call("PUT", f"{path}/parameters/speed_torque_control", {"value": True}, lease=lease))
+        json(await rig.call("POST", f"{path}/torque", {"mode": "on"}, lease=lease))
+    body = {"uids": [servo.uid for servo in servos], "type": "speed", "rate_hz": 100}
+    refused = problem(await rig.call("POST", "/streams", body, lease=lease), "bus_budget", 409)
+    # four frames of 27 bytes and one of 21: 11 ms of the line, where the bus needs half a millisecond
+    assert 30 <= refused["possible_hz"] <= 45
 
 
-def test_a_stop_on_a_slow_line_is_confirmed_by_every_servo() -> None:
-    async def scene(rig: Rig) -> None:
-        await serial_line.connect(rig, SLOW)
-        await rig.ready(6)
-        began = asyncio.get_running_loop().time()
-        json(await rig.call("POST", "/stop", {}))
-        latch = rig.host.stop.latch
-        assert latch is not None
-        while latch.unconfirmed():
-            await asyncio.sleep(0.001)
-        assert asyncio.get_running_loop().time() - began < 0.25
-
-    play(scene, *crowd(6), connect=False)
+@scene(*crowd(6), connect=False)
+async def test_a_stop_on_a_slow_line_is_confirmed_by_every_servo(rig: Rig) -> None:
+    await serial_line.connect(rig, SLOW)
+    await rig.ready(6)
+    began = asyncio.get_running_loop().time()
+    json(await rig.call("POST", "/stop", {}))
+    latch = rig.host.stop.latch
+    assert latch is not None
+    while latch.unconfirmed():
+        await asyncio.sleep(0.001)
+    assert asyncio.get_running_loop().time() - began < 0.25

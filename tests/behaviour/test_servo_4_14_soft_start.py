@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from behaviour.rig import Rig, json, play
+from behaviour.scene import scene
 from hornbill.servo.device.servo import State
 from hornbill.sim.behaviour import Behaviour
 from hornbill.sim.bench.recipe import Recipe
@@ -264,18 +265,16 @@ def held_up(load_pct: float, **rom: int) -> Recipe:
 
 
 @pytest.mark.states("B68")
-def test_the_host_sees_a_soft_start_end_by_the_time_out_and_reads_what_rom_holds() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready(within_s=4))[0]
-        assert rig.sim(servo).angle_deg > 30
-        assert not rig.sim(servo).soft_starting
-        await asyncio.sleep(1)
-        assert servo.rom()["speed_limit_cw"] == 250
-        assert servo.rom()["speed_torque_control"] == 0
-        done = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-        assert done["state"] == "succeeded", done["error"]
-
-    play(scene, held_up(0.0, timeout_time=300, speed_limit_cw=250))
+@scene(held_up(0.0, timeout_time=300, speed_limit_cw=250))
+async def test_the_host_sees_a_soft_start_end_by_the_time_out_and_reads_what_rom_holds(rig: Rig) -> None:
+    servo = (await rig.ready(within_s=4))[0]
+    assert rig.sim(servo).angle_deg > 30
+    assert not rig.sim(servo).soft_starting
+    await asyncio.sleep(1)
+    assert servo.rom()["speed_limit_cw"] == 250
+    assert servo.rom()["speed_torque_control"] == 0
+    done = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    assert done["state"] == "succeeded", done["error"]
 
 
 @pytest.mark.states("B68")

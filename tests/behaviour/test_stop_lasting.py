@@ -151,28 +151,26 @@ LETS_GO = Recipe("BLA21-06U-A0", "1.300", servo_id=1, node_id=11)
 
 
 @pytest.mark.parametrize("time_out_ms", [100, 1000, 5000])
-def test_the_brake_of_a_stop_is_not_let_go_by_the_servos_own_time_out(time_out_ms: int) -> None:
+@scene(lambda time_out_ms: replace(LETS_GO, rom={"timeout_time": time_out_ms}))
+async def test_the_brake_of_a_stop_is_not_let_go_by_the_servos_own_time_out(
+    rig: Rig, servo: Servo, time_out_ms: int
+) -> None:
     """On a servo where the time-out (0x26 off, 0x27) takes the brake away, too: 4.19 names no exception."""
-
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        sim = rig.sim(servo)
-        _any_output(sim)
-        await press(rig, "brake")
-        for _ in range(400):
-            await asyncio.sleep(0.05)
-            assert sim.output == 2
-        before, began = asked(rig, servo.node_id), now()
-        await asyncio.sleep(10)
-        rate = (asked(rig, servo.node_id) - before) / (now() - began)
-        assert rate <= 3.5 * 1000 / time_out_ms, "a third of the time-out, and no oftener"
-        json(await rig.call("DELETE", "/stop"))
-        written = asked(rig, servo.node_id)
-        await asyncio.sleep(10)
-        assert asked(rig, servo.node_id) == written, "only while it is latched"
-        assert sim.output == 1, "as this servo is made"
-
-    play(scene, replace(LETS_GO, rom={"timeout_time": time_out_ms}))
+    sim = rig.sim(servo)
+    _any_output(sim)
+    await press(rig, "brake")
+    for _ in range(400):
+        await asyncio.sleep(0.05)
+        assert sim.output == 2
+    before, began = asked(rig, servo.node_id), now()
+    await asyncio.sleep(10)
+    rate = (asked(rig, servo.node_id) - before) / (now() - began)
+    assert rate <= 3.5 * 1000 / time_out_ms, "a third of the time-out, and no oftener"
+    json(await rig.call("DELETE", "/stop"))
+    written = asked(rig, servo.node_id)
+    await asyncio.sleep(10)
+    assert asked(rig, servo.node_id) == written, "only while it is latched"
+    assert sim.output == 1, "as this servo is made"
 
 
 def _any_output(sim: SimulatedServo) -> None:

@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from behaviour.rig import Rig, Socket, json, play, problem
+from behaviour.rig import Rig, Socket, json, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.motion.bursts import Bursts, Prepared
 from hornbill.sim.bench.recipe import Recipe
@@ -41,188 +42,173 @@ def bursts(rig: Rig) -> list[tuple[float, list[tuple[int, float]]]]:
     return found
 
 
-def test_a_stream_holds_still_until_told_and_then_all_follow_together() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        before = {servo.uid: rig.sim(servo).angle_deg for servo in servos}
-        stream = await begun(rig, servos, lease)
-        await asyncio.sleep(1)
-        for servo in servos:
-            assert abs(rig.sim(servo).angle_deg - before[servo.uid]) < 0.6
-        for step in range(1, 51):
-            values = {servo.uid: before[servo.uid] + 0.4 * step for servo in servos}
-            json(await rig.call("PUT", f"/streams/{stream}", {"values": values}, lease=lease))
-            await asyncio.sleep(0.02)
-        await asyncio.sleep(0.5)
-        for servo in servos:
-            assert abs(rig.sim(servo).angle_deg - before[servo.uid] - 20) < 1
-        told = json(await rig.call("GET", f"/streams/{stream}"))
-        assert told["misses"] == 0
-        assert 120 < told["sent"] < 135
-        sent = bursts(rig)
-        assert all(len(commands) == 4 for _, commands in sent)
-        gaps = [later - earlier for (earlier, _), (later, _) in pairwise(sent)]
-        assert max(gaps) < 0.03
-
-    play(scene, *TURNED)
+@scene(*TURNED)
+async def test_a_stream_holds_still_until_told_and_then_all_follow_together(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    before = {servo.uid: rig.sim(servo).angle_deg for servo in servos}
+    stream = await begun(rig, servos, lease)
+    await asyncio.sleep(1)
+    for servo in servos:
+        assert abs(rig.sim(servo).angle_deg - before[servo.uid]) < 0.6
+    for step in range(1, 51):
+        values = {servo.uid: before[servo.uid] + 0.4 * step for servo in servos}
+        json(await rig.call("PUT", f"/streams/{stream}", {"values": values}, lease=lease))
+        await asyncio.sleep(0.02)
+    await asyncio.sleep(0.5)
+    for servo in servos:
+        assert abs(rig.sim(servo).angle_deg - before[servo.uid] - 20) < 1
+    told = json(await rig.call("GET", f"/streams/{stream}"))
+    assert told["misses"] == 0
+    assert 120 < told["sent"] < 135
+    sent = bursts(rig)
+    assert all(len(commands) == 4 for _, commands in sent)
+    gaps = [later - earlier for (earlier, _), (later, _) in pairwise(sent)]
+    assert max(gaps) < 0.03
 
 
-def test_sixty_servos_at_fifty_a_second_start_within_five_milliseconds_of_one_another() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 60)
-        stream = await begun(rig, servos, lease)
-        await asyncio.sleep(2)
-        told = json(await rig.call("GET", f"/streams/{stream}"))
-        assert told["misses"] == 0
-        assert told["sent"] >= 99
-        assert 0.15 < told["bus_share"] < 0.40
-        assert 0 < told["worst_skew_ms"] < 5
-        by_burst = bursts(rig)[-4:]
-        assert [len(commands) for _, commands in by_burst] == [15, 15, 15, 15]
-        assert {ident for _, commands in by_burst for ident, _ in commands} == set(range(1, 61))
-
-    play(scene, *CROWD)
+@scene(*CROWD)
+async def test_sixty_servos_at_fifty_a_second_start_within_five_milliseconds_of_one_another(rig: Rig) -> None:
+    servos, lease = await held(rig, 60)
+    stream = await begun(rig, servos, lease)
+    await asyncio.sleep(2)
+    told = json(await rig.call("GET", f"/streams/{stream}"))
+    assert told["misses"] == 0
+    assert told["sent"] >= 99
+    assert 0.15 < told["bus_share"] < 0.40
+    assert 0 < told["worst_skew_ms"] < 5
+    by_burst = bursts(rig)[-4:]
+    assert [len(commands) for _, commands in by_burst] == [15, 15, 15, 15]
+    assert {ident for _, commands in by_burst for ident, _ in commands} == set(range(1, 61))
 
 
-def test_a_rate_the_bus_has_no_room_for_is_refused_with_the_one_that_fits() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 60)
-        body = {"uids": [servo.uid for servo in servos], "rate_hz": 150}
-        refused = problem(await rig.call("POST", "/streams", body, lease=lease), "bus_budget", 409)
-        assert rig.array_commands() == []
-        assert refused["bus_share"] > refused["left"]
-        possible = refused["possible_hz"]
-        assert f"{possible} Hz" in refused["detail"]
-        await begun(rig, servos, lease, possible)
-
-    play(scene, *CROWD)
+@scene(*CROWD)
+async def test_a_rate_the_bus_has_no_room_for_is_refused_with_the_one_that_fits(rig: Rig) -> None:
+    servos, lease = await held(rig, 60)
+    body = {"uids": [servo.uid for servo in servos], "rate_hz": 150}
+    refused = problem(await rig.call("POST", "/streams", body, lease=lease), "bus_budget", 409)
+    assert rig.array_commands() == []
+    assert refused["bus_share"] > refused["left"]
+    possible = refused["possible_hz"]
+    assert f"{possible} Hz" in refused["detail"]
+    await begun(rig, servos, lease, possible)
 
 
-def test_a_stream_needs_a_lease_ids_of_their_own_and_servos_of_no_other_stream() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        uids = [servo.uid for servo in servos]
-        problem(await rig.call("POST", "/streams", {"uids": uids}), "lease_held", 409)
-        stream = await begun(rig, servos[:2], lease)
-        problem(await rig.call("POST", "/streams", {"uids": uids[1:]}, lease=lease), "busy", 409)
-        other = {"values": {uids[3]: 25.0}}
-        problem(await rig.call("PUT", f"/streams/{stream}", other, lease=lease), "invalid_value", 422)
-        far = {"values": {uids[0]: 5.0, uids[1]: 9000.0}}
-        problem(await rig.call("PUT", f"/streams/{stream}", far, lease=lease), "out_of_range", 422)
-        await asyncio.sleep(0.5)
-        assert abs(rig.sim(servos[0]).angle_deg) < 1.5  # all or nothing
-        path = f"/servos/{uids[0]}/command"
-        refused = problem(await rig.call("POST", path, {"type": "angle", "value": 0}, lease=lease), "busy", 409)
-        assert "stream" in refused["detail"]
-        problem(await rig.call("GET", "/streams/nothing"), "unknown_stream", 404)
-
-    play(scene, *TURNED)
+@scene(*TURNED)
+async def test_a_stream_needs_a_lease_ids_of_their_own_and_servos_of_no_other_stream(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    uids = [servo.uid for servo in servos]
+    problem(await rig.call("POST", "/streams", {"uids": uids}), "lease_held", 409)
+    stream = await begun(rig, servos[:2], lease)
+    problem(await rig.call("POST", "/streams", {"uids": uids[1:]}, lease=lease), "busy", 409)
+    other = {"values": {uids[3]: 25.0}}
+    problem(await rig.call("PUT", f"/streams/{stream}", other, lease=lease), "invalid_value", 422)
+    far = {"values": {uids[0]: 5.0, uids[1]: 9000.0}}
+    problem(await rig.call("PUT", f"/streams/{stream}", far, lease=lease), "out_of_range", 422)
+    await asyncio.sleep(0.5)
+    assert abs(rig.sim(servos[0]).angle_deg) < 1.5  # all or nothing
+    path = f"/servos/{uids[0]}/command"
+    refused = problem(await rig.call("POST", path, {"type": "angle", "value": 0}, lease=lease), "busy", 409)
+    assert "stream" in refused["detail"]
+    problem(await rig.call("GET", "/streams/nothing"), "unknown_stream", 404)
 
 
-def test_a_lease_that_lapses_ends_the_stream_and_torque_goes_off_on_all() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        stream = await begun(rig, servos, lease)
-        await asyncio.sleep(0.5)
-        json(await rig.call("DELETE", f"/leases/{lease}"))
-        await asyncio.sleep(0.2)
-        assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
-        sent = len(rig.array_commands())
-        await asyncio.sleep(1)
-        assert len(rig.array_commands()) == sent
-        told = json(await rig.call("GET", f"/streams/{stream}"))
-        assert told["ended"]
-        refused = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: 1.0}}, lease=await rig.lease())
-        problem(refused, "busy", 409)
-
-    play(scene, *TURNED)
+@scene(*TURNED)
+async def test_a_lease_that_lapses_ends_the_stream_and_torque_goes_off_on_all(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    stream = await begun(rig, servos, lease)
+    await asyncio.sleep(0.5)
+    json(await rig.call("DELETE", f"/leases/{lease}"))
+    await asyncio.sleep(0.2)
+    assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
+    sent = len(rig.array_commands())
+    await asyncio.sleep(1)
+    assert len(rig.array_commands()) == sent
+    told = json(await rig.call("GET", f"/streams/{stream}"))
+    assert told["ended"]
+    refused = await rig.call("PUT", f"/streams/{stream}", {"values": {servos[0].uid: 1.0}}, lease=await rig.lease())
+    problem(refused, "busy", 409)
 
 
-def test_stop_ends_a_stream_before_its_next_burst() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        await begun(rig, servos, lease)
-        await asyncio.sleep(0.51)
-        rig.host.stop.now("off", "test", "")
-        at = asyncio.get_running_loop().time()
-        await asyncio.sleep(1)
-        assert [one for one, _ in bursts(rig) if one > at + 0.002] == []
-        assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
-
-    play(scene, *TURNED)
+@scene(*TURNED)
+async def test_stop_ends_a_stream_before_its_next_burst(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    await begun(rig, servos, lease)
+    await asyncio.sleep(0.51)
+    rig.host.stop.now("off", "test", "")
+    at = asyncio.get_running_loop().time()
+    await asyncio.sleep(1)
+    assert [one for one, _ in bursts(rig) if one > at + 0.002] == []
+    assert [rig.sim(servo).output for servo in servos] == [1, 1, 1, 1]
 
 
-def test_slots_that_pass_while_the_process_is_held_up_are_counted_and_not_caught_up() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        stream = await begun(rig, servos, lease)
-        await asyncio.sleep(1)
-        before = json(await rig.call("GET", f"/streams/{stream}"))
-        one = rig.host.streams.get(stream)
-        now, held_up = rig.host.base.now, 0.2
-        # the clock goes on, and nobody gets his turn
-        rig.host.base.now = lambda: now() + held_up
-        await asyncio.sleep(0.1)
-        told = json(await rig.call("GET", f"/streams/{stream}"))
-        assert told["misses"] - before["misses"] == 10
-        assert told["worst_late_ms"] >= 180
-        assert told["sent"] - before["sent"] <= 7
-        assert one.ended is None
-
-    play(scene, *TURNED)
+@scene(*TURNED)
+async def test_slots_that_pass_while_the_process_is_held_up_are_counted_and_not_caught_up(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    stream = await begun(rig, servos, lease)
+    await asyncio.sleep(1)
+    before = json(await rig.call("GET", f"/streams/{stream}"))
+    one = rig.host.streams.get(stream)
+    now, held_up = rig.host.base.now, 0.2
+    # the clock goes on, and nobody gets his turn
+    rig.host.base.now = lambda: now() + held_up
+    await asyncio.sleep(0.1)
+    told = json(await rig.call("GET", f"/streams/{stream}"))
+    assert told["misses"] - before["misses"] == 10
+    assert told["worst_late_ms"] >= 180
+    assert told["sent"] - before["sent"] <= 7
+    assert one.ended is None
 
 
-def test_a_restarted_servo_ends_the_stream_with_its_name() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        stream = await begun(rig, servos, lease)
-        await asyncio.sleep(4)
-        uid = servos[2].uid
-        json(await rig.call("PATCH", f"/sim/servos/{uid}", {"power": "off"}))
-        await asyncio.sleep(0.5)
-        json(await rig.call("PATCH", f"/sim/servos/{uid}", {"power": "on"}))
-        await asyncio.sleep(4)
-        told = json(await rig.call("GET", f"/streams/{stream}"))
-        assert servos[2].title in told["ended"]
-        assert rig.events("stream_ended")
-
-    play(scene, *TURNED)
+@scene(*TURNED)
+async def test_a_restarted_servo_ends_the_stream_with_its_name(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    stream = await begun(rig, servos, lease)
+    await asyncio.sleep(4)
+    uid = servos[2].uid
+    json(await rig.call("PATCH", f"/sim/servos/{uid}", {"power": "off"}))
+    await asyncio.sleep(0.5)
+    json(await rig.call("PATCH", f"/sim/servos/{uid}", {"power": "on"}))
+    await asyncio.sleep(4)
+    told = json(await rig.call("GET", f"/streams/{stream}"))
+    assert servos[2].title in told["ended"]
+    assert rig.events("stream_ended")
 
 
 GENTLE = {"speed_deg_s": 40, "accel_deg_s2": 160}
 
 
-def test_with_a_profile_all_go_at_a_limited_speed_and_arrive_together() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        stream = await begun(rig, servos, lease)
-        goals = {servo.uid: 10.0 * (n + 1) + 21 for n, servo in enumerate(servos)}
-        body = {"values": goals, "profile": GENTLE}
-        assert json(await rig.call("PUT", f"/streams/{stream}", body, lease=lease))["moving"] is True
-        fastest = 0.0
-        there: dict[str, float] = {}
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        while json(await rig.call("GET", f"/streams/{stream}"))["moving"]:
-            for servo in servos:
-                sim = rig.sim(servo)
-                fastest = max(fastest, abs(sim.speed_rpm) * 6)
-                if abs(sim.angle_deg - goals[servo.uid]) > 2:
-                    there[servo.uid] = loop.time()
-            await asyncio.sleep(0.01)
-        assert 1.6 < loop.time() - began < 2.1  # 61° at 40 °/s after a soft start at 0°
-        assert fastest < 40 * 1.6
-        assert max(there.values()) - min(there.values()) < 0.35
-        await asyncio.sleep(0.2)
+@scene(*TURNED)
+async def test_with_a_profile_all_go_at_a_limited_speed_and_arrive_together(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    stream = await begun(rig, servos, lease)
+    goals = {servo.uid: 10.0 * (n + 1) + 21 for n, servo in enumerate(servos)}
+    body = {"values": goals, "profile": GENTLE}
+    assert json(await rig.call("PUT", f"/streams/{stream}", body, lease=lease))["moving"] is True
+    fastest = 0.0
+    there: dict[str, float] = {}
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    while json(await rig.call("GET", f"/streams/{stream}"))["moving"]:
         for servo in servos:
-            assert abs(rig.sim(servo).angle_deg - goals[servo.uid]) < 0.6
-        sent = [value for _, commands in bursts(rig) for number, value in commands if number == 4]
-        assert max(abs(b - a) for a, b in pairwise(sent)) < 0.012  # hundreds of degrees: 0.8° a slot and rounding
+            sim = rig.sim(servo)
+            fastest = max(fastest, abs(sim.speed_rpm) * 6)
+            if abs(sim.angle_deg - goals[servo.uid]) > 2:
+                there[servo.uid] = loop.time()
+        await asyncio.sleep(0.01)
+    assert 1.6 < loop.time() - began < 2.1  # 61° at 40 °/s after a soft start at 0°
+    assert fastest < 40 * 1.6
+    assert max(there.values()) - min(there.values()) < 0.35
+    await asyncio.sleep(0.2)
+    for servo in servos:
+        assert abs(rig.sim(servo).angle_deg - goals[servo.uid]) < 0.6
+    sent = [value for _, commands in bursts(rig) for number, value in commands if number == 4]
+    assert max(abs(b - a) for a, b in pairwise(sent)) < 0.012  # hundreds of degrees: 0.8° a slot and rounding
 
-    play(scene, *TURNED)
 
-
-def test_a_profile_costs_each_slot_one_renewal_of_the_servos_on_their_way(monkeypatch: pytest.MonkeyPatch) -> None:
+@scene(*TURNED)
+async def test_a_profile_costs_each_slot_one_renewal_of_the_servos_on_their_way(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
     renewed: list[int] = []
     plain = Bursts.renewed
 
@@ -230,60 +216,53 @@ def test_a_profile_costs_each_slot_one_renewal_of_the_servos_on_their_way(monkey
         renewed.append(len(values))
         return plain(bursts, prepared, values, clamp=clamp)
 
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        stream = await begun(rig, servos, lease)
-        goals = {servo.uid: 40.0 for servo in servos[:3]}
-        body = {"values": goals, "profile": {"speed_deg_s": 30, "accel_deg_s2": 200}}
-        json(await rig.call("PUT", f"/streams/{stream}", body, lease=lease))
-        monkeypatch.setattr(Bursts, "renewed", counted)
-        before = json(await rig.call("GET", f"/streams/{stream}"))["sent"]
-        await asyncio.sleep(0.4)
-        slots = json(await rig.call("GET", f"/streams/{stream}"))["sent"] - before
-        assert 15 < slots < 25
-        assert abs(len(renewed) - slots) <= 1
-        assert set(renewed) == {3}
-        await asyncio.sleep(2)
-        renewed.clear()
-        await asyncio.sleep(0.4)
-        assert renewed == [], "all are there"
-
-    play(scene, *TURNED)
+    servos, lease = await held(rig, 4)
+    stream = await begun(rig, servos, lease)
+    goals = {servo.uid: 40.0 for servo in servos[:3]}
+    body = {"values": goals, "profile": {"speed_deg_s": 30, "accel_deg_s2": 200}}
+    json(await rig.call("PUT", f"/streams/{stream}", body, lease=lease))
+    monkeypatch.setattr(Bursts, "renewed", counted)
+    before = json(await rig.call("GET", f"/streams/{stream}"))["sent"]
+    await asyncio.sleep(0.4)
+    slots = json(await rig.call("GET", f"/streams/{stream}"))["sent"] - before
+    assert 15 < slots < 25
+    assert abs(len(renewed) - slots) <= 1
+    assert set(renewed) == {3}
+    await asyncio.sleep(2)
+    renewed.clear()
+    await asyncio.sleep(0.4)
+    assert renewed == [], "all are there"
 
 
-def test_a_goal_of_one_beyond_its_limit_moves_none_and_a_value_ends_the_way() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 2)
-        first, second = servos
-        json(await rig.call("PUT", f"/servos/{second.uid}/parameters/angle_limit_cw", {"value": 30}, lease=lease))
-        stream = await begun(rig, servos, lease)
-        before = rig.sim(first).angle_deg
-        body = {"values": {first.uid: 60, second.uid: 60}, "profile": GENTLE}
-        problem(await rig.call("PUT", f"/streams/{stream}", body, lease=lease), "out_of_range", 422)
-        await asyncio.sleep(0.5)
-        assert abs(rig.sim(first).angle_deg - before) < 0.6
-        json(await rig.call("PUT", f"/streams/{stream}", {"values": {first.uid: 80}, "profile": GENTLE}, lease=lease))
-        await asyncio.sleep(0.3)
-        json(await rig.call("PUT", f"/streams/{stream}", {"values": {first.uid: 25}}, lease=lease))
-        await asyncio.sleep(1)
-        assert abs(rig.sim(first).angle_deg - 25) < 0.6
-
-    play(scene, *TURNED[:2])
+@scene(*TURNED[:2])
+async def test_a_goal_of_one_beyond_its_limit_moves_none_and_a_value_ends_the_way(rig: Rig) -> None:
+    servos, lease = await held(rig, 2)
+    first, second = servos
+    json(await rig.call("PUT", f"/servos/{second.uid}/parameters/angle_limit_cw", {"value": 30}, lease=lease))
+    stream = await begun(rig, servos, lease)
+    before = rig.sim(first).angle_deg
+    body = {"values": {first.uid: 60, second.uid: 60}, "profile": GENTLE}
+    problem(await rig.call("PUT", f"/streams/{stream}", body, lease=lease), "out_of_range", 422)
+    await asyncio.sleep(0.5)
+    assert abs(rig.sim(first).angle_deg - before) < 0.6
+    json(await rig.call("PUT", f"/streams/{stream}", {"values": {first.uid: 80}, "profile": GENTLE}, lease=lease))
+    await asyncio.sleep(0.3)
+    json(await rig.call("PUT", f"/streams/{stream}", {"values": {first.uid: 25}}, lease=lease))
+    await asyncio.sleep(1)
+    assert abs(rig.sim(first).angle_deg - 25) < 0.6
 
 
-def test_a_page_that_dies_on_the_way_of_a_group_leaves_no_torque() -> None:
-    async def scene(rig: Rig) -> None:
-        servos, lease = await held(rig, 4)
-        page = Socket(rig.app)
-        page.say(type="heartbeat", lease=lease)
-        stream = await begun(rig, servos, lease)
-        values = {servo.uid: 90.0 for servo in servos}
-        page.say(type="stream", lease=lease, id=stream, values=values, profile=GENTLE)
-        await asyncio.sleep(0.5)
-        assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is True
-        await page.close()
-        await asyncio.sleep(0.1)
-        assert {rig.sim(servo).output for servo in servos} == {1}
-        assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is False
-
-    play(scene, *TURNED)
+@scene(*TURNED)
+async def test_a_page_that_dies_on_the_way_of_a_group_leaves_no_torque(rig: Rig) -> None:
+    servos, lease = await held(rig, 4)
+    page = Socket(rig.app)
+    page.say(type="heartbeat", lease=lease)
+    stream = await begun(rig, servos, lease)
+    values = {servo.uid: 90.0 for servo in servos}
+    page.say(type="stream", lease=lease, id=stream, values=values, profile=GENTLE)
+    await asyncio.sleep(0.5)
+    assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is True
+    await page.close()
+    await asyncio.sleep(0.1)
+    assert {rig.sim(servo).output for servo in servos} == {1}
+    assert json(await rig.call("GET", f"/streams/{stream}"))["moving"] is False

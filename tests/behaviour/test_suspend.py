@@ -4,7 +4,8 @@ import asyncio
 
 import pytest
 
-from behaviour.rig import Rig, Socket, json, play
+from behaviour.rig import Rig, Socket, json
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo, State
 
 HOUR = 3600.0
@@ -39,96 +40,87 @@ async def read_again(rig: Rig) -> Servo:
 
 
 @pytest.mark.parametrize("step_s", [8 * HOUR, -400 * 24 * HOUR, 0.1])
-def test_what_is_stamped_after_a_step_of_the_clock_agrees_with_what_the_store_stamps(step_s: float) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        before = rig.host.base.utc(rig.host.base.now())
-        at = rig.host.base.now()
-        await asyncio.sleep(1)
-        slept(rig, step_s)
-        await asyncio.sleep(1)
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
-        row = json(await rig.call("GET", "/audit"))[0]
-        reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/torque_mode?refresh=true"))
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
-        tolerance = 0.25 if abs(step_s) < 0.25 else 0.1
-        assert row["at"] == pytest.approx(rig.walls(), abs=15)
-        assert reading["at"] == pytest.approx(row["at"], abs=1 + tolerance)
-        assert job["created_at"] == pytest.approx(row["at"], abs=5)
-        assert rig.host.base.utc(at) == before, "what was stamped before keeps its time"
+@scene()
+async def test_what_is_stamped_after_a_step_of_the_clock_agrees_with_what_the_store_stamps(
+    rig: Rig, servo: Servo, step_s: float
+) -> None:
+    before = rig.host.base.utc(rig.host.base.now())
+    at = rig.host.base.now()
+    await asyncio.sleep(1)
+    slept(rig, step_s)
+    await asyncio.sleep(1)
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}))
+    row = json(await rig.call("GET", "/audit"))[0]
+    reading = json(await rig.call("GET", f"/servos/{servo.uid}/parameters/torque_mode?refresh=true"))
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/restart?wait=true"))
+    tolerance = 0.25 if abs(step_s) < 0.25 else 0.1
+    assert row["at"] == pytest.approx(rig.walls(), abs=15)
+    assert reading["at"] == pytest.approx(row["at"], abs=1 + tolerance)
+    assert job["created_at"] == pytest.approx(row["at"], abs=5)
+    assert rig.host.base.utc(at) == before, "what was stamped before keeps its time"
 
-    play(scene)
 
-
-def test_a_servo_that_another_tool_saved_during_a_suspend_is_not_believed_to_hold_its_old_rom() -> None:
+@scene()
+async def test_a_servo_that_another_tool_saved_during_a_suspend_is_not_believed_to_hold_its_old_rom(
+    rig: Rig, servo: Servo
+) -> None:
     """Seen last at 9:00, suspended from 9:10 to 17:10, saved and restarted at 12:00, heard again at 17:20."""
-
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(60)
-        assert servo.rom()["angle_p_gain"] == 40
-        rig.sim(servo).conditions.mute = True
-        await asyncio.sleep(600)
-        slept(rig, 8 * HOUR)
-        saved_by_another_tool(rig, servo)
-        rig.bench.power(servo.uid, False)
-        rig.bench.power(servo.uid, True)
-        await asyncio.sleep(600)
-        ran(rig, servo, 5 * HOUR)
-        rig.sim(servo).conditions.mute = False
-        await asyncio.sleep(2)
-        servo = await read_again(rig)
-        assert servo.raw("angle_p_gain") == 77
-        assert servo.rom().get("angle_p_gain") is None
-        assert servo.differs_from_rom("angle_p_gain") is None
-
-    play(scene)
+    await asyncio.sleep(60)
+    assert servo.rom()["angle_p_gain"] == 40
+    rig.sim(servo).conditions.mute = True
+    await asyncio.sleep(600)
+    slept(rig, 8 * HOUR)
+    saved_by_another_tool(rig, servo)
+    rig.bench.power(servo.uid, False)
+    rig.bench.power(servo.uid, True)
+    await asyncio.sleep(600)
+    ran(rig, servo, 5 * HOUR)
+    rig.sim(servo).conditions.mute = False
+    await asyncio.sleep(2)
+    servo = await read_again(rig)
+    assert servo.raw("angle_p_gain") == 77
+    assert servo.rom().get("angle_p_gain") is None
+    assert servo.differs_from_rom("angle_p_gain") is None
 
 
 @pytest.mark.parametrize("restarted", [True, False])
-def test_a_servo_heard_all_the_time_restarted_during_a_suspend_or_ran_on(restarted: bool) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await asyncio.sleep(600)
-        boots = servo.boots
-        slept(rig, 8 * HOUR)
-        ran(rig, servo, 5 * HOUR if restarted else 8 * HOUR)
-        if restarted:
-            saved_by_another_tool(rig, servo)
-        await asyncio.sleep(3)
-        servo = await read_again(rig)
-        assert servo.boots == boots + restarted
-        assert servo.rom().get("angle_p_gain") == (None if restarted else 40)
-
-    play(scene)
-
-
-def test_a_clock_that_is_set_restarts_nothing() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
-        for step in (400 * 24 * HOUR, -8 * HOUR, 2.0):
-            slept(rig, step)
-            await asyncio.sleep(5)
-        assert (servo.boots, rig.events("restarted"), rig.events("let_go")) == (0, [], [])
-        assert servo.rom()["angle_p_gain"] == 40
-        assert rig.sim(servo).output == 0
-
-    play(scene)
+@scene()
+async def test_a_servo_heard_all_the_time_restarted_during_a_suspend_or_ran_on(
+    rig: Rig, servo: Servo, restarted: bool
+) -> None:
+    await asyncio.sleep(600)
+    boots = servo.boots
+    slept(rig, 8 * HOUR)
+    ran(rig, servo, 5 * HOUR if restarted else 8 * HOUR)
+    if restarted:
+        saved_by_another_tool(rig, servo)
+    await asyncio.sleep(3)
+    servo = await read_again(rig)
+    assert servo.boots == boots + restarted
+    assert servo.rom().get("angle_p_gain") == (None if restarted else 40)
 
 
-def test_a_page_is_told_the_new_offset_of_telemetry_times() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        socket = Socket(rig.app)
-        before = (await socket.hear("hello"))["utc_offset"]
-        socket.say(type="subscribe", topics=["servos", "telemetry"])
-        await asyncio.sleep(3)
-        assert [one for one in socket.heard() if one["type"] == "hello"] == []
-        slept(rig, 8 * HOUR)
-        again = await socket.hear("hello")
-        assert again["utc_offset"] - before == pytest.approx(8 * HOUR, abs=0.01)
-        await socket.close()
+@scene()
+async def test_a_clock_that_is_set_restarts_nothing(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 20}, lease=lease))
+    for step in (400 * 24 * HOUR, -8 * HOUR, 2.0):
+        slept(rig, step)
+        await asyncio.sleep(5)
+    assert (servo.boots, rig.events("restarted"), rig.events("let_go")) == (0, [], [])
+    assert servo.rom()["angle_p_gain"] == 40
+    assert rig.sim(servo).output == 0
 
-    play(scene)
+
+@scene()
+async def test_a_page_is_told_the_new_offset_of_telemetry_times(rig: Rig) -> None:
+    await rig.ready()
+    socket = Socket(rig.app)
+    before = (await socket.hear("hello"))["utc_offset"]
+    socket.say(type="subscribe", topics=["servos", "telemetry"])
+    await asyncio.sleep(3)
+    assert [one for one in socket.heard() if one["type"] == "hello"] == []
+    slept(rig, 8 * HOUR)
+    again = await socket.hear("hello")
+    assert again["utc_offset"] - before == pytest.approx(8 * HOUR, abs=0.01)
+    await socket.close()

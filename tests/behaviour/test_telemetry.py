@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import PLAIN, Rig, Socket, json, play, problem
+from behaviour.scene import scene
 from hornbill.api import telemetry_files
 from hornbill.servo.device.requests import POLL
 from hornbill.servo.device.servo import Servo, State
@@ -32,149 +33,128 @@ async def told(rig: Rig, servo: Servo) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("count", [1, 6])
-def test_all_polling_stays_within_the_budget_in_real_bits(count: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servos = await rig.ready(count)
-        for servo in servos:
-            await wish(rig, servo, SIX, 200)
-        await asyncio.sleep(2)
-        rig.bus.history.clear()
-        await asyncio.sleep(10)
-        bits = sum(frame_bits(frame) for _, frame in rig.bus.history if frame.id >> 24 == POLL.priority)
-        assert 0.37 < bits / 10e6 <= BUDGET
-        assert json(await rig.call("GET", "/bus"))["load_cap_pct"] == BUDGET * 100
-
-    play(scene, *(replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(count)))
+@scene(lambda count: (replace(PLAIN, node_id=10 + n, servo_id=1 + n) for n in range(count)))
+async def test_all_polling_stays_within_the_budget_in_real_bits(rig: Rig, count: int) -> None:
+    servos = await rig.ready(count)
+    for servo in servos:
+        await wish(rig, servo, SIX, 200)
+    await asyncio.sleep(2)
+    rig.bus.history.clear()
+    await asyncio.sleep(10)
+    bits = sum(frame_bits(frame) for _, frame in rig.bus.history if frame.id >> 24 == POLL.priority)
+    assert 0.37 < bits / 10e6 <= BUDGET
+    assert json(await rig.call("GET", "/bus"))["load_cap_pct"] == BUDGET * 100
 
 
-def test_what_is_granted_is_what_is_measured() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, other = await rig.ready(2)
-        granted = await wish(rig, servo, ["current_speed", "current_torque"], 50)
-        assert granted == {
-            "owner": "rest", "channels": ["current_speed", "current_torque"], "requested_hz": 50, "granted_hz": 50,
-            "bus_share": pytest.approx(100 * 556e-6, abs=1e-4), "expires_in_s": None, "note": None,
-            "note_code": None, "note_params": {},
-        }  # fmt: skip
-        await asyncio.sleep(6)
-        state = await told(rig, servo)
-        assert state["wishes"] == [granted]
-        speed = state["channels"]["current_speed"]
-        assert speed["granted_hz"] == 50
-        assert speed["background_hz"] is None
-        assert speed["measured_hz"] == pytest.approx(50, abs=1)
-        assert speed["age_s"] < 0.05
-        assert state["channels"]["current_voltage"]["background_hz"] == pytest.approx(1 / 2.4, abs=0.01)
-        assert (await told(rig, other))["wishes"] == []
-
-    play(scene, PLAIN, replace(PLAIN, node_id=12, servo_id=2))
+@scene(PLAIN, replace(PLAIN, node_id=12, servo_id=2))
+async def test_what_is_granted_is_what_is_measured(rig: Rig) -> None:
+    servo, other = await rig.ready(2)
+    granted = await wish(rig, servo, ["current_speed", "current_torque"], 50)
+    assert granted == {
+        "owner": "rest", "channels": ["current_speed", "current_torque"], "requested_hz": 50, "granted_hz": 50,
+        "bus_share": pytest.approx(100 * 556e-6, abs=1e-4), "expires_in_s": None, "note": None,
+        "note_code": None, "note_params": {},
+    }  # fmt: skip
+    await asyncio.sleep(6)
+    state = await told(rig, servo)
+    assert state["wishes"] == [granted]
+    speed = state["channels"]["current_speed"]
+    assert speed["granted_hz"] == 50
+    assert speed["background_hz"] is None
+    assert speed["measured_hz"] == pytest.approx(50, abs=1)
+    assert speed["age_s"] < 0.05
+    assert state["channels"]["current_voltage"]["background_hz"] == pytest.approx(1 / 2.4, abs=0.01)
+    assert (await told(rig, other))["wishes"] == []
 
 
-def test_several_wish_and_get_every_row_at_the_highest_rate() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await wish(rig, servo, ["current_speed"], 10, owner="page")
-        await wish(rig, servo, ["current_speed", "current_torque"], 40, owner="rig", ttl_s=3)
-        await asyncio.sleep(2.9)
-        channels = (await told(rig, servo))["channels"]
-        assert (channels["current_speed"]["granted_hz"], channels["current_torque"]["granted_hz"]) == (40, 40)
-        await asyncio.sleep(0.2)
-        state = await told(rig, servo)
-        assert [one["owner"] for one in state["wishes"]] == ["page"]
-        assert state["channels"]["current_speed"]["granted_hz"] == 10
-        await wish(rig, servo, [], 1, owner="page")
-        assert (await told(rig, servo))["wishes"] == []
-
-    play(scene)
+@scene()
+async def test_several_wish_and_get_every_row_at_the_highest_rate(rig: Rig, servo: Servo) -> None:
+    await wish(rig, servo, ["current_speed"], 10, owner="page")
+    await wish(rig, servo, ["current_speed", "current_torque"], 40, owner="rig", ttl_s=3)
+    await asyncio.sleep(2.9)
+    channels = (await told(rig, servo))["channels"]
+    assert (channels["current_speed"]["granted_hz"], channels["current_torque"]["granted_hz"]) == (40, 40)
+    await asyncio.sleep(0.2)
+    state = await told(rig, servo)
+    assert [one["owner"] for one in state["wishes"]] == ["page"]
+    assert state["channels"]["current_speed"]["granted_hz"] == 10
+    await wish(rig, servo, [], 1, owner="page")
+    assert (await told(rig, servo))["wishes"] == []
 
 
-def test_a_servo_that_has_not_said_what_it_is_is_granted_nothing_and_told_why() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        servo.registers.clear()
-        granted = await wish(rig, servo, SIX, 20)
-        assert (granted["channels"], granted["granted_hz"], granted["bus_share"]) == ([], 0, 0)
-        assert "has not said yet what it is" in granted["note"]
-        assert (await told(rig, servo))["wishes"] == []
-        wrong = {"channels": ["nonsense"], "rate_hz": 1}
-        problem(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wrong), "unknown_parameter", 404)
-
-    play(scene)
+@scene()
+async def test_a_servo_that_has_not_said_what_it_is_is_granted_nothing_and_told_why(rig: Rig, servo: Servo) -> None:
+    servo.registers.clear()
+    granted = await wish(rig, servo, SIX, 20)
+    assert (granted["channels"], granted["granted_hz"], granted["bus_share"]) == ([], 0, 0)
+    assert "has not said yet what it is" in granted["note"]
+    assert (await told(rig, servo))["wishes"] == []
+    wrong = {"channels": ["nonsense"], "rate_hz": 1}
+    problem(await rig.call("PUT", f"/servos/{servo.uid}/telemetry", wrong), "unknown_parameter", 404)
 
 
-def test_a_silent_servo_leaves_a_gap_for_sockets_and_for_files() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        page = Socket(rig.app)
-        page.say(type="subscribe", topics=["telemetry"])
-        await asyncio.sleep(2)
-        json(await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True}))
-        await asyncio.sleep(8)
-        json(await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": False}))
-        await asyncio.sleep(8)
-        assert servo.state is State.READY
-        heard = [
-            value
-            for message in page.heard()
-            if message["type"] == "telemetry"
-            for value in message["channels"].get("current_angle", {"v": []})["v"]
-        ]
-        assert heard.count(None) == 1
-        assert heard[0] is not None
-        assert heard[-1] is not None
-        state = (await told(rig, servo))["channels"]["current_angle"]
-        assert "gap" in [mark["kind"] for mark in state["marks"]]
-        await page.close()
-
-    play(scene)
+@scene()
+async def test_a_silent_servo_leaves_a_gap_for_sockets_and_for_files(rig: Rig, servo: Servo) -> None:
+    page = Socket(rig.app)
+    page.say(type="subscribe", topics=["telemetry"])
+    await asyncio.sleep(2)
+    json(await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": True}))
+    await asyncio.sleep(8)
+    json(await rig.call("PATCH", f"/sim/servos/{servo.uid}", {"mute": False}))
+    await asyncio.sleep(8)
+    assert servo.state is State.READY
+    heard = [
+        value
+        for message in page.heard()
+        if message["type"] == "telemetry"
+        for value in message["channels"].get("current_angle", {"v": []})["v"]
+    ]
+    assert heard.count(None) == 1
+    assert heard[0] is not None
+    assert heard[-1] is not None
+    state = (await told(rig, servo))["channels"]["current_angle"]
+    assert "gap" in [mark["kind"] for mark in state["marks"]]
+    await page.close()
 
 
-def test_an_inactive_command_is_marked_and_an_empty_cell() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        await asyncio.sleep(3)
-        json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 10}, lease=lease))
-        await asyncio.sleep(3)
-        marks = (await told(rig, servo))["channels"]["command_speed"]["marks"]
-        assert [mark["kind"] for mark in marks] == ["inactive"]
-        text = (await rig.call("GET", f"/servos/{servo.uid}/telemetry.csv?channels=command_speed")).text
-        assert text.splitlines()[-1].endswith(",")
-
-    play(scene)
+@scene()
+async def test_an_inactive_command_is_marked_and_an_empty_cell(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    await asyncio.sleep(3)
+    json(await rig.call("POST", f"/servos/{servo.uid}/command", {"type": "angle", "value": 10}, lease=lease))
+    await asyncio.sleep(3)
+    marks = (await told(rig, servo))["channels"]["command_speed"]["marks"]
+    assert [mark["kind"] for mark in marks] == ["inactive"]
+    text = (await rig.call("GET", f"/servos/{servo.uid}/telemetry.csv?channels=command_speed")).text
+    assert text.splitlines()[-1].endswith(",")
 
 
-def test_csv_has_a_line_a_sample_time_and_no_value_that_was_not_sampled() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        await wish(rig, servo, ["current_speed", "current_torque"], 20)
-        await asyncio.sleep(10)
-        answer = await rig.call(
-            "GET", f"/servos/{servo.uid}/telemetry.csv?seconds=5&channels=current_angle,current_speed"
-        )
-        assert answer.headers["content-type"] == "text/csv; charset=utf-8"
-        rows = list(csv.DictReader(io.StringIO(answer.text)))
-        now = rig.host.base.now()
-        assert list(rows[0]) == ["t_utc", "t_s", "current_angle", "current_speed"]
-        assert all(row["current_angle"] or row["current_speed"] for row in rows)
-        assert all(float(a["t_s"]) < float(b["t_s"]) for a, b in pairwise(rows))
-        assert now - 5 <= float(rows[0]["t_s"])
-        assert sum(bool(row["current_speed"]) for row in rows) == pytest.approx(100, abs=2)
-        for row in rows:
-            utc = datetime.fromisoformat(row["t_utc"])
-            assert utc.tzinfo == UTC
-            assert utc.timestamp() == pytest.approx(rig.host.base.utc(float(row["t_s"])), abs=2e-6)
-        times, values = rig.host.telemetry.window(servo.uid, "current_speed", now - 5)
-        assert [(float(row["t_s"]), float(row["current_speed"])) for row in rows if row["current_speed"]] == [
-            (pytest.approx(t, abs=1e-6), v) for t, v in zip(times, values, strict=True)
-        ]
-        whole = (await rig.call("GET", f"/servos/{servo.uid}/telemetry.csv")).text
-        assert set(whole.splitlines()[0].split(",")) == {"t_utc", "t_s", *rig.host.telemetry.channels(servo.uid)}
-        path = f"/servos/{servo.uid}/telemetry.csv"
-        problem(await rig.call("GET", f"{path}?channels=nonsense"), "unknown_parameter", 404)
-        problem(await rig.call("GET", f"{path}?channels=torque_mode"), "invalid_value", 422)
-
-    play(scene)
+@scene()
+async def test_csv_has_a_line_a_sample_time_and_no_value_that_was_not_sampled(rig: Rig, servo: Servo) -> None:
+    await wish(rig, servo, ["current_speed", "current_torque"], 20)
+    await asyncio.sleep(10)
+    answer = await rig.call("GET", f"/servos/{servo.uid}/telemetry.csv?seconds=5&channels=current_angle,current_speed")
+    assert answer.headers["content-type"] == "text/csv; charset=utf-8"
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    now = rig.host.base.now()
+    assert list(rows[0]) == ["t_utc", "t_s", "current_angle", "current_speed"]
+    assert all(row["current_angle"] or row["current_speed"] for row in rows)
+    assert all(float(a["t_s"]) < float(b["t_s"]) for a, b in pairwise(rows))
+    assert now - 5 <= float(rows[0]["t_s"])
+    assert sum(bool(row["current_speed"]) for row in rows) == pytest.approx(100, abs=2)
+    for row in rows:
+        utc = datetime.fromisoformat(row["t_utc"])
+        assert utc.tzinfo == UTC
+        assert utc.timestamp() == pytest.approx(rig.host.base.utc(float(row["t_s"])), abs=2e-6)
+    times, values = rig.host.telemetry.window(servo.uid, "current_speed", now - 5)
+    assert [(float(row["t_s"]), float(row["current_speed"])) for row in rows if row["current_speed"]] == [
+        (pytest.approx(t, abs=1e-6), v) for t, v in zip(times, values, strict=True)
+    ]
+    whole = (await rig.call("GET", f"/servos/{servo.uid}/telemetry.csv")).text
+    assert set(whole.splitlines()[0].split(",")) == {"t_utc", "t_s", *rig.host.telemetry.channels(servo.uid)}
+    path = f"/servos/{servo.uid}/telemetry.csv"
+    problem(await rig.call("GET", f"{path}?channels=nonsense"), "unknown_parameter", 404)
+    problem(await rig.call("GET", f"{path}?channels=torque_mode"), "invalid_value", 422)
 
 
 def test_parquet_reads_back_as_what_the_ring_holds() -> None:

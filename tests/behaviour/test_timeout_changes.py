@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json, play
+from behaviour.rig import PLAIN, Rig, json
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.sim import address
 
@@ -46,118 +47,105 @@ class Watch:
 
 @pytest.mark.parametrize("after_s", [0.01, 0.1, 0.2, 0.3, 0.32, 0.5, 1.0])
 @pytest.mark.parametrize(("before", "ms"), [(1000, 100), (60_000, 100), (1000, 300), (60_000, 1000)])
-def test_a_timeout_shortened_under_command_takes_no_output(after_s: float, before: int, ms: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease, _ = await held(rig)
-        watch = Watch(rig, servo)
-        await asyncio.sleep(after_s)
-        await set_timeout(rig, servo, lease, ms)
-        await asyncio.sleep(2)
-        assert (watch.dropped, rig.events("let_go")) == (0, [])
-        watch.end()
-
-    play(scene, replace(PLAIN, rom={"timeout_time": before}))
-
-
-def test_every_way_to_change_the_timeout_takes_no_output() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease, _ = await held(rig)
-        watch = Watch(rig, servo)
-        path = f"/servos/{servo.uid}/parameters"
-        await asyncio.sleep(0.7)
-        values = {"angle_p_gain": 60, "timeout_time": 100, "smoothing": False}
-        json(await rig.call("PATCH", path, {"values": values}, lease=lease))
-        await asyncio.sleep(0.7)
-        await set_timeout(rig, servo, lease, 60_000)
-        await asyncio.sleep(0.7)
-        json(await rig.call("PUT", "/profiles/quick", {"values": {"timeout_time": 90}}), 201)
-        await rig.call("POST", "/profiles/quick/apply", {"uids": [servo.uid]}, lease=lease)
-        await asyncio.sleep(2)
-        assert servo.raw("timeout_time") == 90
-        assert (watch.dropped, rig.events("let_go")) == (0, [])
-        watch.end()
-
-    play(scene)
+@scene(lambda before: replace(PLAIN, rom={"timeout_time": before}))
+async def test_a_timeout_shortened_under_command_takes_no_output(
+    rig: Rig, after_s: float, before: int, ms: int
+) -> None:
+    servo, lease, _ = await held(rig)
+    watch = Watch(rig, servo)
+    await asyncio.sleep(after_s)
+    await set_timeout(rig, servo, lease, ms)
+    await asyncio.sleep(2)
+    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    watch.end()
 
 
-def test_a_refused_change_goes_back_to_the_timeout_of_before_without_a_drop() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease, _ = await held(rig)
-        watch = Watch(rig, servo)
-        rig.sim(servo).conditions.refuse_keys.add("angle_p_gain")
-        await asyncio.sleep(0.3)
-        body = {"values": {"timeout_time": 100, "angle_p_gain": 60}}
-        await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease)
-        assert rig.sim(servo).register(address.TIMEOUT_TIME) == 1000
-        await asyncio.sleep(2)
-        assert (watch.dropped, rig.events("let_go")) == (0, [])
-        watch.end()
+@scene()
+async def test_every_way_to_change_the_timeout_takes_no_output(rig: Rig) -> None:
+    servo, lease, _ = await held(rig)
+    watch = Watch(rig, servo)
+    path = f"/servos/{servo.uid}/parameters"
+    await asyncio.sleep(0.7)
+    values = {"angle_p_gain": 60, "timeout_time": 100, "smoothing": False}
+    json(await rig.call("PATCH", path, {"values": values}, lease=lease))
+    await asyncio.sleep(0.7)
+    await set_timeout(rig, servo, lease, 60_000)
+    await asyncio.sleep(0.7)
+    json(await rig.call("PUT", "/profiles/quick", {"values": {"timeout_time": 90}}), 201)
+    await rig.call("POST", "/profiles/quick/apply", {"uids": [servo.uid]}, lease=lease)
+    await asyncio.sleep(2)
+    assert servo.raw("timeout_time") == 90
+    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    watch.end()
 
-    play(scene)
+
+@scene()
+async def test_a_refused_change_goes_back_to_the_timeout_of_before_without_a_drop(rig: Rig) -> None:
+    servo, lease, _ = await held(rig)
+    watch = Watch(rig, servo)
+    rig.sim(servo).conditions.refuse_keys.add("angle_p_gain")
+    await asyncio.sleep(0.3)
+    body = {"values": {"timeout_time": 100, "angle_p_gain": 60}}
+    await rig.call("PATCH", f"/servos/{servo.uid}/parameters", body, lease=lease)
+    assert rig.sim(servo).register(address.TIMEOUT_TIME) == 1000
+    await asyncio.sleep(2)
+    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    watch.end()
 
 
-def test_a_lost_answer_to_the_change_takes_no_output() -> None:
+@scene()
+async def test_a_lost_answer_to_the_change_takes_no_output(rig: Rig) -> None:
     """The servo has the new timeout 120 ms before the host knows."""
-
-    async def scene(rig: Rig) -> None:
-        servo, lease, _ = await held(rig)
-        watch = Watch(rig, servo)
-        await asyncio.sleep(0.9)
-        change = asyncio.create_task(set_timeout(rig, servo, lease, 90))
-        while rig.sim(servo).register(address.TIMEOUT_TIME) != 90:
-            await asyncio.sleep(0.00005)
-        rig.cable.deafen(100)
-        await asyncio.sleep(0.001)
-        rig.cable.deafen(0)
-        await change
-        await asyncio.sleep(1)
-        assert (watch.dropped, rig.events("let_go")) == (0, [])
-        watch.end()
-
-    play(scene)
+    servo, lease, _ = await held(rig)
+    watch = Watch(rig, servo)
+    await asyncio.sleep(0.9)
+    change = asyncio.create_task(set_timeout(rig, servo, lease, 90))
+    while rig.sim(servo).register(address.TIMEOUT_TIME) != 90:
+        await asyncio.sleep(0.00005)
+    rig.cable.deafen(100)
+    await asyncio.sleep(0.001)
+    rig.cable.deafen(0)
+    await change
+    await asyncio.sleep(1)
+    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    watch.end()
 
 
-def test_a_speed_that_is_held_goes_on_when_the_timeout_is_shortened() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease, _ = await held(rig, 60, "speed")
-        watch = Watch(rig, servo)
-        await asyncio.sleep(1.3)
-        await set_timeout(rig, servo, lease, 100)
-        await asyncio.sleep(1)
-        assert watch.dropped == 0
-        assert rig.sim(servo).speed_rpm > 50
-        watch.end()
-
-    play(scene, SPEEDY)
+@scene(SPEEDY)
+async def test_a_speed_that_is_held_goes_on_when_the_timeout_is_shortened(rig: Rig) -> None:
+    servo, lease, _ = await held(rig, 60, "speed")
+    watch = Watch(rig, servo)
+    await asyncio.sleep(1.3)
+    await set_timeout(rig, servo, lease, 100)
+    await asyncio.sleep(1)
+    assert watch.dropped == 0
+    assert rig.sim(servo).speed_rpm > 50
+    watch.end()
 
 
-def test_another_tool_that_shortened_the_timeout_too_far_is_named_when_it_is_read() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, _, _ = await held(rig)
-        await asyncio.sleep(0.2)
-        rig.sim(servo).memory.put(address.TIMEOUT_TIME, 100)
-        await asyncio.sleep(0.05)
-        json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
-        await asyncio.sleep(0.1)
-        (event,) = rig.events("let_go")
-        assert "was not commanded for" in event.text
-        assert "timeout (0x27) of 100 ms" in event.text
-
-    play(scene)
+@scene()
+async def test_another_tool_that_shortened_the_timeout_too_far_is_named_when_it_is_read(rig: Rig) -> None:
+    servo, _, _ = await held(rig)
+    await asyncio.sleep(0.2)
+    rig.sim(servo).memory.put(address.TIMEOUT_TIME, 100)
+    await asyncio.sleep(0.05)
+    json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
+    await asyncio.sleep(0.1)
+    (event,) = rig.events("let_go")
+    assert "was not commanded for" in event.text
+    assert "timeout (0x27) of 100 ms" in event.text
 
 
-def test_a_timeout_shortened_by_another_tool_is_met_as_soon_as_it_is_read() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, _, _ = await held(rig)
-        watch = Watch(rig, servo)
-        await asyncio.sleep(0.05)
-        rig.sim(servo).memory.put(address.TIMEOUT_TIME, 200)
-        json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
-        await asyncio.sleep(2)
-        assert (watch.dropped, rig.events("let_go")) == (0, [])
-        watch.end()
-
-    play(scene)
+@scene()
+async def test_a_timeout_shortened_by_another_tool_is_met_as_soon_as_it_is_read(rig: Rig) -> None:
+    servo, _, _ = await held(rig)
+    watch = Watch(rig, servo)
+    await asyncio.sleep(0.05)
+    rig.sim(servo).memory.put(address.TIMEOUT_TIME, 200)
+    json(await rig.call("GET", f"/servos/{servo.uid}/parameters/timeout_time?refresh=true"))
+    await asyncio.sleep(2)
+    assert (watch.dropped, rig.events("let_go")) == (0, [])
+    watch.end()
 
 
 async def cautions(rig: Rig, servo: Servo) -> list[dict[str, object]]:
@@ -165,46 +153,41 @@ async def cautions(rig: Rig, servo: Servo) -> list[dict[str, object]]:
 
 
 @pytest.mark.parametrize("ms", [10, 59])
-def test_a_timeout_too_short_to_keep_alive_is_said_before_and_with_the_command(ms: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        (caution,) = await cautions(rig, servo)
-        assert (caution["level"], caution["code"], caution["confirm"]) == ("warning", "timeout_too_short", None)
-        assert caution["params"] == {"timeout_ms": ms, "shortest_ms": 60}
-        assert f"times out {ms} ms" in str(caution["text"])
-        assert "Set timeout_time to 60 ms or more" in str(caution["text"])
-        lease = await rig.lease()
-        body = {"type": "angle", "value": 12, "wait": "settled", "timeout_s": 0.5}
-        answer = json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
-        assert answer["warnings"] == [caution["text"]]
-
-    play(scene, replace(PLAIN, rom={"timeout_time": ms}))
+@scene(lambda ms: replace(PLAIN, rom={"timeout_time": ms}))
+async def test_a_timeout_too_short_to_keep_alive_is_said_before_and_with_the_command(
+    rig: Rig, servo: Servo, ms: int
+) -> None:
+    (caution,) = await cautions(rig, servo)
+    assert (caution["level"], caution["code"], caution["confirm"]) == ("warning", "timeout_too_short", None)
+    assert caution["params"] == {"timeout_ms": ms, "shortest_ms": 60}
+    assert f"times out {ms} ms" in str(caution["text"])
+    assert "Set timeout_time to 60 ms or more" in str(caution["text"])
+    lease = await rig.lease()
+    body = {"type": "angle", "value": 12, "wait": "settled", "timeout_s": 0.5}
+    answer = json(await rig.call("POST", f"/servos/{servo.uid}/command", body, lease=lease))
+    assert answer["warnings"] == [caution["text"]]
 
 
 @pytest.mark.parametrize("recipe", [replace(PLAIN, rom={"timeout_time": 60}), HOLDING])
-def test_a_timeout_that_is_kept_or_does_nothing_needs_no_caution(recipe: object) -> None:
-    async def scene(rig: Rig) -> None:
-        servo, _, answer = await held(rig)
-        assert (await cautions(rig, servo), answer["warnings"]) == ([], [])
+@scene(lambda recipe: recipe)
+async def test_a_timeout_that_is_kept_or_does_nothing_needs_no_caution(rig: Rig, recipe: object) -> None:
+    servo, _, answer = await held(rig)
+    assert (await cautions(rig, servo), answer["warnings"]) == ([], [])
+    await asyncio.sleep(1)
+    assert rig.sim(servo).output == 0
+
+
+@scene()
+async def test_where_repeats_are_late_the_shortest_timeout_is_longer(rig: Rig) -> None:
+    servo, lease, _ = await held(rig)
+    await set_timeout(rig, servo, lease, 100)
+    for _ in range(5):
         await asyncio.sleep(1)
-        assert rig.sim(servo).output == 0
-
-    play(scene, recipe)  # pyright: ignore[reportArgumentType]
-
-
-def test_where_repeats_are_late_the_shortest_timeout_is_longer() -> None:
-    async def scene(rig: Rig) -> None:
-        servo, lease, _ = await held(rig)
-        await set_timeout(rig, servo, lease, 100)
-        for _ in range(5):
-            await asyncio.sleep(1)
-            assert await cautions(rig, servo) == []
-        keeping = rig.host.motion.keeping_alive
-        assert keeping.shortest_s == 0.06
-        keeping._note_lateness(0.08)  # pyright: ignore[reportPrivateUsage]
-        (caution,) = await cautions(rig, servo)
-        assert caution["params"] == {"timeout_ms": 100, "shortest_ms": 120}
-        await asyncio.sleep(61)
-        assert await cautions(rig, servo) == [], "only what happened lately counts"
-
-    play(scene)
+        assert await cautions(rig, servo) == []
+    keeping = rig.host.motion.keeping_alive
+    assert keeping.shortest_s == 0.06
+    keeping._note_lateness(0.08)  # pyright: ignore[reportPrivateUsage]
+    (caution,) = await cautions(rig, servo)
+    assert caution["params"] == {"timeout_ms": 100, "shortest_ms": 120}
+    await asyncio.sleep(61)
+    assert await cautions(rig, servo) == [], "only what happened lately counts"

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from behaviour.rig import CATALOG, PLAIN, Rig, json, play, problem
+from behaviour.scene import scene
 from hornbill.servo.device.servo import Servo
 from hornbill.servo.host import Host, HostSettings
 from hornbill.sim.behaviour import Behaviour
@@ -90,156 +91,140 @@ async def configuration(rig: Rig, servo: Servo) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def test_nobody_who_takes_the_output_changes_the_configuration(way: Way) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        before = await configuration(rig, servo)
-        assert before[0] == before[1] == before[7] == []
-        await way(rig, servo)
-        assert json(await rig.call("GET", f"/servos/{servo.uid}/parameters/torque_mode"))["value"] in ("off", "brake")
-        assert await configuration(rig, servo) == before
-        patch = {"values": {"angle_p_gain": 41}}
-        answer = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", patch, **{"If-Match": before[2]})
-        assert json(answer)["outcome"] == "applied", "a revision of before is no conflict"
-        kept = rig.host.history.snapshots.of(servo.uid)
-        assert all(one.ram["torque_mode"] == 0 for one in kept), "to undo it would write no torque mode"
-
-    play(scene)
+@scene()
+async def test_nobody_who_takes_the_output_changes_the_configuration(rig: Rig, way: Way) -> None:
+    servo = await old(rig)
+    before = await configuration(rig, servo)
+    assert before[0] == before[1] == before[7] == []
+    await way(rig, servo)
+    assert json(await rig.call("GET", f"/servos/{servo.uid}/parameters/torque_mode"))["value"] in ("off", "brake")
+    assert await configuration(rig, servo) == before
+    patch = {"values": {"angle_p_gain": 41}}
+    answer = await rig.call("PATCH", f"/servos/{servo.uid}/parameters", patch, **{"If-Match": before[2]})
+    assert json(answer)["outcome"] == "applied", "a revision of before is no conflict"
+    kept = rig.host.history.snapshots.of(servo.uid)
+    assert all(one.ram["torque_mode"] == 0 for one in kept), "to undo it would write no torque mode"
 
 
-def test_what_a_client_writes_as_torque_mode_is_configuration_whatever_happens_then(way: Way) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path = f"/servos/{servo.uid}"
-        before = json(await rig.call("GET", f"{path}/parameters"))["revision"]
-        done = json(await rig.call("PATCH", f"{path}/parameters", {"values": {"torque_mode": "brake"}}))
-        assert done["changes"] == [
-            {"key": "torque_mode", "before": "on", "requested": "brake", "after": "brake", "verdict": "applied"}
-        ]
-        output = json(await rig.call("GET", path))["output"]
-        assert (output["state"], output["reason"], output["by"]) == ("brake", "configured", "no lease")
-        stale = await rig.call("PATCH", f"{path}/parameters", {"values": {"angle_p_gain": 41}}, **{"If-Match": before})
-        problem(stale, "stale_revision", 412)
-        await way(rig, servo)
-        reading = json(await rig.call("GET", f"{path}/parameters"))["parameters"]["torque_mode"]
-        assert (reading["configured"], reading["rom"], reading["unsaved"]) == ("brake", "on", True)
-        assert json(await rig.call("GET", path))["unsaved"] == ["torque_mode"]
-        body = {"confirm": ["torque_off_in_rom"]}
-        job = json(await rig.call("POST", f"{path}/save?wait=true", body))
-        assert job["state"] == "succeeded", job["error"]
-        assert rig.sim(servo).memory.stored(TORQUE) == 2
-        assert json(await rig.call("GET", path))["unsaved"] == []
-
-    play(scene)
+@scene()
+async def test_what_a_client_writes_as_torque_mode_is_configuration_whatever_happens_then(rig: Rig, way: Way) -> None:
+    servo = await old(rig)
+    path = f"/servos/{servo.uid}"
+    before = json(await rig.call("GET", f"{path}/parameters"))["revision"]
+    done = json(await rig.call("PATCH", f"{path}/parameters", {"values": {"torque_mode": "brake"}}))
+    assert done["changes"] == [
+        {"key": "torque_mode", "before": "on", "requested": "brake", "after": "brake", "verdict": "applied"}
+    ]
+    output = json(await rig.call("GET", path))["output"]
+    assert (output["state"], output["reason"], output["by"]) == ("brake", "configured", "no lease")
+    stale = await rig.call("PATCH", f"{path}/parameters", {"values": {"angle_p_gain": 41}}, **{"If-Match": before})
+    problem(stale, "stale_revision", 412)
+    await way(rig, servo)
+    reading = json(await rig.call("GET", f"{path}/parameters"))["parameters"]["torque_mode"]
+    assert (reading["configured"], reading["rom"], reading["unsaved"]) == ("brake", "on", True)
+    assert json(await rig.call("GET", path))["unsaved"] == ["torque_mode"]
+    body = {"confirm": ["torque_off_in_rom"]}
+    job = json(await rig.call("POST", f"{path}/save?wait=true", body))
+    assert job["state"] == "succeeded", job["error"]
+    assert rig.sim(servo).memory.stored(TORQUE) == 2
+    assert json(await rig.call("GET", path))["unsaved"] == []
 
 
-def test_to_stage_what_the_output_happens_to_be_is_a_change_all_the_same() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        await stopped(rig, servo)
-        path = f"/servos/{servo.uid}"
-        writes = len(rig.writes())
-        done = json(
-            await rig.call("PATCH", f"{path}/parameters", {"values": {"torque_mode": "off", "smoothing": True}})
-        )
-        assert [(one["key"], one["before"], one["verdict"]) for one in done["changes"]] == [
-            ("smoothing", True, "unchanged"), ("torque_mode", "on", "applied"),
-        ]  # fmt: skip
-        assert json(await rig.call("GET", path))["unsaved"] == ["torque_mode"]
-        assert len(rig.writes()) == writes, "its output is off already"
-        rows = [one.entry for one in rig.host.store.audit.rows(uid=servo.uid) if one.entry.key == "torque_mode"]
-        assert (rows[0].before, rows[0].after, rows[0].outcome) == ("on", "off", "applied")
-
-    play(scene)
+@scene()
+async def test_to_stage_what_the_output_happens_to_be_is_a_change_all_the_same(rig: Rig) -> None:
+    servo = await old(rig)
+    await stopped(rig, servo)
+    path = f"/servos/{servo.uid}"
+    writes = len(rig.writes())
+    done = json(await rig.call("PATCH", f"{path}/parameters", {"values": {"torque_mode": "off", "smoothing": True}}))
+    assert [(one["key"], one["before"], one["verdict"]) for one in done["changes"]] == [
+        ("smoothing", True, "unchanged"), ("torque_mode", "on", "applied"),
+    ]  # fmt: skip
+    assert json(await rig.call("GET", path))["unsaved"] == ["torque_mode"]
+    assert len(rig.writes()) == writes, "its output is off already"
+    rows = [one.entry for one in rig.host.store.audit.rows(uid=servo.uid) if one.entry.key == "torque_mode"]
+    assert (rows[0].before, rows[0].after, rows[0].outcome) == ("on", "off", "applied")
 
 
 @pytest.mark.parametrize("torque", [0, 1, 2])
-def test_a_plain_save_keeps_the_torque_mode_of_rom(way: Way, torque: Raw) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
+@scene(lambda torque: replace(PLAIN, rom={"torque_mode": torque}))
+async def test_a_plain_save_keeps_the_torque_mode_of_rom(rig: Rig, way: Way, torque: Raw) -> None:
+    servo = await old(rig)
+    await way(rig, servo)
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    assert job["state"] == "succeeded", job["error"]
+    assert rig.sim(servo).memory.stored(TORQUE) == servo.registers["torque_mode"].rom == torque
+    assert rig.sim(servo).memory.stored(GAIN) == 55
+    output = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
+    assert (output["state"], output["reason"]) == (("on", "off", "brake")[torque], "configured")
+
+
+@scene(replace(PLAIN, rom={"torque_mode": 1}))
+async def test_an_output_that_somebody_switched_on_is_not_saved_either(rig: Rig) -> None:
+    servo = await old(rig)
+    lease = await rig.lease()
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    rig.host.motion.hand_back(servo)
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
+    assert job["state"] == "succeeded", job["error"]
+    assert rig.sim(servo).memory.stored(TORQUE) == 1
+    assert rig.sim(servo).output == 1
+
+
+@scene()
+async def test_every_other_way_to_save_keeps_it_too(rig: Rig, way: Way) -> None:
+    servo = await old(rig)
+    values, gain = {"angle_p_gain": 55}, 55
+    json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
+    snapshot = json(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), 201)["id"]
+    calls: dict[str, tuple[str, str, object]] = {
+        "patch": ("PATCH", f"/servos/{servo.uid}/parameters", {"values": values, "save": True}),
+        "matrix": ("PATCH", "/parameters", {"servos": {servo.uid: values}, "save": True}),
+        "profile": ("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], "save": True}),
+        "commission": (
+            "POST", "/commissioning?wait=true",
+            {"servos": [{"uid": servo.uid, "servo_id": 7}], "profile": "stiff", "save": True},
+        ),
+        "restore": ("POST", f"/servos/{servo.uid}/snapshots/{snapshot}/restore", {"save": True}),
+    }  # fmt: skip
+    for name, (verb, path, body) in calls.items():
+        if name == "restore":
+            gain = 40
+        else:
+            await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 50}})
         await way(rig, servo)
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-        assert job["state"] == "succeeded", job["error"]
-        assert rig.sim(servo).memory.stored(TORQUE) == servo.registers["torque_mode"].rom == torque
-        assert rig.sim(servo).memory.stored(GAIN) == 55
-        output = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
-        assert (output["state"], output["reason"]) == (("on", "off", "brake")[torque], "configured")
-
-    play(scene, replace(PLAIN, rom={"torque_mode": torque}))
-
-
-def test_an_output_that_somebody_switched_on_is_not_saved_either() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        lease = await rig.lease()
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        rig.host.motion.hand_back(servo)
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true", lease=lease))
-        assert job["state"] == "succeeded", job["error"]
-        assert rig.sim(servo).memory.stored(TORQUE) == 1
-        assert rig.sim(servo).output == 1
-
-    play(scene, replace(PLAIN, rom={"torque_mode": 1}))
+        answer = json(await rig.call(verb, path, body))
+        ids = [answer.get("job"), *(one["job"] for one in answer.get("servos", []))]
+        for job_id in filter(None, ids):
+            job = await rig.host.jobs.wait(rig.host.jobs.get(job_id))
+            assert job.state == "succeeded", (name, job.error)
+        assert answer.get("state", "succeeded") == "succeeded", (name, answer)
+        memory = rig.sim(servo).memory
+        assert (memory.stored(GAIN), memory.stored(TORQUE)) == (gain, 0), name
+        await asyncio.sleep(3)
 
 
-def test_every_other_way_to_save_keeps_it_too(way: Way) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        values, gain = {"angle_p_gain": 55}, 55
-        json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
-        snapshot = json(await rig.call("POST", f"/servos/{servo.uid}/snapshots"), 201)["id"]
-        calls: dict[str, tuple[str, str, object]] = {
-            "patch": ("PATCH", f"/servos/{servo.uid}/parameters", {"values": values, "save": True}),
-            "matrix": ("PATCH", "/parameters", {"servos": {servo.uid: values}, "save": True}),
-            "profile": ("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], "save": True}),
-            "commission": (
-                "POST", "/commissioning?wait=true",
-                {"servos": [{"uid": servo.uid, "servo_id": 7}], "profile": "stiff", "save": True},
-            ),
-            "restore": ("POST", f"/servos/{servo.uid}/snapshots/{snapshot}/restore", {"save": True}),
-        }  # fmt: skip
-        for name, (verb, path, body) in calls.items():
-            if name == "restore":
-                gain = 40
-            else:
-                await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 50}})
-            await way(rig, servo)
-            answer = json(await rig.call(verb, path, body))
-            ids = [answer.get("job"), *(one["job"] for one in answer.get("servos", []))]
-            for job_id in filter(None, ids):
-                job = await rig.host.jobs.wait(rig.host.jobs.get(job_id))
-                assert job.state == "succeeded", (name, job.error)
-            assert answer.get("state", "succeeded") == "succeeded", (name, answer)
-            memory = rig.sim(servo).memory
-            assert (memory.stored(GAIN), memory.stored(TORQUE)) == (gain, 0), name
-            await asyncio.sleep(3)
-
-    play(scene)
-
-
-def test_torque_on_with_a_save_needs_no_lease_and_without_one_still_does(way: Way) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path = f"/servos/{servo.uid}/parameters"
-        await way(rig, servo)
-        values = {"torque_mode": "on", "angle_p_gain": 55}
-        problem(await rig.call("PATCH", path, {"values": values}), "lease_required", 428)
-        problem(await rig.call("PATCH", path, {"values": values, "dry_run": True}), "lease_required", 428)
-        planned = json(await rig.call("PATCH", path, {"values": values, "save": True, "dry_run": True}))
-        assert planned["rom_changes"] == [
-            {"key": "torque_mode", "before": "off", "after": "on"}, {"key": "angle_p_gain", "before": 40, "after": 55},
-        ]  # fmt: skip
-        done = json(await rig.call("PATCH", path, {"values": values, "save": True}))
-        assert {one["key"]: one["verdict"] for one in done["changes"]} == {
-            "torque_mode": "planned", "angle_p_gain": "applied",
-        }  # fmt: skip
-        job = await rig.host.jobs.wait(rig.host.jobs.get(done["job"]))
-        assert job.state == "succeeded", job.error
-        assert (rig.sim(servo).memory.stored(TORQUE), rig.sim(servo).memory.stored(GAIN)) == (0, 55)
-        assert rig.sim(servo).output == 0
-
-    play(scene, replace(PLAIN, rom={"torque_mode": 1, "soft_start": 0}))
+@scene(replace(PLAIN, rom={"torque_mode": 1, "soft_start": 0}))
+async def test_torque_on_with_a_save_needs_no_lease_and_without_one_still_does(rig: Rig, way: Way) -> None:
+    servo = await old(rig)
+    path = f"/servos/{servo.uid}/parameters"
+    await way(rig, servo)
+    values = {"torque_mode": "on", "angle_p_gain": 55}
+    problem(await rig.call("PATCH", path, {"values": values}), "lease_required", 428)
+    problem(await rig.call("PATCH", path, {"values": values, "dry_run": True}), "lease_required", 428)
+    planned = json(await rig.call("PATCH", path, {"values": values, "save": True, "dry_run": True}))
+    assert planned["rom_changes"] == [
+        {"key": "torque_mode", "before": "off", "after": "on"}, {"key": "angle_p_gain", "before": 40, "after": 55},
+    ]  # fmt: skip
+    done = json(await rig.call("PATCH", path, {"values": values, "save": True}))
+    assert {one["key"]: one["verdict"] for one in done["changes"]} == {
+        "torque_mode": "planned", "angle_p_gain": "applied",
+    }  # fmt: skip
+    job = await rig.host.jobs.wait(rig.host.jobs.get(done["job"]))
+    assert job.state == "succeeded", job.error
+    assert (rig.sim(servo).memory.stored(TORQUE), rig.sim(servo).memory.stored(GAIN)) == (0, 55)
+    assert rig.sim(servo).output == 0
 
 
 def unknown_rom(rig: Rig, servo: Servo) -> None:
@@ -250,126 +235,120 @@ def unknown_rom(rig: Rig, servo: Servo) -> None:
 
 
 @pytest.mark.parametrize("output", ["on", "off"])
-def test_where_nobody_knows_what_rom_holds_it_is_asked_and_each_answer_is_taken(output: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path, values = f"/servos/{servo.uid}", {"angle_p_gain": 55}
-        json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
-        for word, stored in (("torque_on_in_rom", 0), ("torque_off_in_rom", 1)):
-            if output == "off":
-                await stopped(rig, servo)
-            unknown_rom(rig, servo)
-            writes = rig.writes()
-            asked = [
-                problem(await rig.call("POST", f"{path}/save"), "needs_confirmation", 409),
-                problem(await rig.call("POST", f"{path}/save", {"dry_run": True}), "needs_confirmation", 409),
-                problem(
-                    await rig.call("PATCH", f"{path}/parameters", {"values": values, "save": True}),
-                    "needs_confirmation", 409,
-                ),
-                problem(
-                    await rig.call("POST", "/commissioning", {"servos": [{"uid": servo.uid, "servo_id": 7}]}),
-                    "needs_confirmation", 409,
-                ),
-                json(await rig.call("PATCH", "/parameters", {"servos": {servo.uid: values}, "save": True}))["servos"][
-                    0
-                ]["problem"],
-                json(
-                    await rig.call("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], "save": True})
-                )["error"],
-            ]  # fmt: skip
-            for one in asked:
-                assert one["code"] == "needs_confirmation"
-                assert (one["key"], one["choices"]) == ("torque_mode", ["torque_on_in_rom", "torque_off_in_rom"])
-            assert rig.writes() == writes, "nothing is written before it is answered"
-            job = json(await rig.call("POST", f"{path}/save?wait=true", {"confirm": [word]}))
-            assert job["state"] == "succeeded", job["error"]
-            assert rig.sim(servo).memory.stored(TORQUE) == stored
-            await asyncio.sleep(3)
-
-    play(scene)
+@scene()
+async def test_where_nobody_knows_what_rom_holds_it_is_asked_and_each_answer_is_taken(rig: Rig, output: str) -> None:
+    servo = await old(rig)
+    path, values = f"/servos/{servo.uid}", {"angle_p_gain": 55}
+    json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
+    for word, stored in (("torque_on_in_rom", 0), ("torque_off_in_rom", 1)):
+        if output == "off":
+            await stopped(rig, servo)
+        unknown_rom(rig, servo)
+        writes = rig.writes()
+        asked = [
+            problem(await rig.call("POST", f"{path}/save"), "needs_confirmation", 409),
+            problem(await rig.call("POST", f"{path}/save", {"dry_run": True}), "needs_confirmation", 409),
+            problem(
+                await rig.call("PATCH", f"{path}/parameters", {"values": values, "save": True}),
+                "needs_confirmation", 409,
+            ),
+            problem(
+                await rig.call("POST", "/commissioning", {"servos": [{"uid": servo.uid, "servo_id": 7}]}),
+                "needs_confirmation", 409,
+            ),
+            json(await rig.call("PATCH", "/parameters", {"servos": {servo.uid: values}, "save": True}))["servos"][
+                0
+            ]["problem"],
+            json(
+                await rig.call("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], "save": True})
+            )["error"],
+        ]  # fmt: skip
+        for one in asked:
+            assert one["code"] == "needs_confirmation"
+            assert (one["key"], one["choices"]) == ("torque_mode", ["torque_on_in_rom", "torque_off_in_rom"])
+        assert rig.writes() == writes, "nothing is written before it is answered"
+        job = json(await rig.call("POST", f"{path}/save?wait=true", {"confirm": [word]}))
+        assert job["state"] == "succeeded", job["error"]
+        assert rig.sim(servo).memory.stored(TORQUE) == stored
+        await asyncio.sleep(3)
 
 
 @pytest.mark.parametrize("save", [True, False])
-def test_a_dry_run_lists_what_rom_will_hold_differently_and_says_what_the_horn_does(save: bool) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path, values = f"/servos/{servo.uid}", {"angle_p_gain": 55}
-        json(await rig.call("PATCH", f"{path}/parameters", {"values": {"smoothing": False}}))
-        await stopped(rig, servo)
-        rig.sim(servo).turn_by_hand(-90.0, asyncio.get_running_loop().time())
-        json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
-        along = {"key": "smoothing", "before": True, "after": False}
-        new = {"key": "angle_p_gain", "before": 40, "after": 55}
-        writes = rig.writes()
-        asked = {"dry_run": True, "save": save}
-        found: list[Any] = [
-            json(await rig.call("PATCH", f"{path}/parameters", {"values": values, **asked})),
-            json(await rig.call("PATCH", "/parameters", {"servos": {servo.uid: values}, **asked}))["servos"][0],
-            json(
-                await rig.call("POST", "/commissioning", {"servos": [{"uid": servo.uid}], "profile": "stiff", **asked})
-            )["servos"][0],
-            json(await rig.call("POST", f"{path}/copy", {"from": "profile:stiff", **asked})),
-        ]  # fmt: skip
-        if save:
-            job = json(await rig.call("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], **asked}))
-            found.append(job["result"]["servos"][0])
-        for one in found:
-            assert one["rom_changes"] == ([along, new] if save else []), one
-            assert one["rom_unknown"] == []
-            assert (one["restart"] is not None) == save
-        if save:
-            alone = json(await rig.call("POST", f"{path}/save", {"dry_run": True}))
-            assert alone["rom_changes"] == [along]
-            for one in [*found, alone]:
-                restart = one["restart"]
-                assert (restart["moves"], restart["from_deg"], restart["to_deg"]) == (True, -90.0, 0.0)
-                assert any("comes on for a moment" in warning for warning in restart["warnings"])
-        assert rig.writes() == writes
-
-    play(scene)
+@scene()
+async def test_a_dry_run_lists_what_rom_will_hold_differently_and_says_what_the_horn_does(rig: Rig, save: bool) -> None:
+    servo = await old(rig)
+    path, values = f"/servos/{servo.uid}", {"angle_p_gain": 55}
+    json(await rig.call("PATCH", f"{path}/parameters", {"values": {"smoothing": False}}))
+    await stopped(rig, servo)
+    rig.sim(servo).turn_by_hand(-90.0, asyncio.get_running_loop().time())
+    json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
+    along = {"key": "smoothing", "before": True, "after": False}
+    new = {"key": "angle_p_gain", "before": 40, "after": 55}
+    writes = rig.writes()
+    asked = {"dry_run": True, "save": save}
+    found: list[Any] = [
+        json(await rig.call("PATCH", f"{path}/parameters", {"values": values, **asked})),
+        json(await rig.call("PATCH", "/parameters", {"servos": {servo.uid: values}, **asked}))["servos"][0],
+        json(
+            await rig.call("POST", "/commissioning", {"servos": [{"uid": servo.uid}], "profile": "stiff", **asked})
+        )["servos"][0],
+        json(await rig.call("POST", f"{path}/copy", {"from": "profile:stiff", **asked})),
+    ]  # fmt: skip
+    if save:
+        job = json(await rig.call("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], **asked}))
+        found.append(job["result"]["servos"][0])
+    for one in found:
+        assert one["rom_changes"] == ([along, new] if save else []), one
+        assert one["rom_unknown"] == []
+        assert (one["restart"] is not None) == save
+    if save:
+        alone = json(await rig.call("POST", f"{path}/save", {"dry_run": True}))
+        assert alone["rom_changes"] == [along]
+        for one in [*found, alone]:
+            restart = one["restart"]
+            assert (restart["moves"], restart["from_deg"], restart["to_deg"]) == (True, -90.0, 0.0)
+            assert any("comes on for a moment" in warning for warning in restart["warnings"])
+    assert rig.writes() == writes
 
 
-def test_a_dry_run_refuses_what_the_real_call_would() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        path, values = f"/servos/{servo.uid}", {"angle_p_gain": 55}
-        json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
+@scene()
+async def test_a_dry_run_refuses_what_the_real_call_would(rig: Rig) -> None:
+    servo = await old(rig)
+    path, values = f"/servos/{servo.uid}", {"angle_p_gain": 55}
+    json(await rig.call("PUT", "/profiles/stiff", {"values": values}), 201)
 
-        async def refused(code: str, status: int) -> None:
-            dry = {"dry_run": True, "save": True}
-            problem(await rig.call("POST", f"{path}/save", {"dry_run": True}), code, status)
-            problem(await rig.call("PATCH", f"{path}/parameters", {"values": values, **dry}), code, status)
-            body = {"servos": [{"uid": servo.uid}], "profile": "stiff", **dry}
-            problem(await rig.call("POST", "/commissioning", body), code, status)
-            answer = await rig.call("PATCH", "/parameters", {"servos": {servo.uid: values}, **dry})
-            if answer.status_code == 200:
-                assert json(answer)["servos"][0]["problem"]["code"] == code
-            else:
-                problem(answer, code, status)
-            answer = await rig.call("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], **dry})
-            if answer.status_code == 200:
-                assert json(answer)["error"]["code"] == code
-            else:
-                problem(answer, code, status)
+    async def refused(code: str, status: int) -> None:
+        dry = {"dry_run": True, "save": True}
+        problem(await rig.call("POST", f"{path}/save", {"dry_run": True}), code, status)
+        problem(await rig.call("PATCH", f"{path}/parameters", {"values": values, **dry}), code, status)
+        body = {"servos": [{"uid": servo.uid}], "profile": "stiff", **dry}
+        problem(await rig.call("POST", "/commissioning", body), code, status)
+        answer = await rig.call("PATCH", "/parameters", {"servos": {servo.uid: values}, **dry})
+        if answer.status_code == 200:
+            assert json(answer)["servos"][0]["problem"]["code"] == code
+        else:
+            problem(answer, code, status)
+        answer = await rig.call("POST", "/profiles/stiff/apply?wait=true", {"uids": [servo.uid], **dry})
+        if answer.status_code == 200:
+            assert json(answer)["error"]["code"] == code
+        else:
+            problem(answer, code, status)
 
-        sim = rig.sim(servo)
-        sim.conditions.voltage_v = 3.8
-        await asyncio.sleep(2.5)
-        await refused("out_of_range", 422)
-        sim.conditions.voltage_v = 7.4
-        await asyncio.sleep(2.5)
-        lease = await rig.lease()
-        await refused("lease_held", 409)
-        await rig.call("DELETE", f"/leases/{lease}")
-        await rig.call("POST", "/stop")
-        await refused("stopped", 423)
-        await rig.call("DELETE", "/stop")
-        sim.conditions.temperature_c = 110.0
-        await asyncio.sleep(2.5)
-        await refused("busy", 409)  # its output would have to come on, and it protects itself
-
-    play(scene)
+    sim = rig.sim(servo)
+    sim.conditions.voltage_v = 3.8
+    await asyncio.sleep(2.5)
+    await refused("out_of_range", 422)
+    sim.conditions.voltage_v = 7.4
+    await asyncio.sleep(2.5)
+    lease = await rig.lease()
+    await refused("lease_held", 409)
+    await rig.call("DELETE", f"/leases/{lease}")
+    await rig.call("POST", "/stop")
+    await refused("stopped", 423)
+    await rig.call("DELETE", "/stop")
+    sim.conditions.temperature_c = 110.0
+    await asyncio.sleep(2.5)
+    await refused("busy", 409)  # its output would have to come on, and it protects itself
 
 
 # The horn.
@@ -520,54 +499,49 @@ async def off_for_good(rig: Rig, servo: Servo, output: int = 1) -> None:
 
 @pytest.mark.parametrize("moment", [commanded, energised])
 @pytest.mark.parametrize("mode", ["off", "brake"])
-def test_stop_on_the_way_ends_the_save_and_the_output_is_as_stop_wants_it(
-    moment: Callable[[Rig, Servo], Callable[[], bool]], mode: str
+@scene(HOLDS)
+async def test_stop_on_the_way_ends_the_save_and_the_output_is_as_stop_wants_it(
+    rig: Rig, moment: Callable[[Rig, Servo], Callable[[], bool]], mode: str
 ) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        job_id = await saving_until(rig, servo, moment(rig, servo))
-        pressed = json(await rig.call("POST", "/stop?by=Kim", {"mode": mode}))
-        assert pressed["servos"][0]["confirmed"]
-        job = await ended(rig, job_id)
-        assert (job["state"], job["error"]["code"]) == ("failed", "stopped"), job
-        await off_for_good(rig, servo, {"off": 1, "brake": 2}[mode])
-        assert rig.sim(servo).memory.stored(TORQUE) == 0, "never saved without"
-        assert saves(rig) == 0 or rig.sim(servo).starts == 2
-        assert json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]["reason"] == "stop"
-
-    play(scene, HOLDS)
+    servo = await old(rig)
+    job_id = await saving_until(rig, servo, moment(rig, servo))
+    pressed = json(await rig.call("POST", "/stop?by=Kim", {"mode": mode}))
+    assert pressed["servos"][0]["confirmed"]
+    job = await ended(rig, job_id)
+    assert (job["state"], job["error"]["code"]) == ("failed", "stopped"), job
+    await off_for_good(rig, servo, {"off": 1, "brake": 2}[mode])
+    assert rig.sim(servo).memory.stored(TORQUE) == 0, "never saved without"
+    assert saves(rig) == 0 or rig.sim(servo).starts == 2
+    assert json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]["reason"] == "stop"
 
 
 @pytest.mark.parametrize("ms", range(0, 120, 4))
-def test_stop_at_any_moment_leaves_the_output_off_and_rom_with_torque(ms: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        await stopped(rig, servo)
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
-        await asyncio.sleep(ms / 1000)
-        json(await rig.call("POST", "/stop?by=Kim"))
-        await ended(rig, started["id"])
-        await off_for_good(rig, servo)
-        assert rig.sim(servo).memory.stored(TORQUE) == 0
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_stop_at_any_moment_leaves_the_output_off_and_rom_with_torque(rig: Rig, ms: int) -> None:
+    servo = await old(rig)
+    await stopped(rig, servo)
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+    await asyncio.sleep(ms / 1000)
+    json(await rig.call("POST", "/stop?by=Kim"))
+    await ended(rig, started["id"])
+    await off_for_good(rig, servo)
+    assert rig.sim(servo).memory.stored(TORQUE) == 0
 
 
 @pytest.mark.parametrize("moment", [commanded, energised])
-def test_whoever_switches_it_off_on_the_way_has_the_last_word(
+@scene(HOLDS)
+async def test_whoever_switches_it_off_on_the_way_has_the_last_word(
+    rig: Rig,
     moment: Callable[[Rig, Servo], Callable[[], bool]],
 ) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        job_id = await saving_until(rig, servo, moment(rig, servo))
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}))
-        job = await ended(rig, job_id)
-        if rig.sim(servo).starts == 1:
-            assert (job["state"], job["error"]["code"]) == ("failed", "torque_off"), job
-            await off_for_good(rig, servo, 2)
-        assert rig.sim(servo).memory.stored(TORQUE) == 0
-
-    play(scene, HOLDS)
+    servo = await old(rig)
+    job_id = await saving_until(rig, servo, moment(rig, servo))
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}))
+    job = await ended(rig, job_id)
+    if rig.sim(servo).starts == 1:
+        assert (job["state"], job["error"]["code"]) == ("failed", "torque_off"), job
+        await off_for_good(rig, servo, 2)
+    assert rig.sim(servo).memory.stored(TORQUE) == 0
 
 
 def refuses_to_save(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -580,144 +554,130 @@ def refuses_to_save(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(("way", "raw"), [(stopped, 1), (braked, 2)])
-def test_when_it_is_not_saved_the_output_goes_back_to_what_it_was_and_why(
-    way: Way, raw: Raw, monkeypatch: pytest.MonkeyPatch
+@scene(HOLDS)
+async def test_when_it_is_not_saved_the_output_goes_back_to_what_it_was_and_why(
+    rig: Rig, way: Way, raw: Raw, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        await way(rig, servo)
-        before = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
-        refuses_to_save(monkeypatch)
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-        assert (job["state"], job["error"]["code"]) == ("failed", "refused_by_servo")
-        await off_for_good(rig, servo, raw)
-        after = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
-        assert {**after, "since": 0} == {**before, "since": 0}
-        assert (after["reason"], after["by"]) == ("stop", "Aki")
-
-    play(scene, HOLDS)
+    servo = await old(rig)
+    await way(rig, servo)
+    before = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
+    refuses_to_save(monkeypatch)
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    assert (job["state"], job["error"]["code"]) == ("failed", "refused_by_servo")
+    await off_for_good(rig, servo, raw)
+    after = json(await rig.call("GET", f"/servos/{servo.uid}"))["output"]
+    assert {**after, "since": 0} == {**before, "since": 0}
+    assert (after["reason"], after["by"]) == ("stop", "Aki")
 
 
-def test_a_servo_that_falls_silent_on_the_way_is_switched_off_when_it_is_heard_again() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        job_id = await saving_until(rig, servo, energised(rig, servo))
-        rig.bus.loss(100)  # before the SAVE
-        await asyncio.sleep(70)
-        job = await ended(rig, job_id)
-        assert job["state"] == "failed"
-        rig.bus.loss(0)
-        await asyncio.sleep(3)
-        await off_for_good(rig, servo)
-        assert rig.sim(servo).memory.stored(TORQUE) == 0
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_a_servo_that_falls_silent_on_the_way_is_switched_off_when_it_is_heard_again(rig: Rig) -> None:
+    servo = await old(rig)
+    job_id = await saving_until(rig, servo, energised(rig, servo))
+    rig.bus.loss(100)  # before the SAVE
+    await asyncio.sleep(70)
+    job = await ended(rig, job_id)
+    assert job["state"] == "failed"
+    rig.bus.loss(0)
+    await asyncio.sleep(3)
+    await off_for_good(rig, servo)
+    assert rig.sim(servo).memory.stored(TORQUE) == 0
 
 
 @pytest.mark.parametrize("away_s", [0.5, 8.0])
-def test_a_power_cut_on_the_way_leaves_what_rom_holds(away_s: float) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        job_id = await saving_until(rig, servo, energised(rig, servo))
-        rig.bench.power(servo.uid, False)
-        await asyncio.sleep(away_s)
-        rig.bench.power(servo.uid, True)
-        await ended(rig, job_id)
-        await asyncio.sleep(5)
-        assert rig.sim(servo).memory.stored(TORQUE) == 0
-        assert (rig.sim(servo).output, rig.sim(servo).soft_starting) == (0, False), "as it starts by itself"
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_a_power_cut_on_the_way_leaves_what_rom_holds(rig: Rig, away_s: float) -> None:
+    servo = await old(rig)
+    job_id = await saving_until(rig, servo, energised(rig, servo))
+    rig.bench.power(servo.uid, False)
+    await asyncio.sleep(away_s)
+    rig.bench.power(servo.uid, True)
+    await ended(rig, job_id)
+    await asyncio.sleep(5)
+    assert rig.sim(servo).memory.stored(TORQUE) == 0
+    assert (rig.sim(servo).output, rig.sim(servo).soft_starting) == (0, False), "as it starts by itself"
 
 
-def test_a_servo_that_protects_itself_is_not_saved_while_its_output_would_have_to_come_on() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        await stopped(rig, servo)
-        rig.sim(servo).conditions.temperature_c = 110.0
-        await asyncio.sleep(2.5)
-        refused = problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "busy", 409)
-        assert "protects itself" in refused["detail"]
-        rig.sim(servo).conditions.temperature_c = 25.0
-        await asyncio.sleep(2.5)
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
-        rig.sim(servo).conditions.temperature_c = 110.0  # between the question and the writing
-        await asyncio.sleep(0.06)
-        job = await ended(rig, started["id"])
-        assert (job["state"], rig.sim(servo).memory.stored(TORQUE)) in (("succeeded", 0), ("failed", 0))
-        assert rig.sim(servo).output == 1
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_a_servo_that_protects_itself_is_not_saved_while_its_output_would_have_to_come_on(rig: Rig) -> None:
+    servo = await old(rig)
+    await stopped(rig, servo)
+    rig.sim(servo).conditions.temperature_c = 110.0
+    await asyncio.sleep(2.5)
+    refused = problem(await rig.call("POST", f"/servos/{servo.uid}/save"), "busy", 409)
+    assert "protects itself" in refused["detail"]
+    rig.sim(servo).conditions.temperature_c = 25.0
+    await asyncio.sleep(2.5)
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/save"), 202)
+    rig.sim(servo).conditions.temperature_c = 110.0  # between the question and the writing
+    await asyncio.sleep(0.06)
+    job = await ended(rig, started["id"])
+    assert (job["state"], rig.sim(servo).memory.stored(TORQUE)) in (("succeeded", 0), ("failed", 0))
+    assert rig.sim(servo).output == 1
 
 
-def test_a_horn_that_turns_is_not_caught_on_its_way() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        await stopped(rig, servo)
-        rig.sim(servo).conditions.load_pct = 30.0  # it falls
-        await asyncio.sleep(0.3)
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-        assert (job["state"], job["error"]["code"]) == ("failed", "busy"), job
-        assert "turns at" in job["error"]["detail"]
-        assert saves(rig) == 0
-        assert rig.sim(servo).output == 1
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_a_horn_that_turns_is_not_caught_on_its_way(rig: Rig) -> None:
+    servo = await old(rig)
+    await stopped(rig, servo)
+    rig.sim(servo).conditions.load_pct = 30.0  # it falls
+    await asyncio.sleep(0.3)
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    assert (job["state"], job["error"]["code"]) == ("failed", "busy"), job
+    assert "turns at" in job["error"]["detail"]
+    assert saves(rig) == 0
+    assert rig.sim(servo).output == 1
 
 
-def test_a_lease_that_ends_on_the_way_takes_nothing_from_the_save() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        await stopped(rig, servo)
-        lease = await rig.lease()
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/save", lease=lease), 202)
-        while not energised(rig, servo)():
-            await asyncio.sleep(0.0001)
-        await rig.call("DELETE", f"/leases/{lease}")
-        await ended(rig, started["id"])
-        assert rig.sim(servo).memory.stored(TORQUE) == 0
-        await off_for_good(rig, servo)
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_a_lease_that_ends_on_the_way_takes_nothing_from_the_save(rig: Rig) -> None:
+    servo = await old(rig)
+    await stopped(rig, servo)
+    lease = await rig.lease()
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/save", lease=lease), 202)
+    while not energised(rig, servo)():
+        await asyncio.sleep(0.0001)
+    await rig.call("DELETE", f"/leases/{lease}")
+    await ended(rig, started["id"])
+    assert rig.sim(servo).memory.stored(TORQUE) == 0
+    await off_for_good(rig, servo)
 
 
 @pytest.mark.parametrize(("way", "ends"), [("save", "released"), ("restart", "lapsed")])
-def test_what_a_save_or_a_restart_inside_a_lease_energised_is_off_when_the_lease_ends(way: str, ends: str) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        lease = await rig.lease(60 if ends == "released" else 20)
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}, lease=lease))
-        body = {"torque_on": True} if way == "save" else {}
-        started = json(await rig.call("POST", f"/servos/{servo.uid}/{way}", body, lease=lease), 202)
-        await ended(rig, started["id"])
-        assert energised(rig, servo)(), "it starts as its ROM says"
-        if ends == "released":
-            await rig.call("DELETE", f"/leases/{lease}")
-        else:
-            await asyncio.sleep(25)
-        await off_for_good(rig, servo)
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_what_a_save_or_a_restart_inside_a_lease_energised_is_off_when_the_lease_ends(
+    rig: Rig, way: str, ends: str
+) -> None:
+    servo = await old(rig)
+    lease = await rig.lease(60 if ends == "released" else 20)
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "on"}, lease=lease))
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "off"}, lease=lease))
+    body = {"torque_on": True} if way == "save" else {}
+    started = json(await rig.call("POST", f"/servos/{servo.uid}/{way}", body, lease=lease), 202)
+    await ended(rig, started["id"])
+    assert energised(rig, servo)(), "it starts as its ROM says"
+    if ends == "released":
+        await rig.call("DELETE", f"/leases/{lease}")
+    else:
+        await asyncio.sleep(25)
+    await off_for_good(rig, servo)
 
 
 @pytest.mark.parametrize("seed", range(1, 7))
-def test_a_fifth_of_all_frames_lost_saves_it_or_leaves_the_output_off(seed: int) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = await old(rig)
-        await stopped(rig, servo)
-        json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
-        rig.bus.loss(20, seed=seed)
-        job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
-        rig.bus.loss(0)
-        assert rig.sim(servo).memory.stored(TORQUE) == 0
-        if job["state"] == "succeeded":
-            assert rig.sim(servo).memory.stored(GAIN) == 55
-            assert rig.sim(servo).output == 0
-        else:
-            await off_for_good(rig, servo)
-
-    play(scene, HOLDS)
+@scene(HOLDS)
+async def test_a_fifth_of_all_frames_lost_saves_it_or_leaves_the_output_off(rig: Rig, seed: int) -> None:
+    servo = await old(rig)
+    await stopped(rig, servo)
+    json(await rig.call("PATCH", f"/servos/{servo.uid}/parameters", {"values": {"angle_p_gain": 55}}))
+    rig.bus.loss(20, seed=seed)
+    job = json(await rig.call("POST", f"/servos/{servo.uid}/save?wait=true"))
+    rig.bus.loss(0)
+    assert rig.sim(servo).memory.stored(TORQUE) == 0
+    if job["state"] == "succeeded":
+        assert rig.sim(servo).memory.stored(GAIN) == 55
+        assert rig.sim(servo).output == 0
+    else:
+        await off_for_good(rig, servo)
 
 
 @pytest.mark.parametrize("restarts", [False, True])

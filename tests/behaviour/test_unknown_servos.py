@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from behaviour.rig import PLAIN, Rig, json, play, problem
+from behaviour.rig import PLAIN, Rig, json, problem
+from behaviour.scene import scene
 from hornbill.errors import NotInThisModel
 from hornbill.servo.device.requests import TORQUE
 from hornbill.servo.device.servo import Servo
@@ -34,59 +35,50 @@ async def shown(rig: Rig, servo: Servo) -> dict[str, Any]:
         (Recipe("BLA34-28U-AB", "1.500", node_id=11), "BLA34-28U-AB", (None, None), "BLA34"),
     ],
 )
-def test_a_newer_firmware_or_hardware_is_treated_as_the_newest_known_and_says_so(
-    recipe: Recipe, model: str, treated_as: tuple[str | None, str | None], note: str | None
+@scene(lambda recipe: recipe)
+async def test_a_newer_firmware_or_hardware_is_treated_as_the_newest_known_and_says_so(
+    rig: Rig, servo: Servo, recipe: Recipe, model: str, treated_as: tuple[str | None, str | None], note: str | None
 ) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        one = await shown(rig, servo)
-        assert (one["known_model"], one["model"]) == (True, model)
-        assert (one["treated_as"]["model"], one["treated_as"]["firmware"]) == treated_as
-        if note is None:
-            assert one["firmware_note"] is None
-        else:
-            assert note in one["firmware_note"]
-
-    play(scene, recipe)
+    one = await shown(rig, servo)
+    assert (one["known_model"], one["model"]) == (True, model)
+    assert (one["treated_as"]["model"], one["treated_as"]["firmware"]) == treated_as
+    if note is None:
+        assert one["firmware_note"] is None
+    else:
+        assert note in one["firmware_note"]
 
 
-def test_a_servo_that_is_treated_as_another_is_written_to_and_moved() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        path = f"/servos/{servo.uid}"
-        json(await rig.call("PUT", f"{path}/parameters/angle_p_gain", {"value": 30}, lease=lease))
-        json(await rig.call("POST", f"{path}/command", {"type": "angle", "value": 20, "wait": "settled"}, lease=lease))
-        assert abs(rig.sim(servo).angle_deg - 20) < 1
-
-    play(scene, replace(NEWER, reads={"hardware_version": 6020}))
+@scene(replace(NEWER, reads={"hardware_version": 6020}))
+async def test_a_servo_that_is_treated_as_another_is_written_to_and_moved(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    path = f"/servos/{servo.uid}"
+    json(await rig.call("PUT", f"{path}/parameters/angle_p_gain", {"value": 30}, lease=lease))
+    json(await rig.call("POST", f"{path}/command", {"type": "angle", "value": 20, "wait": "settled"}, lease=lease))
+    assert abs(rig.sim(servo).angle_deg - 20) < 1
 
 
-def test_an_unknown_series_is_read_kept_and_compared() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        one = await shown(rig, servo)
-        assert (one["known_model"], one["model"], one["series"]) == (False, None, None)
-        assert (one["model_number"], one["hardware_version"], one["firmware"]) == (99, 48050, "3.210")
-        path = f"/servos/{servo.uid}"
-        rows = json(await rig.call("GET", f"{path}/parameters"))["parameters"]
-        assert (rows["angle_p_gain"]["value"], rows["angle_p_gain"]["maximum"]) == (61, None)
-        assert rows["angle_limit_cw"]["value"] == 179.9
-        assert rows["pwm_range"]["value"] == 1100
-        again = json(await rig.call("GET", f"{path}/parameters/angle_p_gain?refresh=true"))
-        assert again["value"] == 61
-        rig.sim(servo).memory.put(0x2C, 60)
-        first = json(await rig.call("POST", f"{path}/snapshots", {"reason": "as found"}), 201)
-        assert first["values"]["angle_p_gain"] == 60
-        rig.sim(servo).memory.put(0x2C, 70)
-        second = json(await rig.call("POST", f"{path}/snapshots", {"reason": "later"}), 201)
-        compared = json(await rig.call("GET", f"/compare?left=snapshot:{first['id']}&right=snapshot:{second['id']}"))
-        assert [row["key"] for row in compared["differences"]] == ["angle_p_gain"]
-        kept = json(await rig.call("GET", f"/inventory/{servo.uid}"))
-        assert kept["rom"]["angle_p_gain"] == 61
-        assert rig.writes() == []
-
-    play(scene, STRANGER)
+@scene(STRANGER)
+async def test_an_unknown_series_is_read_kept_and_compared(rig: Rig, servo: Servo) -> None:
+    one = await shown(rig, servo)
+    assert (one["known_model"], one["model"], one["series"]) == (False, None, None)
+    assert (one["model_number"], one["hardware_version"], one["firmware"]) == (99, 48050, "3.210")
+    path = f"/servos/{servo.uid}"
+    rows = json(await rig.call("GET", f"{path}/parameters"))["parameters"]
+    assert (rows["angle_p_gain"]["value"], rows["angle_p_gain"]["maximum"]) == (61, None)
+    assert rows["angle_limit_cw"]["value"] == 179.9
+    assert rows["pwm_range"]["value"] == 1100
+    again = json(await rig.call("GET", f"{path}/parameters/angle_p_gain?refresh=true"))
+    assert again["value"] == 61
+    rig.sim(servo).memory.put(0x2C, 60)
+    first = json(await rig.call("POST", f"{path}/snapshots", {"reason": "as found"}), 201)
+    assert first["values"]["angle_p_gain"] == 60
+    rig.sim(servo).memory.put(0x2C, 70)
+    second = json(await rig.call("POST", f"{path}/snapshots", {"reason": "later"}), 201)
+    compared = json(await rig.call("GET", f"/compare?left=snapshot:{first['id']}&right=snapshot:{second['id']}"))
+    assert [row["key"] for row in compared["differences"]] == ["angle_p_gain"]
+    kept = json(await rig.call("GET", f"/inventory/{servo.uid}"))
+    assert kept["rom"]["angle_p_gain"] == 61
+    assert rig.writes() == []
 
 
 @pytest.mark.parametrize(
@@ -105,62 +97,52 @@ def test_an_unknown_series_is_read_kept_and_compared() -> None:
         ("GET", "/factory-reset", None),
     ],
 )
-def test_an_unknown_series_is_neither_moved_nor_written_to(verb: str, path: str, body: object) -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        answer = await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
-        found = problem(answer, "not_in_this_model", 409)
-        assert found["series_number"] == 99
-        assert "is of series 99 (0x50)" in found["detail"]
-        assert "can be read, kept as a snapshot and compared" in found["detail"]
-        await asyncio.sleep(1)
-        assert rig.writes() == []
-        assert rig.sim(servo).starts == 1
-
-    play(scene, STRANGER)
-
-
-def test_an_unknown_series_is_in_no_burst_stream_or_commissioning() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        command = {"uid": servo.uid, "type": "angle", "value": 5}
-        for path, body in (
-            ("/commands", {"commands": [command]}),
-            ("/streams", {"uids": [servo.uid], "type": "angle", "rate_hz": 10}),
-        ):
-            problem(await rig.call("POST", path, body, lease=lease), "not_in_this_model", 409)
-        assert (rig.writes(), rig.array_commands()) == ([], [])
-
-    play(scene, STRANGER)
+@scene(STRANGER)
+async def test_an_unknown_series_is_neither_moved_nor_written_to(
+    rig: Rig, servo: Servo, verb: str, path: str, body: object
+) -> None:
+    lease = await rig.lease()
+    answer = await rig.call(verb, f"/servos/{servo.uid}{path}", body, lease=lease)
+    found = problem(answer, "not_in_this_model", 409)
+    assert found["series_number"] == 99
+    assert "is of series 99 (0x50)" in found["detail"]
+    assert "can be read, kept as a snapshot and compared" in found["detail"]
+    await asyncio.sleep(1)
+    assert rig.writes() == []
+    assert rig.sim(servo).starts == 1
 
 
-def test_its_output_can_be_taken_and_stop_reaches_it() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        assert rig.sim(servo).output == 0
-        json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}))
-        assert rig.sim(servo).output == 2
-        json(await rig.call("POST", "/stop", {"mode": "off"}))
-        await asyncio.sleep(0.2)
-        assert rig.sim(servo).output == 1
+@scene(STRANGER)
+async def test_an_unknown_series_is_in_no_burst_stream_or_commissioning(rig: Rig, servo: Servo) -> None:
+    lease = await rig.lease()
+    command = {"uid": servo.uid, "type": "angle", "value": 5}
+    for path, body in (
+        ("/commands", {"commands": [command]}),
+        ("/streams", {"uids": [servo.uid], "type": "angle", "rate_hz": 10}),
+    ):
+        problem(await rig.call("POST", path, body, lease=lease), "not_in_this_model", 409)
+    assert (rig.writes(), rig.array_commands()) == ([], [])
 
-    play(scene, replace(STRANGER, rom={"soft_start": 0, "timeout_action": 0}))
+
+@scene(replace(STRANGER, rom={"soft_start": 0, "timeout_action": 0}))
+async def test_its_output_can_be_taken_and_stop_reaches_it(rig: Rig, servo: Servo) -> None:
+    assert rig.sim(servo).output == 0
+    json(await rig.call("POST", f"/servos/{servo.uid}/torque", {"mode": "brake"}))
+    assert rig.sim(servo).output == 2
+    json(await rig.call("POST", "/stop", {"mode": "off"}))
+    await asyncio.sleep(0.2)
+    assert rig.sim(servo).output == 1
 
 
-def test_the_last_line_before_the_wire_lets_only_torque_off_and_brake_through() -> None:
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        rows, requests = servo.catalog.by_key, rig.host.requests
-        for key, raw in (("torque_mode", 0), ("angle_p_gain", 30), ("command_angle", 0), ("write_rom", 1)):
-            with pytest.raises(NotInThisModel):
-                await requests.write(servo, rows[key], raw, TORQUE)
+@scene(STRANGER)
+async def test_the_last_line_before_the_wire_lets_only_torque_off_and_brake_through(rig: Rig, servo: Servo) -> None:
+    rows, requests = servo.catalog.by_key, rig.host.requests
+    for key, raw in (("torque_mode", 0), ("angle_p_gain", 30), ("command_angle", 0), ("write_rom", 1)):
         with pytest.raises(NotInThisModel):
-            await requests.opcode(servo, 0)
-        with pytest.raises(NotInThisModel):
-            await requests.restart(servo, 1)
-        assert rig.writes() == []
-        assert await requests.write(servo, rows["torque_mode"], 1, TORQUE) == 1
-
-    play(scene, STRANGER)
+            await requests.write(servo, rows[key], raw, TORQUE)
+    with pytest.raises(NotInThisModel):
+        await requests.opcode(servo, 0)
+    with pytest.raises(NotInThisModel):
+        await requests.restart(servo, 1)
+    assert rig.writes() == []
+    assert await requests.write(servo, rows["torque_mode"], 1, TORQUE) == 1

@@ -8,7 +8,8 @@ import pytest
 from fastapi.routing import APIRoute
 from pydantic import TypeAdapter, ValidationError
 
-from behaviour.rig import Rig, json, play
+from behaviour.rig import Rig, json
+from behaviour.scene import scene
 from hornbill.api.http import create_api
 from hornbill.api.openapi.examples import EXAMPLES, MODEL, SECOND, SERVO
 from hornbill.bus import address
@@ -16,6 +17,7 @@ from hornbill.schema.catalog import Catalog
 from hornbill.schema.parameter import Parameter
 from hornbill.schema.scale import number, to_raw
 from hornbill.servo.device.reading import CIRCUMSTANCES
+from hornbill.servo.device.servo import Servo
 from hornbill.sim.bench.recipe import Recipe
 
 CATALOG = Catalog.load()
@@ -189,32 +191,30 @@ def test_the_effect_of_a_row_names_every_rule_and_every_state_of_the_servo(row: 
 
 
 @pytest.mark.parametrize("model", ["BLA15-06U-A0", "BLA21-06U-AB"])
-def test_a_servo_takes_the_example_of_each_row_and_reads_as_the_document_says(model: str) -> None:
+@scene(lambda model: Recipe(model, "1.300", servo_id=1, node_id=11, rom={"speed_torque_control": 1}))
+async def test_a_servo_takes_the_example_of_each_row_and_reads_as_the_document_says(
+    rig: Rig, servo: Servo, model: str
+) -> None:
     kinds = {"integer": int, "number": (int, float), "boolean": bool, "string": str, "null": type(None)}
-
-    async def scene(rig: Rig) -> None:
-        servo = (await rig.ready())[0]
-        lease = await rig.lease()
-        paths = API.openapi()["paths"]
-        for key in servo.registers:
-            path = f"/servos/{servo.uid}/parameters/{key}"
-            verbs = paths[PATH + key]
-            read = json(await rig.call("GET", path))
-            assert read["unit"] == verbs["get"]["x-unit"]
-            ref = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
-            components = API.openapi()["components"]["schemas"]
-            said = components[ref.rpartition("/")[2]]["properties"]
-            for name in ("value", "rom", "configured", "default"):
-                every = [
-                    components[one["$ref"].rpartition("/")[2]] if "$ref" in one else one
-                    for one in said[name].get("anyOf", [said[name]])
-                ]
-                kinds_of = tuple(kinds[one] for part in every for one in part["type"] if "enum" not in part)
-                words = [word for part in every for word in part.get("enum", ())]
-                assert isinstance(read[name], kinds_of) or read[name] in words, (key, name, read[name])
-            own = CATALOG.models[model].rows()[key]
-            for example in shown(verbs.get("put", {})).values():
-                if model == "BLA15-06U-A0" or own.pwm_only:
-                    json(await rig.call("PUT", path, example, lease=lease))
-
-    play(scene, Recipe(model, "1.300", servo_id=1, node_id=11, rom={"speed_torque_control": 1}))
+    lease = await rig.lease()
+    paths = API.openapi()["paths"]
+    for key in servo.registers:
+        path = f"/servos/{servo.uid}/parameters/{key}"
+        verbs = paths[PATH + key]
+        read = json(await rig.call("GET", path))
+        assert read["unit"] == verbs["get"]["x-unit"]
+        ref = verbs["get"]["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
+        components = API.openapi()["components"]["schemas"]
+        said = components[ref.rpartition("/")[2]]["properties"]
+        for name in ("value", "rom", "configured", "default"):
+            every = [
+                components[one["$ref"].rpartition("/")[2]] if "$ref" in one else one
+                for one in said[name].get("anyOf", [said[name]])
+            ]
+            kinds_of = tuple(kinds[one] for part in every for one in part["type"] if "enum" not in part)
+            words = [word for part in every for word in part.get("enum", ())]
+            assert isinstance(read[name], kinds_of) or read[name] in words, (key, name, read[name])
+        own = CATALOG.models[model].rows()[key]
+        for example in shown(verbs.get("put", {})).values():
+            if model == "BLA15-06U-A0" or own.pwm_only:
+                json(await rig.call("PUT", path, example, lease=lease))

@@ -13,7 +13,8 @@ from typing import Any
 import can
 import pytest
 
-from behaviour.rig import Rig, json, play
+from behaviour.rig import Rig, json
+from behaviour.scene import scene
 from hornbill.bus import listing as adapters_module
 from hornbill.bus.adapters import diagnosis, kernel_adapters, socketcan
 from hornbill.bus.adapters.adapter import FoundAdapter
@@ -411,32 +412,28 @@ def test_an_adapter_without_a_driver_is_told_with_the_module_to_load(kernel: Pat
 # Over REST.
 
 
-def test_the_route_tells_them_and_which_one_is_connected() -> None:
-    async def scene(rig: Rig) -> None:
-        rig.app.state.adapters = Adapters(
-            [FoundAdapter("memory:host", "Simulated servos", bitrate=1_000_000)],
-            {"slcan": one("slcan:/dev/x", state="no_permission", reason="Not yours.", remedy="Ask.")},
-        )
-        told = json(await rig.call("GET", "/bus/adapters"))
-        assert told[0] == {
-            "address": "memory:host", "interface": "memory", "channel": "host", "name": "Simulated servos",
-            "state": "connected", "usable": True, "reason": None, "remedy": None, "cause": None, "params": {},
-            "bitrate": 1_000_000, "sample_point": None, "serial_number": None, "baud": None,
-        }  # fmt: skip
-        assert (told[1]["state"], told[1]["remedy"]) == ("no_permission", "Ask.")
-        json(await rig.call("DELETE", "/bus"))
-        assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "ready"
-
-    play(scene)
+@scene()
+async def test_the_route_tells_them_and_which_one_is_connected(rig: Rig) -> None:
+    rig.app.state.adapters = Adapters(
+        [FoundAdapter("memory:host", "Simulated servos", bitrate=1_000_000)],
+        {"slcan": one("slcan:/dev/x", state="no_permission", reason="Not yours.", remedy="Ask.")},
+    )
+    told = json(await rig.call("GET", "/bus/adapters"))
+    assert told[0] == {
+        "address": "memory:host", "interface": "memory", "channel": "host", "name": "Simulated servos",
+        "state": "connected", "usable": True, "reason": None, "remedy": None, "cause": None, "params": {},
+        "bitrate": 1_000_000, "sample_point": None, "serial_number": None, "baud": None,
+    }  # fmt: skip
+    assert (told[1]["state"], told[1]["remedy"]) == ("no_permission", "Ask.")
+    json(await rig.call("DELETE", "/bus"))
+    assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "ready"
 
 
-def test_a_lost_adapter_is_not_called_connected() -> None:
-    async def scene(rig: Rig) -> None:
-        await rig.ready()
-        rig.cable.bus_off()
-        assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "connected"
-        await rig.cable.unplug()
-        await asyncio.sleep(1)
-        assert json(await rig.call("GET", "/bus/adapters")) == []
-
-    play(scene)
+@scene()
+async def test_a_lost_adapter_is_not_called_connected(rig: Rig) -> None:
+    await rig.ready()
+    rig.cable.bus_off()
+    assert json(await rig.call("GET", "/bus/adapters"))[0]["state"] == "connected"
+    await rig.cable.unplug()
+    await asyncio.sleep(1)
+    assert json(await rig.call("GET", "/bus/adapters")) == []

@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 import pytest
 
-from behaviour.rig import Rig, json, play, problem
+from behaviour.rig import Rig, json, problem
+from behaviour.scene import scene
 from hornbill.app.bus_ports import BusPorts, with_frame_gap
 from hornbill.bus.embedded.memory import MemoryBus
 from hornbill.bus.ports.frame_gap import FrameGap, parse_frame_gap
@@ -165,28 +166,26 @@ def test_a_reopening_port_keeps_its_pause_and_drops_what_waits_when_it_is_closed
 # Over REST, on a bus with servos.
 
 
-def test_servos_are_read_and_stopped_with_a_pause_and_it_is_shown() -> None:
-    async def scene(rig: Rig) -> None:
-        ports = BusPorts(rig.bus, None)  # pyright: ignore[reportArgumentType]
-        rig.host._open_port = ports.open  # pyright: ignore[reportPrivateUsage]
-        body = {"address": "memory:demo", "frame_gap_ms": 3}
-        shown = json(await rig.call("PUT", "/bus", body))
-        assert (shown["address"], shown["frame_gap_ms"]) == ("memory:demo", 3.0)
-        (servo,) = await rig.ready()
-        rig.bus.history.clear()
-        json(await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 60}))
-        frames = [frame for name, frame in rig.bus.history if name == "demo" and frame.id & 0x00FF_8080 == 0x000B_8080]
-        write = next(at for at, frame in enumerate(frames) if not frame.data[-1] & 0x40)
-        assert frames[write + 1].at - frames[write].at >= GAP_S
-        json(await rig.call("POST", "/stop", {}))
-        await asyncio.sleep(0.1)
-        latch = rig.host.stop.latch
-        assert latch is not None
-        assert latch.servos
-        assert latch.unconfirmed() == []
-        json(await rig.call("DELETE", "/stop"))
-        problem(await rig.call("PUT", "/bus", {"address": "memory:demo", "frame_gap_ms": 25}), "invalid_value", 422)
-        shown = json(await rig.call("PUT", "/bus", {"address": "memory:demo?frame_gap_ms=3", "frame_gap_ms": 0}))
-        assert shown["frame_gap_ms"] == 0.0
-
-    play(scene, connect=False)
+@scene(connect=False)
+async def test_servos_are_read_and_stopped_with_a_pause_and_it_is_shown(rig: Rig) -> None:
+    ports = BusPorts(rig.bus, None)  # pyright: ignore[reportArgumentType]
+    rig.host._open_port = ports.open  # pyright: ignore[reportPrivateUsage]
+    body = {"address": "memory:demo", "frame_gap_ms": 3}
+    shown = json(await rig.call("PUT", "/bus", body))
+    assert (shown["address"], shown["frame_gap_ms"]) == ("memory:demo", 3.0)
+    (servo,) = await rig.ready()
+    rig.bus.history.clear()
+    json(await rig.call("PUT", f"/servos/{servo.uid}/parameters/angle_p_gain", {"value": 60}))
+    frames = [frame for name, frame in rig.bus.history if name == "demo" and frame.id & 0x00FF_8080 == 0x000B_8080]
+    write = next(at for at, frame in enumerate(frames) if not frame.data[-1] & 0x40)
+    assert frames[write + 1].at - frames[write].at >= GAP_S
+    json(await rig.call("POST", "/stop", {}))
+    await asyncio.sleep(0.1)
+    latch = rig.host.stop.latch
+    assert latch is not None
+    assert latch.servos
+    assert latch.unconfirmed() == []
+    json(await rig.call("DELETE", "/stop"))
+    problem(await rig.call("PUT", "/bus", {"address": "memory:demo", "frame_gap_ms": 25}), "invalid_value", 422)
+    shown = json(await rig.call("PUT", "/bus", {"address": "memory:demo?frame_gap_ms=3", "frame_gap_ms": 0}))
+    assert shown["frame_gap_ms"] == 0.0

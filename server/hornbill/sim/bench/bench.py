@@ -170,9 +170,10 @@ class _Driver:
         self._alarm = None if due == _NEVER else loop.call_at(max(due, now), self._ring)
 
     def _on_frames(self, frames: list[Frame]) -> None:
-        now = self.now()
-        self.servo.on_frames(frames, now)
-        self.go_on(now)
+        if wanted := self.servo.wanted(frames):
+            now = self.now()
+            self.servo.on_frames(wanted, now)
+            self.go_on(now)
 
     def _ring(self) -> None:
         self._alarm = None
