@@ -14,6 +14,8 @@ from typing import Final
 
 ROOT: Final = Path(__file__).parents[1]
 WRAPPER: Final = os.environ.get("HORNBILL_VCAN_WRAPPER", "")
+BYTE_CODE: Final = ROOT / "build" / "pycache"
+"""Where all processes of a run keep theirs, whatever the environment says: compiling takes longer than importing."""
 NO_KERNEL: Final = 125
 """Exit status of a wrapper that cannot provide a kernel with CAN on this machine."""
 FAILED: Final = 1
@@ -47,14 +49,22 @@ RELEASE: Final = (Stage("fresh environments, image, other browsers", ("tests/rel
 
 def run(stage: Stage, *, retry: bool, further: list[str]) -> str:
     """Run a stage: "passed", "passed on retry", "SKIPPED: …" or "FAILED"."""
-    code = subprocess.run(stage.command(again=False, further=further), cwd=ROOT, check=False).returncode
+    environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(BYTE_CODE)}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+
+    def tests(again: bool) -> int:
+        return subprocess.run(
+            stage.command(again=again, further=further), cwd=ROOT, env=environment, check=False
+        ).returncode
+
+    code = tests(again=False)
     if code == 0:
         return "passed"
     if code == NO_KERNEL and stage.wrapper:
         return f"SKIPPED: {WRAPPER} cannot provide a kernel with CAN on this machine"
     if code == FAILED and retry and not stage.wrapper:
         print(f"{stage.name}: what failed runs once more", flush=True)
-        if subprocess.run(stage.command(again=True, further=further), cwd=ROOT, check=False).returncode == 0:
+        if tests(again=True) == 0:
             return "passed on retry"
     return "FAILED"
 

@@ -37,7 +37,9 @@ def scene(
                 servos += [made] if isinstance(made, Recipe) else made
             play(whole, *servos, **{name: given(each) if callable(each) else each for name, each in options.items()})
 
-        others = [each for name, each in signature.parameters.items() if name not in ours]
+        others = [
+            each.replace(kind=each.KEYWORD_ONLY) for name, each in signature.parameters.items() if name not in ours
+        ]
         test.__signature__ = signature.replace(parameters=others)  # pyright: ignore[reportAttributeAccessIssue]
         return test
 

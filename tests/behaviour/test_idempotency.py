@@ -263,7 +263,7 @@ SENT = st.lists(st.tuples(st.sampled_from("kl"), st.sampled_from("ab"), st.boole
 
 
 @settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
-@given(SENT)
+@given(sent=SENT)
 @scene(fast=True)
 async def test_whatever_is_sent_each_key_is_done_once_for_its_first_request(
     rig: Rig, sent: list[tuple[str, str, bool]]

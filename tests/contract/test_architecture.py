@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from contract.source import nodes, tree
+
 PACKAGE = Path(__file__).parents[2] / "server" / "hornbill"
 FILES = sorted(PACKAGE.rglob("*.py"))
 WRITTEN = [file for file in FILES if "migrations" not in file.parts]
@@ -20,7 +22,7 @@ def layer(file: Path) -> str:
 
 def imported(file: Path) -> set[str]:
     found: set[str] = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes(file):
         if isinstance(node, ast.Import):
             found.update(alias.name.split(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -41,7 +43,7 @@ def test_threads_live_in_bus_and_view_alone(file: Path) -> None:
 def test_the_client_needs_httpx_and_the_leaves_and_nothing_else(file: Path) -> None:
     others = imported(file) - set(sys.stdlib_module_names)
     assert others <= {"httpx", "hornbill"}
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes(file):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("hornbill"):
             assert (node.module or "").startswith(("hornbill.client", "hornbill.errors", "hornbill.units")) or (
                 node.module == "hornbill" and {one.name for one in node.names} <= {"errors", "units"}
@@ -60,7 +62,7 @@ def test_wire_and_schema_hold_no_clock_thread_or_socket(file: Path) -> None:
 @pytest.mark.parametrize("file", WRITTEN, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_every_file_says_in_its_first_line_what_it_owns(file: Path) -> None:
     text = file.read_text(encoding="utf-8")
-    first = (ast.get_docstring(ast.parse(text)) or "").splitlines()
+    first = (ast.get_docstring(tree(file)) or "").splitlines()
     assert first, f"{file.name} has no docstring"
     assert text.startswith('"""'), f"{file.name} does not begin with its docstring"
 
@@ -72,7 +74,7 @@ def test_no_file_is_a_drawer(file: Path) -> None:
 
 def test_no_star_import() -> None:
     for file in FILES:
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in nodes(file):
             if isinstance(node, ast.ImportFrom):
                 assert all(alias.name != "*" for alias in node.names), file
 
@@ -81,8 +83,7 @@ MOST_COLLABORATORS = 7
 
 
 def classes() -> list[tuple[Path, ast.ClassDef]]:
-    trees = [(file, ast.parse(file.read_text(encoding="utf-8"))) for file in FILES]
-    return [(file, node) for file, tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    return [(file, node) for file in FILES for node in nodes(file) if isinstance(node, ast.ClassDef)]
 
 
 def test_no_constructor_takes_more_than_seven_arguments() -> None:
@@ -109,9 +110,8 @@ def test_nothing_is_wired_by_setting_an_attribute_of_another_object() -> None:
     """
     found: set[str] = set()
     for file in FILES:
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        methods = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}
-        for node in ast.walk(tree):
+        methods = {node.name for node in nodes(file) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}
+        for node in nodes(file):
             targets: list[ast.expr] = []
             if isinstance(node, ast.AnnAssign) and ast.unparse(node.annotation).startswith("Callable"):
                 targets = [node.target] if not ast.unparse(node.target).startswith("self._") else []

@@ -13,6 +13,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from contract.source import nodes
 from tools import notices
 
 ROOT = Path(__file__).parents[2]
@@ -66,17 +67,22 @@ TESTS_OWN = {
 installed = cache(packages_distributions)
 
 
+def called(node: ast.Call) -> str:
+    """The last name of what is called."""
+    return str(getattr(node.func, "attr", getattr(node.func, "id", "")))
+
+
 @cache
 def imported(folder: Path) -> set[str]:
     """The distributions, by canonical name, that Python files below `folder` import, wherever in them."""
     tops: set[str] = set()
     for path in folder.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes(path):
             if isinstance(node, ast.Import):
                 tops |= {one.name.partition(".")[0] for one in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
                 tops.add(node.module.partition(".")[0])
-            elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "importorskip")):
+            elif isinstance(node, ast.Call) and called(node).endswith(("import_module", "importorskip")):
                 tops |= {str(one.value).partition(".")[0] for one in node.args if isinstance(one, ast.Constant)}
     local = {path.stem for path in folder.rglob("*") if path.suffix == ".py" or path.is_dir()}
     known = installed()

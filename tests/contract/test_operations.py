@@ -2,11 +2,11 @@
 
 import asyncio
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any
 
 import httpx
 
+from contract.answering import document
 from hornbill.api.http import create_api
 from hornbill.api.openapi.sharing import parameters_of
 from hornbill.api.routing import EVERY_TIME
@@ -37,20 +37,15 @@ OPERATIONS = """
 """Without those of parameters. Add to them freely; whoever takes one away breaks somebody's generated client."""
 
 
-@lru_cache
-def made() -> dict[str, Any]:
-    return create_api(CATALOG).openapi()
-
-
 def operations() -> Iterator[tuple[str, str, dict[str, Any]]]:
-    for path, verbs in made()["paths"].items():
+    for path, verbs in document()["paths"].items():
         for verb, operation in verbs.items():
             yield verb, path, operation
 
 
 def problem(answer: dict[str, Any]) -> dict[str, Any]:
     """The shared response that an operation refers to."""
-    return made()["components"]["responses"][answer["$ref"].rpartition("/")[2]]
+    return document()["components"]["responses"][answer["$ref"].rpartition("/")[2]]
 
 
 def test_every_operation_has_a_name_of_its_own_and_none_has_changed() -> None:
@@ -63,7 +58,7 @@ def test_every_operation_has_a_name_of_its_own_and_none_has_changed() -> None:
 
 def test_every_row_has_routes_of_its_own_name() -> None:
     for key, row in CATALOG.readable.items():
-        verbs = made()["paths"][f"/api/v1/servos/{{uid}}/parameters/{key}"]
+        verbs = document()["paths"][f"/api/v1/servos/{{uid}}/parameters/{key}"]
         assert {verb: one["operationId"] for verb, one in verbs.items()} == {
             verb: f"{word}_{key}" for verb, word in (("get", "get"), ("put", "set")) if verb == "get" or row.writable
         }
@@ -116,7 +111,7 @@ def test_what_is_declared_of_wrong_tokens_is_what_the_guard_answers() -> None:
 def test_every_post_takes_a_key_and_those_that_do_not_say_why() -> None:
     without: set[str] = set()
     for verb, path, operation in operations():
-        named = {one["name"] for one in parameters_of(made(), operation)}
+        named = {one["name"] for one in parameters_of(document(), operation)}
         assert verb == "post" or "Idempotency-Key" not in named
         if verb == "post" and "Idempotency-Key" not in named:
             without.add(path)
@@ -127,29 +122,29 @@ def test_everything_that_takes_time_can_be_waited_for() -> None:
     slow = [(path, operation) for _, path, operation in operations() if "202" in operation["responses"]]
     assert len(slow) > 8
     for path, operation in slow:
-        named = {one["name"] for one in parameters_of(made(), operation)}
+        named = {one["name"] for one in parameters_of(document(), operation)}
         # Asking for motion control is the one thing whose end a person decides.
         assert "wait" in named or path == "/api/v1/leases/requests", path
 
 
 def test_no_two_schemas_share_a_title() -> None:
-    titles = [one["title"] for one in made()["components"]["schemas"].values() if "title" in one]
+    titles = [one["title"] for one in document()["components"]["schemas"].values() if "title" in one]
     assert sorted(titles) == sorted(set(titles))
-    assert not [name for name in made()["components"]["schemas"] if "__" in name]
+    assert not [name for name in document()["components"]["schemas"] if "__" in name]
 
 
 def test_it_is_openapi_3_1_and_every_reference_leads_somewhere() -> None:
-    assert made()["openapi"].startswith("3.1")
-    text = str(made())
+    assert document()["openapi"].startswith("3.1")
+    text = str(document())
     for part in text.split("#/components/schemas/")[1:]:
         name = part.split("'", 1)[0]
-        assert name in made()["components"]["schemas"], name
+        assert name in document()["components"]["schemas"], name
 
 
 def test_every_parameter_and_field_is_described() -> None:
-    parameters = [(path, each) for _, path, one in operations() for each in parameters_of(made(), one)]
+    parameters = [(path, each) for _, path, one in operations() for each in parameters_of(document(), one)]
     assert [(path, one["name"]) for path, one in parameters if not is_described(one)] == []
-    schemas = made()["components"]["schemas"]
+    schemas = document()["components"]["schemas"]
     fields = [(shape, name, one) for shape, each in schemas.items() for name, one in each.get("properties", {}).items()]
     assert [
         f"{shape}.{name}"
@@ -160,5 +155,5 @@ def test_every_parameter_and_field_is_described() -> None:
 
 def is_described(declared: dict[str, Any]) -> bool:
     """With a description of its own, or of the shape that it refers to."""
-    shape = made()["components"]["schemas"].get(declared.get("$ref", "").rpartition("/")[2], {})
+    shape = document()["components"]["schemas"].get(declared.get("$ref", "").rpartition("/")[2], {})
     return any("description" in one for one in (declared, declared.get("schema", {}), shape))

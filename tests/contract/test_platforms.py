@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from contract.source import nodes
 from hornbill.bus.address import parse
 from hornbill.cli.plain_text import speak, text_of
 from hornbill.errors import InvalidValue
@@ -83,7 +84,7 @@ def test_a_file_in_a_code_page_is_refused_with_the_remedy(tmp_path: Path) -> Non
 def test_no_text_file_is_opened_in_whatever_encoding_the_system_has() -> None:
     wrong: list[str] = []
     for file in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in nodes(file):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
                 named = {one.arg for one in node.keywords}
                 given = "encoding" in named or len(node.args) > (node.func.attr == "write_text")

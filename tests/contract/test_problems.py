@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import hornbill
+from contract.source import nodes
 from hornbill import errors
 from hornbill.api.problems import STATUS, problem
 
@@ -69,7 +70,7 @@ def test_no_layer_below_the_api_names_a_route() -> None:
         for file, node in (
             (path.relative_to(root).as_posix(), node)
             for path in sorted(root.rglob("*.py"))
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            for node in nodes(path)
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and FOR_PROGRAMS.search(node.value)
         )
         if file.startswith(("bus/", "lab/", "node/", "schema/", "servo/", "sim/", "store/", "wire/"))
@@ -108,7 +109,7 @@ def test_a_problem_of_the_server_has_a_cause() -> None:
         for file, call in (
             (path.relative_to(root).as_posix(), node)
             for path in sorted(root.rglob("*.py"))
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            for node in nodes(path)
             if isinstance(node, ast.Call)
         )
         if not PROGRAMS.search(file) and ast.unparse(call.func).removeprefix("errors.") in ERRORS

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 import typer
 
+from contract.answering import document
+from contract.source import nodes
 from e2e.guides import ROOT, blocks, guides
-from hornbill.api.http import create_api
 from hornbill.api.openapi.sharing import parameters_of
 from hornbill.app.settings import Settings
 from hornbill.cli import app
-from hornbill.schema.catalog import Catalog
 
 PAGES = [file for file in guides() if "reference/api" not in file.as_posix()]
 COMMAND: Any = typer.main.get_command(app)
@@ -91,7 +91,7 @@ def known(arguments: list[str], whole: bool) -> str:
 @cache
 def operations() -> dict[tuple[str, str], set[str]]:
     """Method and path of every operation, and the query parameters it takes."""
-    made = create_api(Catalog.load()).openapi()
+    made = document()
     return {
         (verb.upper(), path.removeprefix("/api/v1")): {one["name"] for one in parameters_of(made, operation)}
         for path, verbs in made["paths"].items()
@@ -140,9 +140,8 @@ def test_every_route_a_guide_names_is_there_with_the_query_it_shows(page: Path) 
 def messages() -> Iterator[tuple[str, str]]:
     """Every text in the server's code with its place; what is filled in is `{uid}`."""
     for file in sorted((ROOT / "server/hornbill").rglob("*.py")):
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        inner = {id(part) for each in ast.walk(tree) if isinstance(each, ast.JoinedStr) for part in each.values}
-        for each in ast.walk(tree):
+        inner = {id(part) for each in nodes(file) if isinstance(each, ast.JoinedStr) for part in each.values}
+        for each in nodes(file):
             place = f"{file.relative_to(ROOT)}:{getattr(each, 'lineno', 0)}"
             if isinstance(each, ast.JoinedStr):
                 parts = [str(one.value) if isinstance(one, ast.Constant) else "{uid}" for one in each.values]

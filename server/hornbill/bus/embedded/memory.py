@@ -170,12 +170,14 @@ class MemoryBus:
         if not carried and not busy_s:
             return
         deaf = medium.faults.deaf
+        senders = {sender for sender, _ in carried}
+        everything = [frame for _, frame in carried]
         for port in medium.ports.values():
             if not port.hears:
                 continue
             statistics = port.statistics
             statistics.busy_s += busy_s
-            frames = [frame for sender, frame in carried if sender is not port]
+            frames = [frame for sender, frame in carried if sender is not port] if port in senders else everything
             if port in deaf:
                 kept = [frame for frame in frames if not deaf[port].strikes()]
                 statistics.rx_dropped += len(frames) - len(kept)
