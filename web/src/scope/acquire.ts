@@ -10,7 +10,7 @@ import { crossing, step, windowOf } from "./trigger";
 export type ScopeCurve = Drawn & { letter: string };
 
 /** One look at the trigger: what it was waiting for may have happened. */
-export function look(span: TimeSpan): void {
+export function lookForTrigger(span: TimeSpan): void {
   const [uid, channel] = source.peek()?.split("/") ?? [];
   const at = telemetry.serverTime(monotonic());
   if (!uid || !channel || Number.isNaN(at)) return;

@@ -6,13 +6,13 @@ import type { Samples } from "../plots/trace";
 import type { Recorded } from "../telemetry/csv";
 import { idOf } from "./layout";
 
-export interface Overlay {
+export interface LaidOver {
   name: string;
   content: Recorded;
 }
 
 /** The column of a file that is a curve's channel, drawn faintly in its colour; null without one. */
-export function overlayCurve(one: Overlay, curve: Drawn, span: TimeSpan): Drawn | null {
+export function overlayCurve(one: LaidOver, curve: Drawn, span: TimeSpan): Drawn | null {
   const { name, channel } = curve;
   const { columns } = one.content;
   const column =

@@ -29,9 +29,9 @@ import "../plots/plots.css";
 import { idOf, letterOf, SCOPE_WINDOWS } from "./layout";
 import { MemoryStrip } from "./memory";
 import "./scope.css";
-import { arm, look, reset, type ScopeCurve } from "./acquire";
+import { arm, lookForTrigger, reset, type ScopeCurve } from "./acquire";
 import { CursorTable } from "./cursor-table";
-import { type Overlay, overlayCurve } from "./overlay";
+import { type LaidOver, overlayCurve } from "./overlay";
 import { ScopeSide } from "./side";
 import { SpectrumPanel } from "./spectrum-panel";
 import { acquisition, channels, hidden, mode, source } from "./state";
@@ -45,7 +45,7 @@ export function ScopePage() {
   const span = useMemo(() => new TimeSpan(() => telemetry.serverTime(monotonic())), []);
   const box = useRef<HTMLDivElement>(null);
   const plots = useRef<(Plot | null)[]>([]);
-  const overlays = useSignal<readonly Overlay[]>([]);
+  const overlays = useSignal<readonly LaidOver[]>([]);
   const problem = useSignal<string | null>(null);
   const chosen = channels.value;
   const wanted = chosen.map(idOf).join(" ");
@@ -77,7 +77,10 @@ export function ScopePage() {
       void recallSamples(uid, keys, MEMORY_S);
     }
   }, [wanted]);
-  useEffect(() => (box.current ? everyFrame(box.current, LOOK_HZ, () => look(span)) : undefined), [span]);
+  useEffect(
+    () => (box.current ? everyFrame(box.current, LOOK_HZ, () => lookForTrigger(span)) : undefined),
+    [span],
+  );
   useEffect(() => keysOf(span, box), [span]);
   const choose = (next: Mode) => {
     mode.value = next;
