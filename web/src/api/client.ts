@@ -143,12 +143,13 @@ export async function askUntyped<Told>(verb: Verb, path: string, options: Plain 
 /** The path with its parameters, and those of the query that have a value. */
 function filled(template: string, { path, query }: Plain): string {
   const at = template.replace(/\{(\w+)\}/g, (_, name: string) => encodeURIComponent(String(path?.[name])));
-  const search = new URLSearchParams();
+  const search: string[] = [];
   for (const [name, value] of Object.entries(query ?? {})) {
+    // A list stays legible in what the API page shows.
     for (const one of Array.isArray(value) ? value : [value])
-      if (one != null) search.append(name, String(one));
+      if (one != null) search.push(`${name}=${encodeURIComponent(String(one)).replaceAll("%2C", ",")}`);
   }
-  return search.size === 0 ? at : `${at}?${search}`;
+  return search.length === 0 ? at : `${at}?${search.join("&")}`;
 }
 
 let unauthorized = () => {};
