@@ -62,9 +62,9 @@ def _limit_is_saved(window: Window, server: Server, uid: str) -> None:
     window.find("save-dialog")
     if window.look("document.querySelector('[data-testid=\"horn-free\"]') !== null"):
         window.click("horn-free")
-    window.click("confirm-save")
+    window.click("save-go")
     window.find("step-read_back", 'one.dataset.state === "done"')
-    window.click("job-close")
+    window.click("change-close")
     row = server.api.get(f"/servos/{uid}/parameters").json()["parameters"]["angle_limit_cw"]
     assert (row["value"], row["rom"]) == (wanted, wanted)
 

@@ -143,6 +143,7 @@ export const words = {
   lostHint: "Cancel and save to ROM first to keep them.",
   assumed: "found in RAM after a restart that was not watched",
   working: "Writing",
+  show: "Show progress",
   of: (done: number, all: number) => `${done} of ${all} done`,
   steps: (name: string) => `Steps of ${name}`,
   results: "Result of each servo",

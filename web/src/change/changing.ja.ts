@@ -113,6 +113,7 @@ export const words: Topics["changing"] = {
   lostHint: "残すには、取り消して先にROMに保存してください。",
   assumed: "監視外の再起動後にRAMで検出",
   working: "書き込み中",
+  show: "進行状況を表示",
   of: (done, all) => `${done} / ${all}台完了`,
   steps: name => `${name}の手順`,
   results: "各サーボの結果",

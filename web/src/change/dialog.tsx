@@ -12,7 +12,7 @@ import { text } from "../text";
 import { changing as said } from "../text/topics";
 import type { About } from "./changing.en";
 import { whyRefused } from "./consequences";
-import { type ChangeFlow, closeChange, type Part, shownChange } from "./flow";
+import { begun, type ChangeFlow, closeChange, type Part, shownChange } from "./flow";
 import { HornForecast } from "./horn-forecast";
 import { OutputQuestion, outputKept, ProfileServos, ResetName, ResetOptions } from "./kinds";
 import { PlanParts } from "./plan";
@@ -30,6 +30,27 @@ export function ChangeDialog() {
   // A page that is left answers no; what has begun goes on.
   useEffect(() => closeChange, [here]);
   return flow && <Opened key={id(flow)} flow={flow} />;
+}
+
+/** The way back to changes whose dialog was hidden. */
+export function HiddenChanges() {
+  return begun.value
+    .filter(flow => flow !== shownChange.value && said.kinds[flow.request.kind].running !== undefined)
+    .map(flow => (
+      <section class="link-band asked" data-testid="change-band" data-phase={flow.phase.value} key={id(flow)}>
+        <Button
+          testid="change-show"
+          onClick={() => {
+            shownChange.value = flow;
+          }}
+        >
+          {said.show}
+        </Button>
+        {flow.phase.value === "running" ? <Spinner /> : <Glyph kind="failure" />}
+        <span role="status">{titleOf(flow, aboutOf(flow))}</span>{" "}
+        <span class="second">{flow.turns.value.length > 0 && count(flow)}</span>
+      </section>
+    ));
 }
 
 const ids = new WeakMap<ChangeFlow, number>();

@@ -175,6 +175,7 @@ export class ChangeFlow {
     this.phase.value = "running";
     this.problem.value = null;
     this.turns.value = uids.map(uid => ({ ...WAITING, uid }));
+    begun.value = [...begun.peek(), this];
     try {
       await this.request.run(this.#wish(), able, (uid, to) => this.#tell(uid, to));
       this.phase.value = "over";
@@ -183,6 +184,8 @@ export class ChangeFlow {
       this.#refused(problemOf(error));
       this.phase.value = "ready";
     }
+    // What went wrong with its dialog hidden is still to be seen.
+    if (this.well || this.request.quick || shownChange.peek() === this) done(this);
   }
 
   /** Does what can be done instead. */
@@ -195,6 +198,12 @@ export class ChangeFlow {
       this.problem.value = problemOf(error);
     }
     this.phase.value = "ready";
+  }
+
+  /** The servos it changes. */
+  get uids(): readonly string[] {
+    const { facts } = this.request;
+    return typeof facts === "string" ? [facts] : this.able.value.map(one => one.uid);
   }
 
   /** The jobs it has begun. */
@@ -246,6 +255,23 @@ function same(one: Wish | undefined, other: Wish): boolean {
 /** The change whose dialog is open. */
 export const shownChange: Signal<ChangeFlow | null> = signal(null);
 
+/** Changes under way, and those that went wrong with their dialog hidden. */
+export const begun: Signal<readonly ChangeFlow[]> = signal([]);
+
+function done(flow: ChangeFlow): void {
+  begun.value = begun.peek().filter(one => one !== flow);
+}
+
+/** Whether a change is under way on one of these servos. The rows tell of an edit themselves. */
+export function underWay(uids: readonly string[]): boolean {
+  return begun.value.some(
+    flow =>
+      flow.request.kind !== "apply" &&
+      flow.phase.value === "running" &&
+      flow.uids.some(uid => uids.includes(uid)),
+  );
+}
+
 /** Has the server check a change, and opens its dialog. Answers why not, in words, or null. */
 export async function beginChange(
   request: ChangeRequest,
@@ -282,5 +308,6 @@ export async function doChange(request: ChangeRequest): Promise<boolean> {
 export function closeChange(): void {
   const flow = shownChange.peek();
   shownChange.value = null;
+  if (flow && flow.phase.peek() !== "running") done(flow);
   flow?.request.onClose?.(flow.turns.peek());
 }

@@ -39,8 +39,14 @@ export function Progress({ flow }: { flow: ChangeFlow }) {
   );
 }
 
-function One({ turn, kind }: { turn: Turn; kind: ChangeKind }) {
-  const steps = turn.job !== null && jobs.value.has(turn.job);
+function One({ turn: told, kind }: { turn: Turn; kind: ChangeKind }) {
+  const job = told.job === null ? undefined : jobs.value.get(told.job);
+  const steps = job && stepsOf(job, told.uid).length > 0;
+  // Where one job does several, its steps tell whose turn it is.
+  const turn: Turn =
+    told.state === "waiting" && job && stepsOf(job, told.uid).some(step => step.state !== "waiting")
+      ? { ...told, state: "running" }
+      : told;
   const head = (
     <>
       <Mark turn={turn} /> <b>{nameOf(servo(turn.uid))}</b> <span class="second">{outcome(turn)}</span>
@@ -88,7 +94,8 @@ function Steps({ turn, kind, scale = false }: { turn: Turn; kind: ChangeKind; sc
       <JobSteps
         kind={job.kind}
         uid={job.uid}
-        steps={kind === "output" ? heldSteps(job) : job.steps}
+        steps={kind === "output" ? heldSteps(job) : stepsOf(job, turn.uid)}
+        bare={job.uid === null && turn.uid !== ""}
         label={said.steps(nameOf(servo(turn.uid || job.uid)))}
         over={over}
         {...(kind === "output"
@@ -99,6 +106,10 @@ function Steps({ turn, kind, scale = false }: { turn: Turn; kind: ChangeKind; sc
     </>
   );
 }
+
+/** The steps of a servo, in a job of several as well. */
+const stepsOf = (job: Job, uid: string) =>
+  job.uid === null && uid !== "" ? job.steps.filter(step => step.uid === uid) : job.steps;
 
 /** The steps of an output that is restored, with the angle that each servo holds; one that failed says why. */
 function heldSteps(job: Job): Job["steps"] {

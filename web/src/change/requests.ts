@@ -22,7 +22,7 @@ import { noteText } from "../bench/note-text";
 import { asProblem, readSheet, sheetOf, type WantedValue } from "../bench/parameters";
 import { refuse, takeOutcomes } from "./apply";
 import { type ChangeRequest, openChange, type Part, type Tell, type Turn, type Wish } from "./flow";
-import { followSave, followTogether, followWrite, plannedPart, send, startJob } from "./send";
+import { changed, followSave, followWrite, plannedPart, send, startJob } from "./send";
 
 /** Every servo of a plan for itself: one that is refused says why. */
 function each(uids: readonly string[], look: (uid: string) => Promise<Part>): Promise<Part[]> {
@@ -216,8 +216,8 @@ export function profileChange(
 ): ChangeRequest & { facts: ProfileFacts } {
   const facts: ProfileFacts = { name, chosen: signal(new Set(uids)), goOn: signal(false) };
   const path = `/profiles/${encodeURIComponent(name)}/apply`;
-  const body = (wish: Wish, dry_run: boolean) => ({
-    uids: [...facts.chosen.peek()],
+  const body = (wish: Wish, uids: readonly string[], dry_run: boolean) => ({
+    uids,
     dry_run,
     on_anomaly: dry_run || facts.goOn.peek() ? "continue" : "stop",
     ...wish,
@@ -227,23 +227,57 @@ export function profileChange(
     save: "ask",
     facts,
     plan: async wish => {
-      const job = await send<Job>("POST", `${path}?wait=true`, body(wish, true), { timeout_ms: 60_000 });
+      const job = await send<Job>("POST", `${path}?wait=true`, body(wish, [...facts.chosen.peek()], true), {
+        timeout_ms: 60_000,
+      });
       return appliedBy(job).map(one => ({
         ...plannedPart(one.uid, one, wish.save),
         leftOut: one.left_out.map(leftOutOf),
         problem: one.problem && asProblem(one.problem),
       }));
     },
-    run: async (wish, _, tell) => {
-      const job = await startJob(path, body(wish, false), { timeout_ms: 60_000 });
-      await followTogether(job, tell);
+    run: async (wish, able, tell) => {
+      const uids = able.map(one => one.uid);
+      const job = await startJob(path, body(wish, uids, false), { timeout_ms: 60_000 });
+      for (const uid of uids) tell(uid, { job });
+      const end = await settled(job);
+      const results = appliedBy(end);
+      for (const uid of uids) {
+        tell(
+          uid,
+          turnOf(
+            results.find(one => one.uid === uid),
+            wish.save,
+            end,
+          ),
+        );
+        readSheet(uid);
+      }
     },
-    together: true,
     ready: () => facts.chosen.value.size > 0,
   };
 }
 
 const appliedBy = (job: Job) => (job.result as { servos?: Applied[] } | null)?.servos ?? [];
+
+/** What a job of kind "profile" made of one servo. */
+function turnOf(one: Applied | undefined, save: boolean, end: Job): Partial<Turn> {
+  const why = one?.problem ? failureText(one.problem) : end.state === "succeeded" ? null : endText(end);
+  if (one === undefined || one.outcome === "not_tried") return { state: "left_out", why };
+  const count = changed(one.changes).length;
+  if (one.outcome !== "applied") {
+    return {
+      state: "failed",
+      count,
+      why,
+      fault: one.outcome === "rolled_back" ? "rolled_back" : "not_written",
+    };
+  }
+  if (one.problem || (save && !one.saved)) {
+    return { state: "failed", count, why, fault: save ? "not_saved" : null };
+  }
+  return { state: "done", count, saved: one.saved };
+}
 
 type Staged = ReadonlyMap<string, ReadonlyMap<string, WantedValue>>;
 

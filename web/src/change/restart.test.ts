@@ -1,8 +1,9 @@
 /** Restarts and resets: asked about first, done once and in turn, and who is left out. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import type { Profile } from "../api/config-types";
 import { motion } from "../bench/motion";
-import { ChangeFlow, type ChangeRequest } from "./flow";
-import { resetChange, restartChange } from "./requests";
+import { begun, ChangeFlow, type ChangeRequest, closeChange, shownChange, underWay } from "./flow";
+import { profileChange, resetChange, restartChange } from "./requests";
 
 const [A, B, C] = ["a", "b", "c"].map(one => one.repeat(32)) as [string, string, string];
 
@@ -19,6 +20,7 @@ beforeEach(() => {
   sent = [];
   fate = {};
   motion.value = { phase: "off", why: null };
+  begun.value = [];
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const uid = /servos\/([a-c]{32})/.exec(url)?.[1] ?? "";
     if (init.method !== "POST") return new Response(JSON.stringify({ revision: "1", parameters: {} }));
@@ -98,4 +100,40 @@ test("after a stop nobody is restarted any more, and each says why", async () =>
 test("a reset carries what it is to keep", async () => {
   await run(resetChange(A, "Tail"), [A]);
   expect(sent[0]).toMatchObject({ path: `${A}/factory-reset`, body: { keep_identity: true } });
+});
+
+test("a change is under way on its servos until it is over, and one that went wrong unseen can be seen yet", async () => {
+  fate = { [B]: { status: 202, error: "no_answer" } };
+  const seen: boolean[][] = [];
+  const forget = begun.subscribe(list => {
+    if (list.length > 0) seen.push([underWay([A]), underWay([B, C]), underWay([C])]);
+  });
+  await run(restartChange([A, B]), [A, B]);
+  forget();
+  expect(seen).toEqual([[true, true, false]]);
+  expect([underWay([A, B]), begun.value]).toEqual([false, [flow]]);
+  shownChange.value = flow;
+  closeChange();
+  expect(begun.value).toEqual([]);
+});
+
+test("servos that share a job are told of one by one", async () => {
+  const applied = { outcome: "applied", changes: [], left_out: [], saved: false, problem: null };
+  const problem = { code: "no_answer", detail: "It is silent." };
+  vi.stubGlobal("fetch", async (_: string, init: RequestInit) => {
+    sent.push({ path: "", body: JSON.parse(String(init.body)), headers: {} });
+    const servos = [
+      { ...applied, uid: A },
+      { ...applied, uid: B, outcome: "rolled_back", problem },
+    ];
+    const job = { id: crypto.randomUUID(), uid: null, state: "failed", steps: [], error: null };
+    return new Response(JSON.stringify({ ...job, result: { servos } }), { status: 202 });
+  });
+  const request = profileChange({ name: "Rudder" } as Profile, [A, B, C]);
+  await run(request, [A, B]);
+  expect(sent.find(one => (one.body as { uids?: unknown }).uids)?.body).toMatchObject({ uids: [A, B] });
+  expect(flow.turns.value.map(one => [one.uid, one.state, one.fault])).toEqual([
+    [A, "done", null],
+    [B, "failed", "rolled_back"],
+  ]);
 });

@@ -15,6 +15,8 @@ interface Props {
   sideEffect: string;
   busy: "checking" | "applying" | "saving" | null;
   online: boolean;
+  /** A change to it is under way. */
+  changing: boolean;
   problem: string | null;
   onDiscard: () => void;
   onDiff: () => void;
@@ -26,7 +28,13 @@ export function SaveBar(props: Props) {
   const { name, staged, wrong, ramOnly, busy, problem } = props;
   const said = text.save;
   const parts = said.parts(staged, ramOnly);
-  const waiting = !up.value ? said.noLink : props.online ? null : said.offline(name);
+  const waiting = !up.value
+    ? said.noLink
+    : !props.online
+      ? said.offline(name)
+      : props.changing
+        ? text.actions.underWay(1)
+        : null;
   const waits = busy !== null || waiting !== null;
   const mayApply = !waits && staged > 0;
   const maySave = !waits && staged + ramOnly > 0;

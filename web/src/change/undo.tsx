@@ -6,7 +6,7 @@ import type { Sheet } from "../bench/parameters";
 import { Button } from "../kit/button";
 import { editing } from "../text/topics";
 import { restartedSince, undoable, undoChange } from "./apply";
-import { beginChange } from "./flow";
+import { beginChange, underWay } from "./flow";
 
 const said = editing.undo;
 
@@ -35,7 +35,7 @@ export function UndoLine({ sheet, one }: Props) {
       <Button
         live
         testid="undo"
-        disabled={!one.online || sheet.busy.value !== null}
+        disabled={!one.online || sheet.busy.value !== null || underWay([one.uid])}
         onClick={() => void undo()}
       >
         {said.open}

@@ -12,12 +12,16 @@ import { those } from "../bench/release";
 import { route } from "../bench/route";
 import { signedOut } from "../bench/session";
 import { clearStop, unsent } from "../bench/stop";
+import { begun } from "../change/flow";
 import { RestoreButton } from "../change/restore-button";
 import { keptOn, restorable } from "../change/restoring";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
+import { lazy } from "../kit/lazy";
 import { text } from "../text";
+
+const HiddenChanges = lazy(() => import("../change/dialog").then(file => file.HiddenChanges));
 
 export function Bands() {
   return (
@@ -42,6 +46,7 @@ export function Bands() {
       {stop.value?.latched && <StopBand stop={stop.value} />}
       <KeptBand />
       <AskedBand />
+      {begun.value.length > 0 && <HiddenChanges />}
       <span class="hidden-text" role="status" data-testid="live-state" data-state={link.value.state}>
         {up.value ? text.link.up : text.link.down}
       </span>

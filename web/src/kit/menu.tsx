@@ -13,6 +13,8 @@ export interface Item {
   line: string;
   /** Cannot be undone: set apart, in the colour of a failure. */
   grave?: boolean;
+  /** Why it cannot be done now. */
+  why?: string | null;
   act: () => void;
 }
 
@@ -85,13 +87,15 @@ export function Menu({ label, word, testid, children }: Props) {
               tabIndex={-1}
               class={one.grave ? "grave" : ""}
               data-testid={`menu-${one.key}`}
+              aria-disabled={one.why != null}
               onClick={() => {
+                if (one.why != null) return;
                 close(true);
                 one.act();
               }}
             >
               <span>{one.label}</span>
-              <small>{one.line}</small>
+              <small>{one.why ?? one.line}</small>
             </button>
           ))}
         </div>

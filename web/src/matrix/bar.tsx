@@ -2,10 +2,12 @@
 import { all } from "../bench/fleet";
 import { up } from "../bench/link";
 import { sheetOf } from "../bench/parameters";
+import { underWay } from "../change/flow";
 import { stagedOn } from "../change/requests";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { useKeys } from "../kit/use-keys";
+import { text } from "../text";
 import { matrix } from "../text/topics";
 import { wrongOn } from "./state";
 
@@ -26,8 +28,9 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
   const unsaved = all.value.filter(one => uids.includes(one.uid) && one.unsaved.length > 0);
   const ramOnly = unsaved.reduce((sum, one) => sum + one.unsaved.length, 0);
   const savable = unsaved.filter(one => one.online).length;
-  const mayReview = up.value && count > 0;
-  const maySave = up.value && savable > 0 && count === 0;
+  const busy = underWay([...values.keys(), ...unsaved.map(one => one.uid)]);
+  const mayReview = up.value && !busy && count > 0;
+  const maySave = up.value && !busy && savable > 0 && count === 0;
   useKeys({
     "Ctrl+Enter": () => mayReview && onReview(),
     // What is staged goes through the review, where saving is a tick.
@@ -69,11 +72,11 @@ export function MatrixBar({ uids, problem, onReview, onSave }: Props) {
       </Button>
       <Button look="two" testid="matrix-save" live disabled={!maySave} onClick={onSave}>
         {said.save}
-        <small>{said.saveSub(savable)}</small>
+        <small>{busy ? text.actions.underWay(2) : said.saveSub(savable)}</small>
       </Button>
       <Button look="two primary" testid="matrix-review" live disabled={!mayReview} onClick={onReview}>
         {said.review}
-        <small>{said.reviewSub}</small>
+        <small>{busy ? text.actions.underWay(2) : said.reviewSub}</small>
       </Button>
     </section>
   );

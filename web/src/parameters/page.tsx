@@ -11,7 +11,7 @@ import { changeChoices, oneInAddress, wordInAddress } from "../bench/route";
 import { narrow } from "../bench/screen";
 import { apply, saveChange } from "../change/apply";
 import { DiffDialog, willBe } from "../change/diff";
-import { beginChange } from "../change/flow";
+import { beginChange, underWay } from "../change/flow";
 import { SaveBar } from "../change/save-bar";
 import { UndoLine } from "../change/undo";
 import { Search } from "../kit/search";
@@ -131,6 +131,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           sideEffect={sideEffect(prediction, name)}
           busy={checking.value ? "checking" : sheet.busy.value}
           online={one.online}
+          changing={underWay([uid])}
           problem={problem}
           onDiscard={() => {
             sheet.drafts.clear();

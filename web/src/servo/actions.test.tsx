@@ -7,7 +7,7 @@ import { listen } from "../bench/keys";
 import { link } from "../bench/link";
 import { wiggled } from "../bench/wiggle";
 import { ChangeDialog } from "../change/dialog";
-import { beginChange, type ChangeRequest, shownChange } from "../change/flow";
+import { beginChange, begun, ChangeFlow, type ChangeRequest, shownChange } from "../change/flow";
 import { resetChange, restartChange } from "../change/requests";
 import { stopButton } from "../testing/stop-button";
 import { ServoActions } from "./actions";
@@ -77,6 +77,20 @@ describe("in the head", () => {
     expect(sent.map(one => one.body)).toEqual([{ dry_run: true }]);
     expect(find("restart-dialog")).toBeNull();
     expect(host.querySelector("[role=menu]")).toBeNull();
+  });
+
+  test("none is begun while another is under way, and the menu says so", () => {
+    const flow = new ChangeFlow({ ...restartChange([UID]), facts: UID });
+    flow.phase.value = "running";
+    act(() => {
+      begun.value = [flow];
+    });
+    press("servo-menu");
+    expect(find("menu-restart")?.textContent).toContain("A change to this servo is under way.");
+    press("menu-restart");
+    press("menu-factory-reset");
+    expect(sent).toEqual([]);
+    begun.value = [];
   });
 
   test("a menu goes by arrows and is left by Esc", () => {

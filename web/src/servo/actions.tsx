@@ -5,7 +5,7 @@ import { useEffect } from "preact/hooks";
 import { type KnownServo, nameOf } from "../bench/fleet";
 import { angle } from "../bench/format";
 import { wiggle, wiggled, wiggling } from "../bench/wiggle";
-import { beginChange } from "../change/flow";
+import { beginChange, underWay } from "../change/flow";
 import { resetChange, restartChange } from "../change/requests";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
@@ -44,6 +44,7 @@ export function ServoActions({ one }: { one: KnownServo }) {
     if (why !== null) refused.value = verb === "restart" ? said.notRestarted(why) : said.notReset(why);
     checking.value = null;
   };
+  const why = underWay([uid]) ? said.underWay(1) : null;
   const last = tells.value && wiggled.value?.uid === uid ? wiggled.value : null;
   const moved = last?.phase === "moved";
   useEffect(() => {
@@ -65,12 +66,14 @@ export function ServoActions({ one }: { one: KnownServo }) {
             key: "restart",
             label: said.restart,
             line: said.restartLine,
+            why,
             act: () => void check("restart"),
           },
           {
             key: "factory-reset",
             label: said.reset,
             line: said.resetLine,
+            why,
             grave: true,
             act: () => void check("factory-reset"),
           },

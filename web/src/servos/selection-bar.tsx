@@ -6,7 +6,7 @@ import { problemText } from "../bench/facts";
 import { nameOf, peekServo, servo } from "../bench/fleet";
 import { go, pathOf } from "../bench/route";
 import { endRound, round, wiggleInTurn, wiggling } from "../bench/wiggle";
-import { beginChange, ChangeFlow } from "../change/flow";
+import { beginChange, ChangeFlow, underWay } from "../change/flow";
 import { restartChange } from "../change/requests";
 import { torqueOff } from "../change/torque";
 import { Button } from "../kit/button";
@@ -50,6 +50,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
     if (!wiggling.peek()) round.value = null;
   }, [chosen]);
   if (chosen.length === 0) return null;
+  const busy = underWay(chosen);
   const turn = round.value;
   const at = turn && turn.at < turn.uids.length ? turn.uids[turn.at] : undefined;
   const trouble = [
@@ -63,7 +64,9 @@ export function SelectionBar({ plotting, onPlot }: Props) {
         ? said.wiggled(turn.at - turn.refused.size)
         : checking.value
           ? text.actions.checking
-          : done.value;
+          : busy
+            ? text.actions.underWay(chosen.length)
+            : done.value;
   const restart = async () => {
     if (checking.peek()) return;
     refused.value = [];
@@ -112,7 +115,7 @@ export function SelectionBar({ plotting, onPlot }: Props) {
       <Button live testid="wiggle-selected" title={text.actions.wiggleHint} onClick={shake}>
         <Icon name="wiggle" /> {text.actions.wiggle} <kbd class="touch-hide">W</kbd>
       </Button>
-      <Button live testid="restart-selected" onClick={() => void restart()}>
+      <Button live testid="restart-selected" disabled={busy} onClick={() => void restart()}>
         {text.actions.restart}
       </Button>
       <Button live testid="torque-off-selected" disabled={online.length === 0} onClick={() => void letGo()}>

@@ -89,6 +89,7 @@ export const actions = {
   reset: "Factory reset…",
   resetLine: "All values to their defaults, in RAM and ROM",
   checking: "Checking",
+  underWay: (n: number) => `A change to ${n === 1 ? "this servo" : "one of them"} is under way.`,
   notRestarted: (why: string) => `Not restarted. ${why}`,
   notReset: (why: string) => `Not reset. ${why}`,
   dismiss: "Dismiss",

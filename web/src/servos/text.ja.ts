@@ -80,6 +80,7 @@ export const servos = {
     reset: "初期化…",
     resetLine: "RAMとROMのすべての値を初期値に戻します",
     checking: "確認中",
+    underWay: n => (n === 1 ? "このサーボは変更中です。" : "変更中のサーボがあります。"),
     notRestarted: why => `再起動していません。${why}`,
     notReset: why => `初期化していません。${why}`,
     dismiss: "閉じる",
