@@ -8,15 +8,23 @@ from typing import Any
 from behaviour.rig import Rig, play
 from hornbill.sim.bench.recipe import Recipe
 
+Servos = Recipe | Iterable[Recipe]
+Given = Recipe | Callable[[Any], Servos] | Callable[[Any, Any], Servos]
+
 
 def scene(
-    *recipes: Recipe | Callable[..., Recipe | Iterable[Recipe]], **options: Any
+    *recipes: Given,
+    store: str | Callable[[Any], str] = "sqlite://",
+    seed: int | Callable[[Any], int] = 1,
+    **options: Any,
 ) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
     """Decorate a coroutine function `(rig, …)`: a test that plays it with the servos of `recipes`.
 
     Named `servo`, its second argument is the first servo that is ready. `options` are those of `play`. A recipe or an
     option that depends on the test's arguments is a function of them, by name; it may return several recipes.
     """
+
+    options |= {"store": store, "seed": seed}
 
     def make(act: Callable[..., Awaitable[None]]) -> Callable[..., None]:
         signature = inspect.signature(act)
