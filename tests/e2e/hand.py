@@ -37,6 +37,11 @@ class Hand:
         if box.count() and not box.is_checked():
             self.press(box, "Space")
 
+    def servo(self, uid: str) -> None:
+        """Choose another servo in the head of a servo's pages."""
+        self.press("choose-servo")
+        self.press(f"choose-{uid}")
+
     def choose(self, item: str) -> None:
         """Choose from the menu of the servo; by keyboard with its arrows."""
         self.press("servo-menu")

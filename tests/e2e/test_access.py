@@ -14,6 +14,7 @@ PAGES = (
     "servos",
     "servos/matrix",
     "commission",
+    "servos/{uid}",
     "servos/{uid}/parameters",
     "servos/{uid}/motion",
     "servos/{uid}/tune",
@@ -156,6 +157,7 @@ def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -
     show(page, demo, "servos")
     for letter, path, name in (
         ("c", "/commission", "Commission"),
+        ("o", "/servos/[0-9a-f]{32}", "Overview, "),
         ("p", "/parameters", "Parameters, "),
         ("m", "/motion", "Motion, "),
         ("t", "/tune", "Tune, "),
@@ -164,6 +166,7 @@ def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -
         ("r", "/records", "Records"),
         ("o", "/scope", "Scope"),
         ("a", "/api-page", "API"),
+        ("x", "/servos/matrix", "Matrix"),
         ("s", "/servos", "Servos"),
     ):
         page.keyboard.press("g")
@@ -208,6 +211,9 @@ def test_a_limit_is_changed_and_the_horn_is_jogged_and_stopped_by_keyboard_alone
         if uid in page.evaluate("() => document.activeElement?.getAttribute('href') ?? ''"):
             break
         page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile(f"/servos/{uid}$"))
+    tab_to(page, "servo-tab-parameters")
     page.keyboard.press("Enter")
     expect(page).to_have_url(re.compile(f"/servos/{uid}/parameters"))
     expect(page.get_by_role("searchbox")).to_be_visible()

@@ -4,6 +4,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from e2e.conftest import Demo
+from e2e.hand import Hand
 
 STRANGER = "f" * 32
 
@@ -44,13 +45,13 @@ def test_back_and_a_reload_bring_the_tab_and_the_filter_and_another_servo_keeps_
     limits = page.get_by_test_id("tab-limit")
     limits.click()
     expect(page.get_by_test_id("row-angle_limit_cw")).to_be_visible()
-    page.get_by_role("link", name="Motion", exact=True).click()
+    page.get_by_test_id("servo-tab-motion").click()
     expect(page.get_by_test_id("enable-motion")).to_be_visible()
     page.go_back()
     expect(limits).to_have_attribute("aria-selected", "true")
     page.reload()
     expect(limits).to_have_attribute("aria-selected", "true")
-    page.get_by_test_id("choose-servo").select_option(other)
+    Hand(page, "mouse").servo(other)
     expect(page).to_have_url(f"{demo.url}servos/{other}/parameters?tab=limit")
     expect(limits).to_have_attribute("aria-selected", "true")
 

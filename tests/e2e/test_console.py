@@ -13,6 +13,7 @@ PARTS = [
     "servos?view=wall",
     "servos/matrix",
     "commission",
+    "servos/{uid}",
     "servos/{uid}/parameters",
     "servos/{uid}/motion",
     "servos/{uid}/tune",

@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Dialog, Page, expect
 
 from e2e.conftest import Demo
+from e2e.hand import Hand
 from e2e.looks import loading
 from e2e.test_access import PAGES
 from e2e.test_technician import servo_of
@@ -67,10 +68,11 @@ def test_what_is_staged_and_ticked_survives_another_language_unasked(page: Page,
     expect(page.get_by_role("heading", level=1)).to_have_text("サーボ")
     expect(page.get_by_test_id(f"select-{one}")).to_be_checked()
     page.get_by_test_id(f"servo-row-{one}").locator(".row-link").click()
+    page.get_by_test_id("servo-tab-parameters").click()
     page.get_by_test_id("tab-limit").click()
     expect(page.get_by_test_id("input-angle_limit_cw")).to_have_value("33.0")
     expect(page.get_by_test_id("row-angle_limit_cw")).to_have_attribute("data-state", "staged")
-    page.get_by_test_id("choose-servo").select_option(other)
+    Hand(page, "mouse").servo(other)
     expect(page.get_by_test_id("message-angle_limit_cw")).to_contain_text("を下回っています")
     page.get_by_role("button", name="English").click()
     expect(page.get_by_test_id("message-angle_limit_cw")).to_contain_text("is below")

@@ -10,7 +10,7 @@ from e2e.conftest import Demo
 from e2e.servers import Server, running
 
 COMING_BACK_MS = 20_000
-PAGES = ("Commission", "Parameters", "Motion", "Tune", "Faults", "Bus", "Records", "API", "Servos")
+PAGES = ("Commission", "Matrix", "Motion", "Parameters", "Tune", "Overview", "Faults", "Bus", "Records", "API", "Servos")
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def kill(server: Server, page: Page) -> None:
 
 
 def open_page(page: Page, name: str) -> None:
-    page.locator("nav").get_by_role("link", name=re.compile(f"^{name}")).click()
+    page.locator("nav").get_by_role("link", name=re.compile(f"^{name}")).first.click()
 
 
 def test_every_page_opens_after_the_server_is_gone_and_its_parts_too(own: Server, tab: Page) -> None:

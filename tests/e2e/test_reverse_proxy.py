@@ -164,13 +164,17 @@ def test_the_page_lives_below_a_path_in_a_browser(upstream: str, tmp_path: Path,
             expect(page).to_have_url(re.compile(re.escape(url) + r"servos/matrix\?uids=[0-9a-f]{32}$"))
             page.reload()
             expect(page.locator(".matrix")).to_be_visible()
-            for name in ("Commission", "Motion", "Tune", "Faults", "Bus", "Records", "API", "Parameters", "Servos"):
-                page.locator("nav").get_by_role("link", name=re.compile(f"^{name}")).click()
+            for name in ("Commission", "Matrix", "Faults", "Bus", "Records", "API", "Motion", "Servos"):
+                page.locator(".rail nav").get_by_role("link", name=re.compile(f"^{name}")).click()
                 assert page.url.startswith(url), name
                 expect(page.locator("main h1").first).to_be_visible()
                 expect(page.get_by_test_id("missing-page")).to_have_count(0)
             rows.first.locator("a").first.click()
-            expect(page).to_have_url(re.compile(re.escape(url) + r"servos/[0-9a-f]{32}/parameters"))
+            expect(page).to_have_url(re.compile(re.escape(url) + r"servos/[0-9a-f]{32}$"))
+            for tab in ("motion", "tune", "faults", "parameters"):
+                page.get_by_test_id(f"servo-tab-{tab}").click()
+                expect(page).to_have_url(re.compile(re.escape(url) + rf"servos/[0-9a-f]{{32}}/{tab}$"))
+                expect(page.locator("main h1").first).to_be_visible()
             frame = page.frame_locator("iframe")
             frame.locator("canvas").first.wait_for(timeout=30_000)
             assert outside == []

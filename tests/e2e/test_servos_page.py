@@ -133,4 +133,4 @@ def test_the_wall_shows_each_servo_found_under_its_name_and_leads_to_it(page: Pa
     expect(link).to_have_attribute("aria-label", re.compile(rf"^{shown[2]['label']}, [+−]?\d+\.\d°, "))
     expect(link).to_have_attribute("data-stale", "false")
     link.press("Enter")
-    expect(page).to_have_url(re.compile(rf"/servos/{shown[2]['uid']}/parameters"))
+    expect(page).to_have_url(re.compile(rf"/servos/{shown[2]['uid']}$"))

@@ -116,7 +116,7 @@ def test_twelve_new_servos_on_a_tablet_by_touch(browser: Browser, server: Server
     # a move to see that it is well
     page.get_by_role("link", name="Servos").first.tap()
     page.locator(f"[data-testid=servo-row-{uids[0]}] a.row-link").tap()
-    page.get_by_role("link", name="Motion").first.tap()
+    page.get_by_test_id("servo-tab-motion").tap()
     page.get_by_test_id("enable-motion").tap()
     page.get_by_test_id("jog-value").fill("30")
     page.get_by_test_id("jog-go").tap()

@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import { uids } from "./fleet";
 import { motionOn, moving } from "./moving";
-import { go, lastUid, type Page, pathOf } from "./route";
+import { go, lastUid, OF_A_SERVO, type Page, pathOf } from "./route";
 
 type Act = (event: KeyboardEvent) => void;
 
@@ -112,6 +112,8 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
       event.preventDefault();
       return;
     }
+    const turns = TURNS.has(event.key) && !covered() && (event.key.length === 1 || free(event.target));
+    if (turns && newest(event.key, event)) event.preventDefault();
     const wiggles = event.key.toLowerCase() === "w" && !event.repeat && !covered();
     if (wiggles && newest("w", event)) event.preventDefault();
     gAt = event.key === "g" ? performance.now() : Number.NEGATIVE_INFINITY;
@@ -129,6 +131,13 @@ export function listen(target: Window, stop: (key: StopKey) => void): () => void
   };
 }
 
+/** To another servo. Arrows mean that only where they mean nothing else, and never beside a horn that they could jog. */
+const TURNS: ReadonlySet<string> = new Set(["j", "k", "ArrowLeft", "ArrowRight"]);
+
+function free(target: EventTarget | null): boolean {
+  return (target === document.body || target === document.querySelector("main")) && !motionOn();
+}
+
 /** Whether a dialog is open: what acts on the servo of the page waits behind it. */
 function covered(): boolean {
   return document.querySelector('[aria-modal="true"]') !== null;
@@ -143,24 +152,23 @@ function newest(key: string, event: KeyboardEvent): boolean {
 const PAGES: Readonly<Record<string, Page>> = {
   s: "servos",
   c: "commission",
+  o: "overview",
   p: "parameters",
   m: "motion",
   t: "tune",
   f: "faults",
+  x: "matrix",
   b: "bus",
   r: "records",
   o: "scope",
   a: "api",
 };
 
-/** Pages of one servo; the others show all of them. */
-const OF_A_SERVO: ReadonlySet<Page> = new Set(["parameters", "motion", "tune"]);
-
 function follow(key: string): boolean {
   const page = PAGES[key];
   if (page === undefined) return false;
   const uid = lastUid.peek() ?? uids.peek()[0] ?? null;
-  go(pathOf(page, OF_A_SERVO.has(page) ? uid : null));
+  go(pathOf(page, page !== "faults" && OF_A_SERVO.some(one => one === page) ? uid : null));
   // From here Tab goes through the new page, and a screen reader begins to read it.
   document.querySelector("main")?.focus();
   return true;

@@ -17,7 +17,7 @@ describe("parse", () => {
     ["/servos", "servos", null],
     ["/servos/", "servos", null],
     ["/servos/matrix", "matrix", null],
-    [`/servos/${uid}`, "parameters", uid],
+    [`/servos/${uid}`, "overview", uid],
     [`/servos/${uid}/motion`, "motion", uid],
     ["/bus/", "bus", null],
     ["/api-page", "api", null],

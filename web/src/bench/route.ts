@@ -6,6 +6,7 @@ export type Page =
   | "servos"
   | "matrix"
   | "commission"
+  | "overview"
   | "parameters"
   | "motion"
   | "tune"
@@ -39,7 +40,7 @@ export function parse(path: string, hash: string): Route {
   if (MATRIX.test(path)) return { page: "matrix", uid: null, hash: behind };
   const found = SERVO.exec(path);
   if (!found?.[1]) return { page: "missing", uid: null, hash: "" };
-  return { page: (found[2] ?? "parameters") as Page, uid: found[1], hash: behind };
+  return { page: (found[2] ?? "overview") as Page, uid: found[1], hash: behind };
 }
 
 /** Choices of a page, by their names in its address; an empty one is left out. */
@@ -56,7 +57,7 @@ function below(page: Page, uid: string | null): string {
   if ((page === "faults" || page === "tune") && uid === null) return `/${page}`;
   if (page === "matrix") return "/servos/matrix";
   if (page === "servos" || page === "missing" || uid === null) return "/servos";
-  return `/servos/${uid}/${page}`;
+  return page === "overview" ? `/servos/${uid}` : `/servos/${uid}/${page}`;
 }
 
 function withQuery(before: string, changes: Query): string {
@@ -80,7 +81,7 @@ export const route = signal<Route>(here());
 /** What stands behind the "?", without it. */
 const query = signal(location.search.slice(1));
 
-/** The servo last looked at: where the rail's Parameters and Motion lead. */
+/** The servo last looked at: where the rail's Motion and the keys of its tabs lead. */
 export const lastUid = signal<string | null>(route.peek().uid);
 
 export const page = computed(() => route.value.page);
@@ -129,6 +130,9 @@ function write(behind: string): void {
     refused = setTimeout(() => write(behind), AGAIN_MS);
   }
 }
+
+/** The pages of one servo: tabs below one head. Faults without a servo shows all of them. */
+export const OF_A_SERVO = ["overview", "parameters", "motion", "tune", "faults"] as const;
 
 /** The address of the same page, with the same choices, of another servo. */
 export function sameFor(uid: string): string {

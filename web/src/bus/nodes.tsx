@@ -97,7 +97,7 @@ function columnsOf(passed: number): readonly Column<BusNode>[] {
         return (
           <>
             {known ? (
-              <RowLink path={pathOf("parameters", known.uid)}>{nodeName(one)}</RowLink>
+              <RowLink path={pathOf("overview", known.uid)}>{nodeName(one)}</RowLink>
             ) : (
               <b>{nodeName(one)}</b>
             )}

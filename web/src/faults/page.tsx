@@ -14,7 +14,6 @@ import { Guides } from "../kit/guide";
 import { Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { ToSnapshots } from "../servo/condition-lines";
-import { faults as words } from "../text/topics";
 import {
   acknowledge,
   faultsOf,
@@ -24,7 +23,8 @@ import {
   readServos,
   troubleOf,
   unseen,
-} from "./state";
+} from "../servo/faults";
+import { faults as words } from "../text/topics";
 import "./faults.css";
 
 const KIND: Record<KnownFault["level"], ConditionKind> = {
@@ -43,9 +43,9 @@ export function FaultsPage({ uid }: { uid: string | null }) {
   const trouble = troubleOf(uids);
   const missing = uids.length === 0 ? !loaded.value : readServos.value === 0 && trouble === null;
   return (
-    <div class="page faults" data-testid="faults-page">
+    <div class={`${uid === null ? "page" : "servo-tab"} faults`} data-testid="faults-page">
       <div class="page-head">
-        <h1>{words.title}</h1>
+        {uid === null ? <h1>{words.title}</h1> : <h2>{words.title}</h2>}
         <span class="second" data-testid="faults-summary" role="status">
           {words.summary(now.length, open.length)}
         </span>
@@ -158,7 +158,7 @@ function Part({
 function FaultItem({ one }: { one: KnownFault }) {
   const known = servo(one.uid);
   const name = nameOf(known);
-  const path = pathOf("parameters", one.uid);
+  const path = pathOf("overview", one.uid);
   const open = unseen(one);
   return (
     <li

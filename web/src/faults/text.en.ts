@@ -42,5 +42,5 @@ export const words = {
   loading: "Reading the faults.",
   failed: (why: string) => `Some faults could not be read or acknowledged. ${why}`,
   again: "Try again",
-  open: (name: string) => `Parameters of ${name}`,
+  open: (name: string) => `Open ${name}`,
 };

@@ -38,5 +38,5 @@ export const words = {
   loading: "異常を読み出し中。",
   failed: why => `異常の一部を読み出しまたは確認できません。${why}`,
   again: "再試行",
-  open: name => `${name}のパラメーター`,
+  open: name => `${name}を開く`,
 } satisfies Topics["faults"];

@@ -11,6 +11,7 @@ import { shownChange } from "../change/flow";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
 import { MotionPage } from "../motion/page";
+import { isTab, ServoPage } from "../servo/page";
 import { ServosPage } from "../servos/page";
 import { Bands } from "./bands";
 import { TopBar } from "./bar";
@@ -25,6 +26,7 @@ const FaultsPage = lazy<{ uid: string | null }>(() => import("../faults/page").t
 const KeysHelp = lazy<{ onClose: () => void }>(() => import("./keys-help").then(file => file.KeysHelp));
 const LoginPage = lazy(() => import("../login/page").then(file => file.LoginPage));
 const MatrixPage = lazy<{ hash: string }>(() => import("../matrix/page").then(file => file.MatrixPage));
+const OverviewPage = lazy<{ uid: string }>(() => import("../overview/page").then(file => file.OverviewPage));
 const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
   import("../parameters/page").then(file => file.ParametersPage),
 );
@@ -58,7 +60,7 @@ export function App() {
       </Panel>
       <main tabIndex={-1}>
         {/* Another page begins anew, whatever became of the one before. */}
-        <Panel key={`${route.value.page}/${route.value.uid}`}>
+        <Panel key={route.value.uid === null ? route.value.page : "servo"}>
           {signedOut.value ? <LoginPage /> : <Page />}
         </Panel>
       </main>
@@ -89,11 +91,20 @@ export function App() {
 function Page() {
   const { page, uid, hash } = route.value;
   if (uid !== null && servo(uid) === undefined) return <MissingServo uid={uid} />;
-  if (page === "parameters" && uid) return <ParametersPage key={uid} uid={uid} hash={hash} />;
+  const one = servo(uid);
+  if (one !== undefined && isTab(page))
+    return (
+      <ServoPage one={one} tab={page}>
+        {page === "overview" && <OverviewPage uid={one.uid} />}
+        {page === "parameters" && <ParametersPage uid={one.uid} hash={hash} />}
+        {page === "motion" && <MotionPage uid={one.uid} />}
+        {page === "tune" && <TunePage uid={one.uid} />}
+        {page === "faults" && <FaultsPage uid={one.uid} />}
+      </ServoPage>
+    );
   if (page === "matrix") return <MatrixPage hash={hash} />;
-  if (page === "motion" && uid) return <MotionPage key={uid} uid={uid} />;
-  if (page === "tune") return <TunePage uid={uid} />;
-  if (page === "faults") return <FaultsPage uid={uid} />;
+  if (page === "tune") return <TunePage uid={null} />;
+  if (page === "faults") return <FaultsPage uid={null} />;
   if (page === "bus") return <BusPage hash={hash} />;
   if (page === "commission") return <CommissionPage />;
   if (page === "api") return <ApiPage />;

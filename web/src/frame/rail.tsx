@@ -7,7 +7,7 @@ import { all, nameOf, servo, uids } from "../bench/fleet";
 import { up } from "../bench/link";
 import { motion } from "../bench/motion";
 import { reload } from "../bench/reload";
-import { lastUid, type Page, pathOf, route } from "../bench/route";
+import { lastUid, type Page, pathOf, type Route, route } from "../bench/route";
 import { chooseTheme, type ThemeWish, themeWish } from "../bench/theme";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
@@ -19,7 +19,7 @@ import { chooseLanguage, LANGUAGES, type Language, spoken } from "../text/langua
 
 function nameOfPage(page: Page): string {
   if (page === "missing") return text.missing.page;
-  return text.nav[page === "matrix" ? "servos" : page];
+  return text.nav[page];
 }
 
 /** What the tab of the browser says: the page, and whose it is. */
@@ -44,34 +44,31 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
           {known.length > 0 && <span class="badge">{known.length}</span>}
         </Item>
         <Item page="commission" uid={null} icon="commission" label={text.nav.commission} />
+        <Item page="matrix" uid={null} icon="matrix" label={text.nav.matrix}>
+          {unsaved > 0 && (
+            <span class="badge">
+              <span class="k-intent">
+                <Icon name="half" size={14} />
+              </span>
+              {unsaved}
+              <span class="hidden-text">{text.servos.ramOnly(unsaved)}</span>
+            </span>
+          )}
+        </Item>
         {uid !== null && (
-          <>
-            <Item page="parameters" uid={uid} icon="parameters" label={text.nav.parameters}>
-              {unsaved > 0 && (
+          <Item page="motion" uid={uid} icon="motion" label={text.nav.motion}>
+            {motion.value.phase === "on" ? (
+              <span class="badge intent">
+                ●<span class="word">{text.nav.on}</span>
+              </span>
+            ) : (
+              stopped.value && (
                 <span class="badge">
-                  <span class="k-intent">
-                    <Icon name="half" size={14} />
-                  </span>
-                  {unsaved}
-                  <span class="hidden-text">{text.servos.ramOnly(unsaved)}</span>
+                  <span class="word">{text.nav.stopped}</span>
                 </span>
-              )}
-            </Item>
-            <Item page="motion" uid={uid} icon="motion" label={text.nav.motion}>
-              {motion.value.phase === "on" ? (
-                <span class="badge intent">
-                  ●<span class="word">{text.nav.on}</span>
-                </span>
-              ) : (
-                stopped.value && (
-                  <span class="badge">
-                    <span class="word">{text.nav.stopped}</span>
-                  </span>
-                )
-              )}
-            </Item>
-            <Item page="tune" uid={uid} icon="tune" label={text.nav.tune} />
-          </>
+              )
+            )}
+          </Item>
         )}
         <Item page="scope" uid={null} icon="scope" label={text.nav.scope} />
         <Item page="faults" uid={null} icon="faults" label={text.nav.faults}>
@@ -187,7 +184,7 @@ function Item({ page, uid, icon, label, children }: ItemProps) {
     <a
       class="rail-item"
       href={path}
-      aria-current={shownBy(route.value.page) === page ? "page" : undefined}
+      aria-current={shownBy(route.value) === page ? "page" : undefined}
       onClick={event => follow(event, path)}
     >
       <Icon name={icon} />
@@ -197,7 +194,7 @@ function Item({ page, uid, icon, label, children }: ItemProps) {
   );
 }
 
-/** The item a page belongs to: the matrix is reached from Servos and has none of its own. */
-function shownBy(page: Page): Page {
-  return page === "matrix" ? "servos" : page;
+/** The item a page belongs to: the tabs of a servo are reached from Servos; groups of them move in one. */
+function shownBy({ page, uid }: Route): Page {
+  return uid !== null && page !== "motion" ? "servos" : page;
 }

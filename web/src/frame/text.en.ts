@@ -5,6 +5,8 @@ const count = (n: number, one: string, many: string) => `${n} ${n === 1 ? one : 
 export const nav = {
   servos: "Servos",
   commission: "Commission",
+  overview: "Overview",
+  matrix: "Matrix",
   parameters: "Parameters",
   motion: "Motion",
   tune: "Tune",

@@ -5,6 +5,8 @@ export const frame = {
   nav: {
     servos: "サーボ",
     commission: "初期設定",
+    overview: "概要",
+    matrix: "マトリクス",
     parameters: "パラメーター",
     motion: "動作",
     tune: "調整",

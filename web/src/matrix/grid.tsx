@@ -140,7 +140,7 @@ function ColumnHead({ uid, alone, onCopy }: { uid: string; alone: boolean; onCop
   if (!one) return <th scope="col" />;
   const name = nameOf(one);
   const condition = conditionHere(one);
-  const path = pathOf("parameters", uid);
+  const path = pathOf("overview", uid);
   return (
     <th scope="col" class={one.online ? "" : "away"} data-testid={`column-${uid}`}>
       <a href={path} title={text.servos.open(name)} onClick={event => follow(event, path)}>

@@ -1,18 +1,15 @@
 /** The Motion page of one servo: off until it is asked for, each visit anew; then jog and plot. */
 import { useEffect } from "preact/hooks";
 import type { TorqueMode } from "../api/types";
-import { nameOf, peekServo, servo } from "../bench/fleet";
+import { servo } from "../bench/fleet";
 import { connection } from "../bench/link";
-import { endMotion, membersOf, motion } from "../bench/motion";
+import { endMotion, motion } from "../bench/motion";
 import { sheetOf } from "../bench/parameters";
 import { forgetAnswered } from "../bench/release";
 import { narrow } from "../bench/screen";
-import { Button } from "../kit/button";
 import { lazy } from "../kit/lazy";
-import { ServoHead } from "../servo/head";
 import { MotionGate } from "../servo/motion-gate";
 import { SidePanel } from "../servo/side-panel";
-import { text } from "../text";
 
 const JogPad = lazy<{ uid: string; torque: TorqueMode }>(() => import("./jog-pad").then(file => file.JogPad));
 const GroupChoice = lazy<{ uid: string }>(() => import("./group-panel").then(file => file.GroupChoice));
@@ -35,35 +32,17 @@ export function MotionPage({ uid }: { uid: string }) {
   const present = motion.value;
   const on = present.phase === "on" && present.uid === uid;
   return (
-    <div class="page">
-      {on && <MotionBand names={membersOf(present).map(each => nameOf(peekServo(each)))} />}
-      <ServoHead one={one} />
-      <div class="split motion-split">
-        <div class="scroll motion-main">
-          {on ? (
-            <JogPad uid={uid} torque={present.torque} />
-          ) : (
-            <MotionGate one={one}>
-              <GroupChoice uid={uid} />
-            </MotionGate>
-          )}
-        </div>
-        {!narrow.value && <SidePanel uid={uid} />}
+    <div class="split motion-split">
+      <div class="scroll motion-main">
+        {on ? (
+          <JogPad uid={uid} torque={present.torque} />
+        ) : (
+          <MotionGate one={one}>
+            <GroupChoice uid={uid} />
+          </MotionGate>
+        )}
       </div>
+      {!narrow.value && <SidePanel uid={uid} />}
     </div>
-  );
-}
-
-function MotionBand({ names }: { names: string[] }) {
-  return (
-    <section class="motion-band" data-testid="motion-band">
-      <span class="k-intent">●</span>
-      <b>{names.length === 1 ? text.motion.band(names[0] ?? "") : text.motion.bandAll(names.join(", "))}</b>
-      <span class="second touch-hide">{text.motion.bandText}</span>
-      <span class="grow" />
-      <Button testid="disable-motion" onClick={() => endMotion(null)}>
-        {text.motion.turnOff}
-      </Button>
-    </section>
   );
 }

@@ -16,7 +16,6 @@ import { SaveBar } from "../change/save-bar";
 import { UndoLine } from "../change/undo";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
-import { ServoHead } from "../servo/head";
 import { SidePanel } from "../servo/side-panel";
 import { text } from "../text";
 import { LIVE_TAB, openTab, Tabs } from "./group-tabs";
@@ -72,10 +71,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
     checking.value = false;
   };
   return (
-    <div class="page">
-      <ServoHead one={one}>
-        <TorqueOff uid={uid} />
-      </ServoHead>
+    <>
       {known && (
         <Tabs
           sheet={sheet}
@@ -84,6 +80,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           onChoose={key => changeChoices({ tab: key === known.tabs[0]?.key ? "" : key }, "")}
           pwm={one.pwm}
         >
+          <TorqueOff uid={uid} />
           <Search
             label={text.params.search}
             value={wanted.value}
@@ -155,7 +152,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
           }}
         />
       )}
-    </div>
+    </>
   );
 }
 

@@ -17,8 +17,8 @@ import { Choice } from "../kit/field";
 import { Icon } from "../kit/icon";
 import { Empty, instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
+import { auditedNotes, auditWord } from "../servo/audit-text";
 import { records as words } from "../text/topics";
-import { auditedNotes, auditWord } from "./audit-text";
 
 const said = words.audit;
 const PAGE = 200;

@@ -22,8 +22,8 @@ import { follow } from "../kit/follow";
 import { Done, Empty, instant, Unread } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
+import { reasonText } from "../servo/audit-text";
 import { records as words } from "../text/topics";
-import { reasonText } from "./audit-text";
 import { inventoryNameOf } from "./inventory";
 
 const said = words.snapshots;

@@ -2,21 +2,21 @@
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { stopped } from "../bench/bench";
-import { all, type KnownServo, nameOf } from "../bench/fleet";
+import type { KnownServo } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { modelName } from "../bench/model";
 import { motionOn } from "../bench/moving";
-import { go, sameFor } from "../bench/route";
 import { conditionHere } from "../bench/servo-condition";
 import { RestoreButton, RestoreRefused } from "../change/restore-button";
 import { canRestore } from "../change/restoring";
 import { Glyph } from "../kit/glyph";
-import { Icon } from "../kit/icon";
 import { text } from "../text";
 import { ServoActions } from "./actions";
 import { ConditionLines } from "./condition-lines";
 import { LiveDial } from "./live-dial";
 import { FirmwareNote, ModelNotes, useNote } from "./model-notes";
+import { ServoPicker } from "./picker";
+import { RomState } from "./rom-state";
 
 interface Props {
   one: KnownServo;
@@ -30,9 +30,9 @@ export function ServoHead({ one, children }: Props) {
   return (
     <>
       <header class="servo-page-head">
-        <LiveDial one={one} size={56} />
+        <LiveDial one={one} size={64} />
         <div class="who">
-          <ServoChoice one={one} />
+          <ServoPicker one={one} />
           <small class="second">
             {text.params.facts(
               modelName(one),
@@ -53,6 +53,7 @@ export function ServoHead({ one, children }: Props) {
           <Glyph kind={condition.kind} />
           <ConditionLines uid={one.uid} of={condition} />
         </div>
+        <RomState one={one} />
         <div class="head-right">
           {canRestore(one) && !motionOn() && !stopped.value && (
             <RestoreButton
@@ -63,7 +64,7 @@ export function ServoHead({ one, children }: Props) {
               }}
             />
           )}
-          <ServoActions one={one} />
+          <ServoActions key={one.uid} one={one} />
           {children}
         </div>
       </header>
@@ -74,32 +75,5 @@ export function ServoHead({ one, children }: Props) {
       )}
       <ModelNotes one={one} open={noted.value} />
     </>
-  );
-}
-
-function ServoChoice({ one }: { one: KnownServo }) {
-  const others = all.value;
-  if (others.length < 2) return <h1>{nameOf(one)}</h1>;
-  return (
-    <h1 class="choose">
-      <label>
-        <span class="hidden-text">{text.params.choose}</span>
-        <select
-          value={one.uid}
-          data-testid="choose-servo"
-          onChange={event => go(sameFor(event.currentTarget.value))}
-        >
-          {others.map(other => (
-            <option key={other.uid} value={other.uid}>
-              {nameOf(other)}
-            </option>
-          ))}
-        </select>
-        <span class="choose-face" aria-hidden="true">
-          {nameOf(one)}
-          <Icon name="down" size={16} />
-        </span>
-      </label>
-    </h1>
   );
 }

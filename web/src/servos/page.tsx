@@ -19,6 +19,7 @@ import { lazy } from "../kit/lazy";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
 import { EmptyServos, Reconnect } from "../servo/empty";
+import { isFound } from "../servo/picker";
 import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
 import { Head, SortChoice } from "./columns";
@@ -62,7 +63,7 @@ export function ServosPage() {
   // Only the list of uids goes down: a row redraws itself.
   const found = useComputed(() =>
     all.value
-      .filter(one => matches(one, wanted.value) && passes(one, filter.value))
+      .filter(one => isFound(one, wanted.value) && passes(one, filter.value))
       .filter(one => model.value === "" || one.model === model.value)
       .map(one => one.uid)
       .join(" "),
@@ -183,13 +184,6 @@ function OutputsOff() {
       <RestoreRefused why={refused.value} />
     </div>
   );
-}
-
-function matches(one: KnownServo, wanted: string): boolean {
-  const words = wanted.trim().toLowerCase();
-  if (words === "") return true;
-  const facts = [nameOf(one), one.serial, one.uid, one.model, one.servo_id, one.node_id];
-  return facts.some(fact => fact !== null && String(fact).toLowerCase().includes(words));
 }
 
 function words(joined: string): string[] {

@@ -6,7 +6,7 @@ import { age, angle, NONE, number, withUnit } from "../bench/format";
 import { angleNow, figureNow } from "../bench/fresh";
 import { connection, up } from "../bench/link";
 import { modelName } from "../bench/model";
-import { sheetOf, wantSheet } from "../bench/parameters";
+import { wantSheet } from "../bench/parameters";
 import { pathOf } from "../bench/route";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
 import { wiggled, wiggling } from "../bench/wiggle";
@@ -19,6 +19,7 @@ import { everyFrame } from "../plots/frames";
 import { Sparkline } from "../plots/sparkline";
 import { ConditionLines } from "../servo/condition-lines";
 import { LiveDial } from "../servo/live-dial";
+import { romKnown } from "../servo/rom-state";
 import { UnitMark } from "../servo/unit-mark";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
@@ -99,7 +100,7 @@ function LiveAngle({ one }: { one: KnownServo }) {
 }
 
 function NameCell({ one }: { one: KnownServo }) {
-  const path = pathOf("parameters", one.uid);
+  const path = pathOf("overview", one.uid);
   const name = nameOf(one);
   return (
     <>
@@ -219,10 +220,4 @@ function LostBadge({ uid, name, n }: { uid: string; name: string; n: number }) {
       <span>{text.servos.ramLost(n)}</span>
     </a>
   );
-}
-
-// "Saved" is said only when something of ROM is known: else silence would read as a promise.
-function romKnown(one: KnownServo): boolean {
-  const reading = sheetOf(one.uid).reading("angle_limit_cw").value;
-  return one.online && reading !== undefined && reading.rom !== null;
 }

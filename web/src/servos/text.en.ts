@@ -31,7 +31,7 @@ export const servos = {
   unitConflict: "Status and register 0x08 disagree about the position unit.",
   rename: (name: string) => `Rename ${name}`,
   nickname: "Nickname",
-  open: (name: string) => `Parameters of ${name}`,
+  open: (name: string) => `Open ${name}`,
   unknownModel: "Unknown model",
   unknownLine: "Read only",
   more: "More servos: wire them to the bus. They appear here by themselves.",
@@ -71,6 +71,16 @@ export const servos = {
   waiting: "Waiting for a node ID",
   stages: ["heard", "2 of 3 parts", "third part"] as const,
   usually: "Normal: up to 1.8\u202fs per servo",
+};
+
+/** The head of a servo's pages. */
+export const head = {
+  tabs: "Pages of this servo",
+  before: "Servo before",
+  after: "Servo after",
+  place: (n: number, of: number) => `${n} of ${of}`,
+  saved: "All values are in ROM",
+  notKnown: "ROM not known",
 };
 
 /** What can be done with a servo as a whole. */

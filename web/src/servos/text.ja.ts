@@ -55,7 +55,7 @@ export const servos = {
     unitConflict: "Statusと0x08の位置の単位が一致しません。",
     rename: name => `${name}の名前を変更`,
     nickname: "名前",
-    open: name => `${name}のパラメーター`,
+    open: name => `${name}を開く`,
     unknownModel: "未知の機種",
     unknownLine: "読み出し専用",
     more: "サーボを追加するにはバスに配線してください。自動でここに現れます。",
@@ -65,6 +65,14 @@ export const servos = {
     waiting: "ノードID待ち",
     stages: ["受信", "2/3受信", "3/3受信"],
     usually: "通常、1台あたり最大1.8\u202fs",
+  },
+  head: {
+    tabs: "このサーボのページ",
+    before: "前のサーボ",
+    after: "次のサーボ",
+    place: (n, of) => `${n} / ${of}`,
+    saved: "すべてROMに保存済み",
+    notKnown: "ROM不明",
   },
   actions: {
     label: name => `${name}の操作`,

@@ -12,6 +12,7 @@ import { words as keys } from "../frame/keys.en";
 import { words as login } from "../login/text.en";
 import { words as matrix } from "../matrix/text.en";
 import { words as jogging } from "../motion/jog.en";
+import { words as overview } from "../overview/text.en";
 import { words as plots } from "../plots/text.en";
 import { words as recorder } from "../records/recorder.en";
 import { words as records } from "../records/text.en";
@@ -34,6 +35,7 @@ export const topics = {
   jogging,
   login,
   matrix,
+  overview,
   plots,
   recorder,
   records,

@@ -12,6 +12,7 @@ import { words as keys } from "../frame/keys.ja";
 import { words as login } from "../login/text.ja";
 import { words as matrix } from "../matrix/text.ja";
 import { words as jogging } from "../motion/jog.ja";
+import { words as overview } from "../overview/text.ja";
 import { words as plots } from "../plots/text.ja";
 import { words as recorder } from "../records/recorder.ja";
 import { words as records } from "../records/text.ja";
@@ -35,6 +36,7 @@ export const topics = {
   keys,
   login,
   matrix,
+  overview,
   plots,
   recorder,
   records,

@@ -14,6 +14,7 @@ export const {
   jogging,
   login,
   matrix,
+  overview,
   plots,
   recorder,
   records,

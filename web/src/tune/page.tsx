@@ -1,13 +1,12 @@
 /** The Tune page of one servo: motion off until it is asked for, the step test, its runs, the gains beside it. */
 import { useEffect } from "preact/hooks";
-import { loaded, nameOf, servo, uids } from "../bench/fleet";
+import { loaded, servo, uids } from "../bench/fleet";
 import { connection } from "../bench/link";
 import { endMotion, motion } from "../bench/motion";
 import { sheetOf } from "../bench/parameters";
 import { go, lastUid, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Panel } from "../kit/panel";
-import { ServoHead } from "../servo/head";
 import { MotionGate } from "../servo/motion-gate";
 import { text } from "../text";
 import { tune as words } from "../text/topics";
@@ -63,19 +62,7 @@ function Tune({ uid }: { uid: string }) {
   }, [uid, on, busy]);
   if (!one) return null;
   return (
-    <div class="page tune" data-testid="tune-page" data-motion={on ? "on" : "off"}>
-      {on && (
-        <section class="motion-band" data-testid="motion-band">
-          <span class="k-intent">●</span>
-          <b>{words.band(nameOf(one))}</b>
-          <span class="second touch-hide">{text.motion.bandText}</span>
-          <span class="grow" />
-          <Button testid="disable-motion" onClick={() => endMotion(null)}>
-            {text.motion.turnOff}
-          </Button>
-        </section>
-      )}
-      <ServoHead one={one} />
+    <div class="servo-tab tune" data-testid="tune-page" data-motion={on ? "on" : "off"}>
       <div class="tune-split">
         <div class="tune-main">
           {on ? <TuneForm one={one} /> : <MotionGate one={one} />}

@@ -5,7 +5,6 @@ const seconds = (s: string) => `${s}${S}s`;
 
 export const words = {
   title: "Step test",
-  band: (name: string) => `Motion is on for ${name} only.`,
   noServo: "No servo to tune",
   noServoLine: "As soon as a servo answers on the bus, its step tests stand here.",
   toServos: "Go to Servos",

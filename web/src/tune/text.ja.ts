@@ -5,7 +5,6 @@ const S = "\u202f";
 
 export const words = {
   title: "ステップ試験",
-  band: name => `${name}だけ動作が有効です。`,
   noServo: "調整するサーボがありません",
   noServoLine: "バスでサーボが応答すると、そのステップ試験がここに並びます。",
   toServos: "サーボへ",

@@ -98,7 +98,7 @@ function Place({ uid, box, dial }: { uid: string; box: PictureBox | null; dial: 
   if (!one) return null;
   const { stale } = present;
   const condition = conditionHere(one);
-  const path = pathOf("parameters", uid);
+  const path = pathOf("overview", uid);
   const said = angle(present.value);
   return (
     <li

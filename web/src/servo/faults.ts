@@ -1,4 +1,4 @@
-/** What the Faults page knows: the list of every servo as last read, its order, and acknowledging. */
+/** The faults of servos: the list of each as last read, its order, and acknowledging. */
 
 import { computed, signal } from "@preact/signals";
 import { ask, problemOf } from "../api/client";

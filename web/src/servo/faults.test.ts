@@ -1,7 +1,7 @@
 /** Faults: which are now, in what order they stand, and which still want to be acknowledged. */
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { Fault } from "../api/types";
-import { acknowledge, faultsOf, readFaults, troubleOf, unseen } from "./state";
+import { acknowledge, faultsOf, readFaults, troubleOf, unseen } from "./faults";
 
 const A = "a".repeat(32);
 const B = "b".repeat(32);

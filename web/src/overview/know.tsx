@@ -1,0 +1,280 @@
+/** What is known of a servo: its last seconds, faults, what ROM lacks, its last step test, snapshots, history. */
+import { useEffect, useMemo } from "preact/hooks";
+import { ask } from "../api/client";
+import type { AuditRow, Snapshot } from "../api/config-types";
+import type { StepRun } from "../api/lab-types";
+import { Asked } from "../bench/asked";
+import { catalog } from "../bench/catalog";
+import { now } from "../bench/clock";
+import { angleOf, type KnownServo } from "../bench/fleet";
+import { age, angle, clock, date, minute, number, withUnit } from "../bench/format";
+import { who } from "../bench/holder";
+import { connection } from "../bench/link";
+import { sheetOf } from "../bench/parameters";
+import { go, pathOf } from "../bench/route";
+import { rowLabelOf, valueText } from "../bench/row-text";
+import { Button } from "../kit/button";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { lazy } from "../kit/lazy";
+import { Panel } from "../kit/panel";
+import { auditWord, reasonText } from "../servo/audit-text";
+import { faultsOf, type KnownFault, readFaults } from "../servo/faults";
+import { overview as words } from "../text/topics";
+import { Card, Fact } from "./card";
+import { taken } from "./state";
+
+const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then(file => file.AnglePlot));
+
+/** More than these are counted, and stand where the card leads to. */
+const SHOWN = 3;
+
+export function Know({ one }: { one: KnownServo }) {
+  return (
+    <div class="o-know">
+      <Panel>
+        <div class="o-plot">
+          <AnglePlot uid={one.uid} />
+        </div>
+      </Panel>
+      <Panel>
+        <Faults one={one} />
+        <Unsaved one={one} />
+      </Panel>
+      <Panel>
+        <LastRun one={one} />
+        <Snapshots one={one} />
+      </Panel>
+      <Panel>
+        <History one={one} />
+      </Panel>
+    </div>
+  );
+}
+
+function Faults({ one }: { one: KnownServo }) {
+  const { failure, warning, notification } = one.faults;
+  useEffect(() => {
+    readFaults(one.uid);
+  }, [one.uid, connection.value, one.online, one.unacknowledged, failure, warning, notification]);
+  const found = faultsOf([one.uid]);
+  const heard = angleOf(one, now.value).age;
+  const past = found.past.slice(0, Math.max(1, SHOWN - 1 - found.now.length));
+  const left = found.now.length + found.past.length - past.length - Math.min(found.now.length, SHOWN);
+  return (
+    <Card title={words.faults} path={pathOf("faults", one.uid)} link={words.allFaults} testid="card-faults">
+      {found.now.length === 0 && (
+        <Fact
+          glyph={<Glyph kind={one.online ? "ok" : "offline"} />}
+          line={heard === null ? undefined : words.checked(age(heard, one.online ? 1 : 0))}
+        >
+          {words.noneNow}
+        </Fact>
+      )}
+      {found.now.slice(0, SHOWN).map(fault => (
+        <FaultLine key={fault.key} one={fault} says={words.now} />
+      ))}
+      {past.map(fault => (
+        <FaultLine key={fault.key} one={fault} says={words.pastAt} />
+      ))}
+      {left > 0 && <p class="second small">{words.more(left)}</p>}
+    </Card>
+  );
+}
+
+const KIND = { failure: "failure", warning: "warning", notification: "notice" } as const;
+
+function FaultLine({ one, says }: { one: KnownFault; says: (what: string) => string }) {
+  return (
+    <Fact glyph={<Glyph kind={KIND[one.level]} />} line={instant(one.last_seen)}>
+      {says(one.label)}
+    </Fact>
+  );
+}
+
+function Unsaved({ one }: { one: KnownServo }) {
+  const sheet = sheetOf(one.uid);
+  const rows = one.unsaved.flatMap(key => catalog.value?.rows.get(key) ?? []);
+  return (
+    <Card
+      title={words.unsaved}
+      path={pathOf("parameters", one.uid, "", rows.length > 0 ? { filter: "changed" } : {})}
+      link={words.parameters}
+      testid="card-unsaved"
+    >
+      {rows.length === 0 ? (
+        <Fact glyph={<Icon name="tick" size={16} />}>{words.allSaved}</Fact>
+      ) : (
+        <table class="o-unsaved">
+          <thead>
+            <tr>
+              <td />
+              <th scope="col">{words.ram}</th>
+              <th scope="col">{words.rom}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {rows.slice(0, SHOWN).map(row => {
+              const reading = sheet.reading(row.key).value;
+              return (
+                <tr key={row.key}>
+                  <th scope="row">{row.label}</th>
+                  <td class="strong">{valueText(row.key, reading?.value, reading?.unit)}</td>
+                  <td class="second">{valueText(row.key, reading?.rom, reading?.unit)}</td>
+                </tr>
+              );
+            })}
+          </tbody>
+        </table>
+      )}
+      {rows.length > SHOWN && <p class="second small">{words.more(rows.length - SHOWN)}</p>}
+    </Card>
+  );
+}
+
+/** Something of this servo, read when it is shown and again with each connection. */
+function useAsked<T>(look: () => Promise<T>, uid: string, again: unknown = null): Asked<T> {
+  const list = useMemo(() => new Asked<T>(), [uid]);
+  useEffect(() => {
+    if (connection.peek() > 0) void list.load(look);
+  }, [list, connection.value, again]);
+  return list;
+}
+
+function LastRun({ one }: { one: KnownServo }) {
+  const list = useAsked<StepRun[]>(() => ask("GET", "/runs", { query: { uid: one.uid, limit: 1 } }), one.uid);
+  const run = list.value.value?.[0];
+  return (
+    <Card title={words.run} path={pathOf("tune", one.uid)} link={words.toTune} testid="card-run">
+      <Trouble of={list} />
+      {list.value.value?.length === 0 && (
+        <>
+          <Fact glyph={<Icon name="tune" size={16} />} line={words.noRunLine}>
+            {words.noRun}
+          </Fact>
+          <Button onClick={() => go(pathOf("tune", one.uid))}>{words.runStep}</Button>
+        </>
+      )}
+      {run && <RunFact run={run} />}
+    </Card>
+  );
+}
+
+function RunFact({ run }: { run: StepRun }) {
+  const metrics = run.steps.map(step => step.metrics);
+  const settling = metrics.map(one => one.settling_s);
+  const never = settling.length === 0 || settling.includes(null);
+  const hunts = metrics.some(one => one.hunting === "hunting");
+  const overshoot = Math.max(0, ...metrics.map(one => one.overshoot_pct ?? 0));
+  const slowest = Math.max(0, ...settling.map(one => one ?? 0));
+  return (
+    <Fact
+      glyph={<Glyph kind={never || hunts ? "warning" : "ok"} />}
+      line={
+        <>
+          {words.overshoot(withUnit(number(overshoot, 0), "%"))}
+          <br />
+          {words.step(angle(run.step_deg), instant(run.at))}
+        </>
+      }
+    >
+      <b>
+        {hunts
+          ? words.hunting
+          : never
+            ? words.neverSettles
+            : words.settles(withUnit(number(slowest * 1000, 0), "ms"))}
+      </b>
+    </Fact>
+  );
+}
+
+function Snapshots({ one }: { one: KnownServo }) {
+  const list = useAsked<Snapshot[]>(
+    () => ask("GET", "/servos/{uid}/snapshots", { path: { uid: one.uid } }),
+    one.uid,
+    taken.value,
+  );
+  const found = list.value.value;
+  return (
+    <Card
+      title={words.snapshots}
+      path={pathOf("records", null, `snapshots/${one.uid}`)}
+      link={words.toSnapshots}
+      testid="card-snapshots"
+    >
+      <Trouble of={list} />
+      {found?.length === 0 && (
+        <Fact glyph={<Icon name="records" size={16} />} line={words.noSnapshotLine}>
+          {words.noSnapshot}
+        </Fact>
+      )}
+      {found?.slice(0, SHOWN - 1).map(each => (
+        <Fact
+          key={each.id}
+          glyph={<Icon name="records" size={16} />}
+          line={`${instant(each.at)}, ${who(each.by)}`}
+        >
+          {reasonText(each.reason, each.reason_code, each.reason_params)}
+        </Fact>
+      ))}
+      {(found?.length ?? 0) > SHOWN - 1 && (
+        <p class="second small">{words.more((found?.length ?? 0) - SHOWN + 1)}</p>
+      )}
+    </Card>
+  );
+}
+
+const HISTORY = 4;
+
+function History({ one }: { one: KnownServo }) {
+  const list = useAsked<AuditRow[]>(
+    () => ask("GET", "/audit", { query: { uid: one.uid, limit: HISTORY } }),
+    one.uid,
+    `${one.unsaved.length} ${one.state} ${taken.value}`,
+  );
+  const found = list.value.value;
+  return (
+    <Card
+      title={words.history}
+      path={pathOf("records", null, "audit", { servo: one.uid })}
+      link={words.allHistory}
+      wide
+      testid="card-history"
+    >
+      <Trouble of={list} />
+      {found?.length === 0 && <p class="second">{words.noHistory}</p>}
+      <table class="o-history">
+        <tbody>
+          {found?.map(row => (
+            <tr key={row.id}>
+              <td class="second">{instant(row.at)}</td>
+              <td>
+                {auditWord(row.action)}
+                {row.key && `: ${rowLabelOf(row.key)}`}
+                {row.key && row.after != null && ` ${valueText(row.key, row.after)}`}
+                <span class="second">, {auditWord(row.outcome)}</span>
+              </td>
+              <td class="second right">{who(row.by)}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </Card>
+  );
+}
+
+function Trouble<T>({ of }: { of: Asked<T> }) {
+  if (of.problem.value === null) return null;
+  return (
+    <p class="small" role="alert">
+      <Glyph kind="failure" size={14} /> {of.problem.value}
+    </p>
+  );
+}
+
+/** "14:02:31" of today, "2026-03-01 14:02" of another day. */
+function instant(utc: number): string {
+  const day = date(utc);
+  return day === date(Date.now() / 1000) ? clock(utc) : `${day} ${minute(utc)}`;
+}

@@ -1,0 +1,141 @@
+/** What is round every page of one servo: its head, its tabs, the motion band; keys and buttons that lead to the next servo. */
+import type { ComponentChildren } from "preact";
+import { type KnownServo, nameOf, peekServo, uids } from "../bench/fleet";
+import { endMotion, membersOf, motion } from "../bench/motion";
+import { go, OF_A_SERVO, type Page, pathOf, route, sameFor } from "../bench/route";
+import { Button } from "../kit/button";
+import { follow } from "../kit/follow";
+import { Glyph } from "../kit/glyph";
+import { Icon } from "../kit/icon";
+import { Panel } from "../kit/panel";
+import { useKeys } from "../kit/use-keys";
+import { text } from "../text";
+import { ServoHead } from "./head";
+import "./page.css";
+
+type Tab = (typeof OF_A_SERVO)[number];
+
+/** Whether this page is a tab of a servo. */
+export function isTab(page: Page): page is Tab {
+  return OF_A_SERVO.some(one => one === page);
+}
+
+/** The servo so many places further on in the list; undefined past its ends. */
+function beside(uid: string, by: number): string | undefined {
+  return uids.value[uids.value.indexOf(uid) + by];
+}
+
+function turn(by: number): void {
+  const uid = route.peek().uid;
+  const next = uid === null ? undefined : beside(uid, by);
+  if (next !== undefined) go(sameFor(next));
+}
+
+export function ServoPage({
+  one,
+  tab,
+  children,
+}: {
+  one: KnownServo;
+  tab: Tab;
+  children: ComponentChildren;
+}) {
+  const back = () => turn(-1);
+  const on = () => turn(1);
+  useKeys({ j: on, k: back, ArrowRight: on, ArrowLeft: back });
+  const present = motion.value;
+  const moves = present.phase === "on" && present.uid === one.uid;
+  return (
+    <div class="page servo-page">
+      {moves && <MotionBand names={membersOf(present).map(each => nameOf(peekServo(each)))} />}
+      <Panel>
+        <ServoHead one={one}>
+          <Turn uid={one.uid} />
+        </ServoHead>
+      </Panel>
+      <nav class="servo-tabs" aria-label={text.head.tabs}>
+        {OF_A_SERVO.map(key => (
+          <TabLink key={key} one={one} tab={key} chosen={key === tab} />
+        ))}
+      </nav>
+      <div class="servo-tab">
+        <Panel key={`${tab}/${one.uid}`}>{children}</Panel>
+      </div>
+    </div>
+  );
+}
+
+function TabLink({ one, tab, chosen }: { one: KnownServo; tab: Tab; chosen: boolean }) {
+  const path = pathOf(tab, one.uid);
+  const unseen = one.unacknowledged ?? 0;
+  return (
+    <a
+      href={path}
+      data-testid={`servo-tab-${tab}`}
+      aria-current={chosen ? "page" : undefined}
+      onClick={event => follow(event, path)}
+    >
+      {text.nav[tab]}
+      {tab === "parameters" && one.unsaved.length > 0 && (
+        <span class="small">
+          <span class="k-intent">
+            <Icon name="half" size={13} />
+          </span>{" "}
+          {one.unsaved.length}
+          <span class="hidden-text">{text.servos.ramOnly(one.unsaved.length)}</span>
+        </span>
+      )}
+      {tab === "faults" && unseen > 0 && (
+        <span class="small">
+          <Glyph kind={one.faults.failure ? "failure" : "warning"} size={12} /> {unseen}
+          <span class="hidden-text">{text.nav.unseen}</span>
+        </span>
+      )}
+    </a>
+  );
+}
+
+/** The servo before and after in the list. */
+function Turn({ uid }: { uid: string }) {
+  const known = uids.value;
+  if (known.length < 2) return null;
+  return (
+    <div class="turn">
+      <Button
+        testid="servo-before"
+        label={text.head.before}
+        disabled={beside(uid, -1) === undefined}
+        title="k"
+        onClick={() => turn(-1)}
+      >
+        <Icon name="left" />
+      </Button>
+      <span class="second" data-testid="servo-place">
+        {text.head.place(known.indexOf(uid) + 1, known.length)}
+      </span>
+      <Button
+        testid="servo-after"
+        label={text.head.after}
+        disabled={beside(uid, 1) === undefined}
+        title="j"
+        onClick={() => turn(1)}
+      >
+        <Icon name="right" />
+      </Button>
+    </div>
+  );
+}
+
+function MotionBand({ names }: { names: string[] }) {
+  return (
+    <section class="motion-band" data-testid="motion-band">
+      <span class="k-intent">●</span>
+      <b>{names.length === 1 ? text.motion.band(names[0] ?? "") : text.motion.bandAll(names.join(", "))}</b>
+      <span class="second touch-hide">{text.motion.bandText}</span>
+      <span class="grow" />
+      <Button testid="disable-motion" onClick={() => endMotion(null)}>
+        {text.motion.turnOff}
+      </Button>
+    </section>
+  );
+}
