@@ -30,7 +30,7 @@ def test_back_and_a_reload_bring_search_filter_sort_and_view_of_the_list(page: P
     page.reload()
     as_it_was()
     rows.first.locator(".row-link").click()
-    expect(page.get_by_role("tablist")).to_be_visible()
+    expect(page.get_by_test_id("overview-page")).to_be_visible()
     page.go_back()
     as_it_was()
     page.get_by_role("searchbox").fill("nothing is called so")
