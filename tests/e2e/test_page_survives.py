@@ -10,7 +10,8 @@ from e2e.conftest import Demo
 from e2e.servers import Server, running
 
 COMING_BACK_MS = 20_000
-PAGES = ("Commission", "Matrix", "Motion", "Parameters", "Tune", "Overview", "Faults", "Bus", "Records", "API", "Servos")
+TABS = ("Parameters", "Tune", "Overview")
+PAGES = ("Commission", "Matrix", "Motion", *TABS, "Faults", "Bus", "Records", "API", "Servos")
 
 
 @pytest.fixture
