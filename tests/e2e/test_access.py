@@ -166,7 +166,7 @@ def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -
         ("r", "/records", "Records"),
         ("o", "/scope", "Scope"),
         ("a", "/api-page", "API"),
-        ("x", "/servos/matrix", "Matrix"),
+        ("e", "/servos/matrix", "Matrix"),
         ("s", "/servos", "Servos"),
     ):
         page.keyboard.press("g")

@@ -157,7 +157,7 @@ const PAGES: Readonly<Record<string, Page>> = {
   m: "motion",
   t: "tune",
   f: "faults",
-  x: "matrix",
+  e: "matrix",
   b: "bus",
   r: "records",
   o: "scope",
