@@ -157,7 +157,7 @@ def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -
     show(page, demo, "servos")
     for letter, path, name in (
         ("c", "/commission", "Commission"),
-        ("o", "/servos/[0-9a-f]{32}", "Overview, "),
+        ("v", "/servos/[0-9a-f]{32}", "Overview, "),
         ("p", "/parameters", "Parameters, "),
         ("m", "/motion", "Motion, "),
         ("t", "/tune", "Tune, "),

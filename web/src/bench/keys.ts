@@ -152,7 +152,7 @@ function newest(key: string, event: KeyboardEvent): boolean {
 const PAGES: Readonly<Record<string, Page>> = {
   s: "servos",
   c: "commission",
-  o: "overview",
+  v: "overview",
   p: "parameters",
   m: "motion",
   t: "tune",
