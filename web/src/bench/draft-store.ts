@@ -18,10 +18,12 @@ function known(found: unknown): Stored {
 
 /** Puts back what was staged before the page was loaded again, and keeps what is staged from now on. */
 export function keepDrafts(uid: string, drafts: Drafts): void {
-  drafts.map.value = new Map(
-    Object.entries(kept[uid] ?? {})
-      .filter(([, one]) => typeof one?.text === "string")
-      .map(([key, one]) => [key, draftOf(one)]),
+  drafts.restore(
+    new Map(
+      Object.entries(kept[uid] ?? {})
+        .filter(([, one]) => typeof one?.text === "string")
+        .map(([key, one]) => [key, draftOf(one)]),
+    ),
   );
   effect(() => {
     const next = stored(drafts.map.value);

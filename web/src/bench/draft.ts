@@ -1,5 +1,5 @@
 /** The staged edits of one servo: what was typed, whether it may be sent, and undo. */
-import { signal } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import type { Value } from "../api/types";
 import type { Checked } from "./number";
 
@@ -13,10 +13,22 @@ export interface Draft {
 
 export type DraftMap = ReadonlyMap<string, Draft>;
 
+/** What a text is worth in its row; null where the row is no number, or not known yet. */
+type Judge = (key: string, text: string) => Verdict | null;
+
 export class Drafts {
-  readonly map = signal<DraftMap>(new Map());
+  readonly #put = signal<DraftMap>(new Map());
+  /** Each with the verdict of what its row allows now. */
+  readonly map = computed<DraftMap>(
+    () => new Map([...this.#put.value].map(([key, draft]) => [key, this.#judged(key, draft)])),
+  );
+  readonly #judge: Judge;
   #undo: { key: string; before: Draft | undefined }[] = [];
   #editing: string | null = null;
+
+  constructor(judge: Judge = () => null) {
+    this.#judge = judge;
+  }
 
   get(key: string): Draft | undefined {
     return this.map.value.get(key);
@@ -25,17 +37,15 @@ export class Drafts {
   /** Puts a draft. Keystrokes in the same box are one step of undo, until `commit`. */
   put(key: string, draft: Draft): void {
     if (this.#editing !== key) {
-      this.#undo.push({ key, before: this.map.peek().get(key) });
+      this.#undo.push({ key, before: this.#put.peek().get(key) });
       this.#editing = key;
     }
-    this.map.value = new Map(this.map.peek()).set(key, draft);
+    this.#put.value = new Map(this.#put.peek()).set(key, draft);
   }
 
-  /** Judges a text anew, for its row allows other values now. No edit: there is nothing to undo. */
-  judge(key: string, verdict: Verdict): void {
-    const draft = this.map.peek().get(key);
-    if (!draft || JSON.stringify(draft.verdict) === JSON.stringify(verdict)) return;
-    this.map.value = new Map(this.map.peek()).set(key, { text: draft.text, verdict });
+  /** Puts back what was kept; there is nothing to undo. */
+  restore(drafts: DraftMap): void {
+    this.#put.value = drafts;
   }
 
   /** Ends an edit; a draft equal to what RAM holds is none. */
@@ -50,17 +60,22 @@ export class Drafts {
     if (this.#editing === key) this.undo();
   }
 
+  #judged(key: string, draft: Draft): Draft {
+    const verdict = this.#judge(key, draft.text);
+    return verdict === null ? draft : { ...draft, verdict };
+  }
+
   drop(keys: Iterable<string>): void {
-    const next = new Map(this.map.peek());
+    const next = new Map(this.#put.peek());
     let changed = false;
     for (const key of keys) changed = next.delete(key) || changed;
-    if (changed) this.map.value = next;
+    if (changed) this.#put.value = next;
   }
 
   clear(): void {
     this.#undo = [];
     this.#editing = null;
-    this.map.value = new Map();
+    this.#put.value = new Map();
   }
 
   /** Takes the last edit back; answers its key, or null when there is none. */
@@ -68,10 +83,10 @@ export class Drafts {
     const last = this.#undo.pop();
     this.#editing = null;
     if (!last) return null;
-    const next = new Map(this.map.peek());
+    const next = new Map(this.#put.peek());
     if (last.before) next.set(last.key, last.before);
     else next.delete(last.key);
-    this.map.value = next;
+    this.#put.value = next;
     return last.key;
   }
 }

@@ -1,11 +1,11 @@
 /** What is known of one servo's parameters beside what is staged: readings, revision, outcomes. */
-import { batch, effect, type Signal, signal } from "@preact/signals";
+import { batch, type Signal, signal } from "@preact/signals";
 import { ask, Problem, problemOf } from "../api/client";
 import type { Change, ProblemBody, Reading, Value } from "../api/types";
 import { batched } from "./batched";
 import { catalog } from "./catalog";
 import { monotonic } from "./clock";
-import { Drafts } from "./draft";
+import { Drafts, type Verdict } from "./draft";
 import { keepDrafts } from "./draft-store";
 import { check } from "./number";
 import { spanOf } from "./row-state";
@@ -44,16 +44,12 @@ export class Sheet {
   /** A problem of the whole rather than of a row. */
   readonly trouble = signal<string | null>(null);
   readonly written: Signal<Written | null> = signal(null);
-  readonly drafts = new Drafts();
+  readonly drafts = new Drafts((key, typed) => this.#judge(key, typed));
   revision = "";
   #readings = new Map<string, Signal<KnownReading | undefined>>();
 
   constructor(uid: string) {
     this.uid = uid;
-    // The range of a row may come, or change, after the text.
-    effect(() => {
-      if (catalog.value) for (const key of this.drafts.map.peek().keys()) this.#judge(key);
-    });
   }
 
   reading(key: string): Signal<KnownReading | undefined> {
@@ -74,7 +70,6 @@ export class Sheet {
   put(reading: Reading): void {
     const readAt = reading.age_s === null ? null : monotonic() - reading.age_s;
     this.reading(reading.key).value = { ...reading, value: reading.configured, ram: reading.value, readAt };
-    this.#judge(reading.key);
   }
 
   /** What a write has read back; the socket tells what it means for other rows. */
@@ -90,12 +85,10 @@ export class Sheet {
     });
   }
 
-  /** Judges a typed number by what the row allows now. */
-  #judge(key: string): void {
-    const row = catalog.peek()?.rows.get(key);
-    const draft = this.drafts.map.peek().get(key);
-    if (!draft || row?.kind !== "number") return;
-    this.drafts.judge(key, check(draft.text, spanOf(row, this.reading(key).peek())));
+  /** What a typed number is worth by what the row allows now. */
+  #judge(key: string, typed: string): Verdict | null {
+    const row = catalog.value?.rows.get(key);
+    return row?.kind === "number" ? check(typed, spanOf(row, this.reading(key).value)) : null;
   }
 
   setOutcomes(changes: Iterable<[string, Outcome | null]>): void {
