@@ -46,9 +46,10 @@ export function HiddenChanges() {
         >
           {said.show}
         </Button>
-        {flow.phase.value === "running" ? <Spinner /> : <Glyph kind="failure" />}
-        <span role="status">{titleOf(flow, aboutOf(flow))}</span>{" "}
-        <span class="second">{flow.turns.value.length > 0 && count(flow)}</span>
+        <span role="status">
+          {flow.phase.value === "running" ? <Spinner /> : <Glyph kind="failure" />}{" "}
+          {titleOf(flow, aboutOf(flow))}
+        </span>
       </section>
     ));
 }

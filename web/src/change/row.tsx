@@ -93,6 +93,7 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
             aria-expanded={explained.value}
             aria-controls={`help-${row.key}`}
             aria-label={words.help.open(row.label)}
+            title={words.help.open(row.label)}
             data-testid={`help-${row.key}`}
             onClick={() => {
               explained.value = !explained.value;
@@ -105,6 +106,7 @@ export function ParameterRow({ sheet, row, onGoTo, onRetry, locked }: Props) {
             class="help-button"
             aria-pressed={favourites.value.has(row.key)}
             aria-label={words.favourite(row.label)}
+            title={words.favourite(row.label)}
             data-testid={`favourite-${row.key}`}
             onClick={() => toggleFavourite(row.key)}
           >

@@ -17,6 +17,7 @@ import { Button } from "../kit/button";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
 import { editing } from "../text/topics";
+import { ProductFacts } from "./product";
 
 const said = editing.fold;
 
@@ -77,11 +78,13 @@ export function ParameterRows({ sheet, tab, hash, wanted, changedOnly, favourite
     favouritesOnly ||
     experts.some(row => row.key === hash || row.name === hash);
   const folded = !unfolded.value && !sought;
+  const asFacts = tab === "product" && wanted.value === "" && !changedOnly && !favouritesOnly;
   return (
     <div class="scroll" ref={table}>
-      <div role="table" class="params" aria-label={text.params.title}>
+      {asFacts && <ProductFacts sheet={sheet} />}
+      <div role="table" class="params" hidden={asFacts} aria-label={text.params.title}>
         <Head />
-        {rows.map(row => (
+        {(asFacts ? [] : rows).map(row => (
           <>
             {row === experts[0] && (
               <Experts

@@ -34,6 +34,14 @@ export const params = {
   torqueOffFailed: (why: string) => `Torque off was not confirmed: ${why}`,
   unlock: "Unlock",
   locked: "Locked.",
+  product: {
+    model: "Model",
+    serial: "Serial number",
+    firmware: "Firmware",
+    hardware: "Hardware",
+    made: "Produced",
+    uid: "Unique ID",
+  },
 };
 
 export const rows = {

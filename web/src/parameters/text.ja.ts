@@ -33,6 +33,14 @@ export const parameters = {
     torqueOffFailed: why => `トルクオフを確認できません: ${why}`,
     unlock: "ロック解除",
     locked: "ロック中。",
+    product: {
+      model: "機種",
+      serial: "シリアル番号",
+      firmware: "ファームウェア",
+      hardware: "ハードウェア",
+      made: "製造日時",
+      uid: "ユニークID",
+    },
   },
   rows: {
     state: {
