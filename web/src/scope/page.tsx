@@ -71,6 +71,12 @@ export function ScopePage() {
     [shownUids],
   );
   useEffect(() => watchMarks(), []);
+  const [first] = uids.value;
+  // Something to look at for who comes without a wish.
+  useEffect(() => {
+    if (first === undefined || channels.peek().length > 0) return;
+    channels.value = ["current_angle", "command_angle"].map(channel => ({ uid: first, channel }));
+  }, [first === undefined]);
   useEffect(() => {
     for (const uid of shownUids) {
       const keys = chosen.filter(one => one.uid === uid).map(one => one.channel);

@@ -100,7 +100,7 @@ function Turn({ uid }: { uid: string }) {
   const known = uids.value;
   if (known.length < 2) return null;
   return (
-    <div class="turn">
+    <div class="neighbours">
       <Button
         testid="servo-before"
         label={text.head.before}
