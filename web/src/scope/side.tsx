@@ -232,7 +232,6 @@ function Figure({ label, unit, value, testid, put }: FigureProps) {
   const wrong = typed.value !== null && !Number.isFinite(read(typed.value));
   return (
     <TextField
-      short
       label={label}
       testid={testid}
       unit={unit}
