@@ -26,7 +26,7 @@ def test_another_servo_is_picked_and_the_tab_stays(way: str, browser: Browser, d
         expect(page).to_have_url(f"{demo.url}servos/{one}/faults")
         hand.press("choose-servo")
         expect(page.get_by_test_id("choose-search")).to_be_focused()
-        found = page.get_by_role("option")
+        found = page.get_by_role("listbox").get_by_role("option")
         expect(found).to_have_count(len(listed(demo)))
         page.get_by_test_id("choose-search").fill(other[:12])
         expect(found).to_have_count(1)

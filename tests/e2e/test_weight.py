@@ -5,23 +5,31 @@ import re
 from pathlib import Path
 
 DIST = Path(__file__).parents[2] / "web" / "dist"
-FIRST_BYTES = 80_000
+# Japanese weighs more: its letters do not pack as well, and it words the server's codes itself.
+FIRST_BYTES = {"en": 60_000, "ja": 81_000}
 
 
 def packed(path: Path) -> int:
     return len(gzip.compress(path.read_bytes(), 9))
 
 
-def test_the_first_script_stays_within_80_kb_and_brings_no_page_that_is_fetched_later() -> None:
+def imported(path: Path) -> list[str]:
+    """Scripts that this one cannot run without."""
+    return re.findall(r'from"\./([^"]+\.js)"', path.read_text(encoding="utf-8"))
+
+
+def test_the_first_script_stays_within_60_kb_and_brings_no_page_that_is_fetched_later() -> None:
     page = (DIST / "index.html").read_text(encoding="utf-8")
     first = set(re.findall(r'(?:src|href)="\.?/(assets/[^"]+\.js)"', page))
     assert first, "the page names no script"
     entry = (DIST / re.findall(r'<script type="module"[^>]* src="\.?/(assets/[^"]+)"', page)[0]).read_text(
         encoding="utf-8"
     )
-    languages = {f"assets/{name}" for name in re.findall(r"(?<![\w.-])(?:en|ja)-[\w-]+\.js", entry)}
-    assert languages, "the language is fetched besides, and counts"
-    weight = sum(packed(DIST / name) for name in first) + max(packed(DIST / name) for name in languages)
-    assert weight <= FIRST_BYTES, f"{weight} bytes of script, gzip"
+    for language, limit in FIRST_BYTES.items():
+        words = {f"assets/{name}" for name in re.findall(rf"(?<![\w.-]){language}-[\w-]+\.js", entry)}
+        assert words, "the language is fetched besides, and counts"
+        words |= {f"assets/{file}" for name in words for file in imported(DIST / name)}
+        weight = sum(packed(DIST / name) for name in first | words)
+        assert weight <= limit, f"{weight} bytes of script, gzip, in {language}"
     later = {f"assets/{file.name}" for file in (DIST / "assets").glob("*.js")} - first
     assert [name for name in later if name.startswith("assets/bus-")], "the Bus page comes with the first script"

@@ -112,3 +112,10 @@ export function angleOf(one: KnownServo, at: number): Angle {
   if (sample && (told === null || sample.age <= told)) return sample;
   return { value: one.angle_deg, age: told };
 }
+
+/** Whether what was typed is in any of what a servo is found by. */
+export function isFound(one: KnownServo, typed: string): boolean {
+  const wanted = typed.trim().toLowerCase();
+  const facts = [nameOf(one), one.serial, one.uid, one.model, one.servo_id, one.node_id];
+  return wanted === "" || facts.some(fact => fact !== null && String(fact).toLowerCase().includes(wanted));
+}

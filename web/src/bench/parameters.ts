@@ -189,3 +189,9 @@ export function hear(uid: string, reading: Reading): void {
     heard.clear();
   }, FLUSH_MS);
 }
+
+/** "Saved" is said only when something of ROM is known: else silence would read as a promise. */
+export function romKnown(one: { uid: string; online: boolean }): boolean {
+  const reading = sheetOf(one.uid).reading("angle_limit_cw").value;
+  return one.online && reading !== undefined && reading.rom !== null;
+}

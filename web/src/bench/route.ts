@@ -133,6 +133,12 @@ function write(behind: string): void {
 
 /** The pages of one servo: tabs below one head. Faults without a servo shows all of them. */
 export const OF_A_SERVO = ["overview", "parameters", "motion", "tune", "faults"] as const;
+export type ServoTab = (typeof OF_A_SERVO)[number];
+
+/** Whether this page is a tab of a servo. */
+export function isTab(page: Page): page is ServoTab {
+  return OF_A_SERVO.some(one => one === page);
+}
 
 /** The address of the same page, with the same choices, of another servo. */
 export function sameFor(uid: string): string {

@@ -10,6 +10,7 @@ import { type KnownServo, peekServo } from "../bench/fleet";
 import { full } from "../bench/format";
 import type { Outcome, Sheet, WantedValue, Written } from "../bench/parameters";
 import { text } from "../text";
+import { saving } from "../text/topics";
 import { type ChangeRequest, doChange, type Wish } from "./flow";
 import { followSave, followWrite, plannedPart, send, startJob } from "./send";
 
@@ -104,7 +105,7 @@ export function saveChange(sheet: Sheet, keys: readonly string[]): ChangeRequest
           values.size === 0
             ? await followSave(uid, await startJob(path, { confirm: wish.confirm }), keys, tell)
             : await followWrite(uid, await write(sheet, values, wish), tell, uid, keys);
-        if (why !== null) sheet.trouble.value = text.save.notSaved(why);
+        if (why !== null) sheet.trouble.value = saving.notSaved(why);
       } finally {
         sheet.busy.value = null;
       }

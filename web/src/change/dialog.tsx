@@ -9,7 +9,7 @@ import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { text } from "../text";
-import { changing as said } from "../text/topics";
+import { changing as said, saving } from "../text/topics";
 import type { About } from "./changing.en";
 import { whyRefused } from "./consequences";
 import { begun, type ChangeFlow, closeChange, type Part, shownChange } from "./flow";
@@ -157,8 +157,8 @@ function SaveNotes({ one, part }: { one: KnownServo; part: Part }) {
   const identity = part.rom?.some(each => each.key === "servo_id" || each.key === "node_id");
   return (
     <>
-      {comesOn && <p>{text.save.outputOn}</p>}
-      {identity && <p>{text.save.idChange}</p>}
+      {comesOn && <p>{saving.outputOn}</p>}
+      {identity && <p>{saving.idChange}</p>}
     </>
   );
 }

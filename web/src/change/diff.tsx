@@ -7,6 +7,7 @@ import { spanOf } from "../bench/row-state";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
+import { saving } from "../text/topics";
 
 /** The value a key will have once everything staged is applied. */
 export function willBe(sheet: Sheet, key: string) {
@@ -24,7 +25,7 @@ interface DiffProps {
 export function DiffDialog({ sheet, name, keys, onClose }: DiffProps) {
   return (
     <Dialog
-      title={text.save.diffTitle(keys.length, name)}
+      title={saving.diffTitle(keys.length, name)}
       testid="diff-dialog"
       onClose={onClose}
       foot={
@@ -39,7 +40,7 @@ export function DiffDialog({ sheet, name, keys, onClose }: DiffProps) {
 }
 
 function ChangeList({ sheet, keys }: Pick<DiffProps, "sheet" | "keys">) {
-  const head = text.save.head;
+  const head = saving.head;
   return (
     <table class="changes">
       <thead>

@@ -2,8 +2,7 @@
 import { nameOf, servo } from "../bench/fleet";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Note } from "../kit/note";
-import { text } from "../text";
-import { changing as said } from "../text/topics";
+import { changing as said, saving } from "../text/topics";
 import { whyRefused } from "./consequences";
 import type { ChangeFlow, ChangeKind, Part, RowChange } from "./flow";
 
@@ -80,11 +79,11 @@ function PlanRows({ part, kind }: { part: Part; kind: ChangeKind }) {
       {rom.length > 0 && (
         <Rows
           changes={rom}
-          head={{ now: text.save.head.rom, next: text.save.head.after }}
+          head={{ now: saving.head.rom, next: saving.head.after }}
           testid={kind === "save" ? "save" : "rom"}
         />
       )}
-      {unknown > 0 && <p class="small second">{text.save.unknownRows(unknown)}</p>}
+      {unknown > 0 && <p class="small second">{saving.unknownRows(unknown)}</p>}
     </>
   );
 }

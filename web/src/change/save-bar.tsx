@@ -5,6 +5,7 @@ import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { useKeys } from "../kit/use-keys";
 import { text } from "../text";
+import { saving } from "../text/topics";
 
 interface Props {
   name: string;
@@ -26,7 +27,7 @@ interface Props {
 
 export function SaveBar(props: Props) {
   const { name, staged, wrong, ramOnly, busy, problem } = props;
-  const said = text.save;
+  const said = saving;
   const parts = said.parts(staged, ramOnly);
   const waiting = !up.value
     ? said.noLink
@@ -64,7 +65,7 @@ export function SaveBar(props: Props) {
         ) : (
           <p class="second small">
             {parts}
-            {props.torqueChanged && text.save.torqueIsOne}
+            {props.torqueChanged && saving.torqueIsOne}
             {parts !== "" && ". "}
             {wrong > 0 && said.invalidNever}
           </p>

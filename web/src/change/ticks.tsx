@@ -3,8 +3,7 @@ import type { Signal } from "@preact/signals";
 import type { SafetyWord } from "../api/config-types";
 import { nameOf, servo } from "../bench/fleet";
 import { cell, Tick } from "../kit/field";
-import { text } from "../text";
-import { changing, editing } from "../text/topics";
+import { changing, editing, saving } from "../text/topics";
 import type { ChangeFlow } from "./flow";
 import { hornLine } from "./horn-forecast";
 import type { HornFree } from "./horn-free";
@@ -91,7 +90,7 @@ export function HornFreeTick({ of, big = false }: { of: HornFree; big?: boolean 
   return (
     <Tick
       at={cell(of.agreed, free => of.say(free))}
-      label={text.save.free(of.count)}
+      label={saving.free(of.count)}
       testid="horn-free"
       {...(big ? { class: "tick big" } : {})}
     />
@@ -104,11 +103,11 @@ export function AfterRestart({ flow }: { flow: ChangeFlow }) {
   if (all.length === 0 || !flow.current.value) return null;
   return (
     <div class="after-save" data-testid="after-save">
-      {flow.request.save !== "never" && <h3>{text.save.afterSave(all.length)}</h3>}
+      {flow.request.save !== "never" && <h3>{saving.afterSave(all.length)}</h3>}
       <ul>
         {all.map(one => (
           <li key={one.uid}>
-            <b>{nameOf(servo(one.uid))}</b>: {one.restart ? hornLine(one.restart) : text.save.unknownHead}
+            <b>{nameOf(servo(one.uid))}</b>: {one.restart ? hornLine(one.restart) : saving.unknownHead}
           </li>
         ))}
       </ul>

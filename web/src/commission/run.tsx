@@ -20,8 +20,7 @@ import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
-import { text } from "../text";
-import { commission as words } from "../text/topics";
+import { saving, commission as words } from "../text/topics";
 import { draft, startAnew } from "./draft";
 import { Actions, StepQuestion } from "./parts";
 import { cancel, jobUnderWay, recallJobs, resume, retry, starting, startRefused } from "./state";
@@ -123,7 +122,7 @@ export function RunStep({ jobs }: { jobs: readonly Job[] }) {
                 disabled={stopped.value}
                 onClick={() => void saveAll()}
               >
-                {text.save.saveOnly}
+                {saving.saveOnly}
               </Button>
             )}
           </>

@@ -1,17 +1,16 @@
 /** The frame: what stands round every page, and which page is inside. */
 import { useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
 import { connectOpen } from "../bench/connect-open";
-import { servo } from "../bench/fleet";
+import { type KnownServo, servo } from "../bench/fleet";
 import { onKey } from "../bench/keys";
 import { link } from "../bench/link";
-import { route } from "../bench/route";
+import { isTab, route, type ServoTab } from "../bench/route";
 import { signedOut } from "../bench/session";
 import { shownChange } from "../change/flow";
 import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
-import { MotionPage } from "../motion/page";
-import { isTab, ServoPage } from "../servo/page";
 import { ServosPage } from "../servos/page";
 import { Bands } from "./bands";
 import { TopBar } from "./bar";
@@ -27,11 +26,15 @@ const KeysHelp = lazy<{ onClose: () => void }>(() => import("./keys-help").then(
 const LoginPage = lazy(() => import("../login/page").then(file => file.LoginPage));
 const MatrixPage = lazy<{ hash: string }>(() => import("../matrix/page").then(file => file.MatrixPage));
 const OverviewPage = lazy<{ uid: string }>(() => import("../overview/page").then(file => file.OverviewPage));
+const MotionPage = lazy<{ uid: string }>(() => import("../motion/page").then(file => file.MotionPage));
 const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
   import("../parameters/page").then(file => file.ParametersPage),
 );
 const RecordsPage = lazy<{ hash: string }>(() => import("../records/page").then(file => file.RecordsPage));
 const ScopePage = lazy(() => import("../scope/page").then(file => file.ScopePage));
+const ServoPage = lazy<{ one: KnownServo; tab: ServoTab; children: ComponentChildren }>(() =>
+  import("../servo/page").then(file => file.ServoPage),
+);
 const TunePage = lazy<{ uid: string | null }>(() => import("../tune/page").then(file => file.TunePage));
 const ChangeDialog = lazy(() => import("../change/dialog").then(file => file.ChangeDialog));
 const ConnectDialog = lazy(() => import("../bus/connect").then(file => file.ConnectDialog));

@@ -18,6 +18,7 @@ import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
 import { SidePanel } from "../servo/side-panel";
 import { text } from "../text";
+import { saving } from "../text/topics";
 import { LIVE_TAB, openTab, Tabs } from "./group-tabs";
 import { LostLine } from "./lost-values";
 import { predict, sideEffect } from "./prediction";
@@ -67,7 +68,7 @@ export function ParametersPage({ uid, hash }: { uid: string; hash: string }) {
     if (checking.peek()) return;
     checking.value = true;
     const why = await beginChange(saveChange(sheet, changed));
-    if (why !== null) sheet.trouble.value = text.save.notSaved(why);
+    if (why !== null) sheet.trouble.value = saving.notSaved(why);
     checking.value = false;
   };
   return (

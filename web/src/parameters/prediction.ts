@@ -1,6 +1,6 @@
 /** What a save will do to the horn, told from what will be in ROM, not from what is in RAM now. */
 import type { Value } from "../api/types";
-import { text } from "../text";
+import { saving } from "../text/topics";
 
 export type Prediction = "soft_start" | "hold" | "off" | "brake" | "unknown";
 
@@ -21,7 +21,7 @@ export function mayMove(prediction: Prediction): boolean {
 
 /** The second line of the save button. */
 export function sideEffect(prediction: Prediction, name: string): string {
-  const said = text.save.sub;
+  const said = saving.sub;
   switch (prediction) {
     case "soft_start":
       return said.softStart(name);

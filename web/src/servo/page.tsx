@@ -2,7 +2,7 @@
 import type { ComponentChildren } from "preact";
 import { type KnownServo, nameOf, peekServo, uids } from "../bench/fleet";
 import { endMotion, membersOf, motion } from "../bench/motion";
-import { go, OF_A_SERVO, type Page, pathOf, route, sameFor } from "../bench/route";
+import { go, OF_A_SERVO, pathOf, route, type ServoTab, sameFor } from "../bench/route";
 import { Button } from "../kit/button";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
@@ -12,13 +12,6 @@ import { useKeys } from "../kit/use-keys";
 import { text } from "../text";
 import { ServoHead } from "./head";
 import "./page.css";
-
-type Tab = (typeof OF_A_SERVO)[number];
-
-/** Whether this page is a tab of a servo. */
-export function isTab(page: Page): page is Tab {
-  return OF_A_SERVO.some(one => one === page);
-}
 
 /** The servo so many places further on in the list; undefined past its ends. */
 function beside(uid: string, by: number): string | undefined {
@@ -37,7 +30,7 @@ export function ServoPage({
   children,
 }: {
   one: KnownServo;
-  tab: Tab;
+  tab: ServoTab;
   children: ComponentChildren;
 }) {
   const back = () => turn(-1);
@@ -65,7 +58,7 @@ export function ServoPage({
   );
 }
 
-function TabLink({ one, tab, chosen }: { one: KnownServo; tab: Tab; chosen: boolean }) {
+function TabLink({ one, tab, chosen }: { one: KnownServo; tab: ServoTab; chosen: boolean }) {
   const path = pathOf(tab, one.uid);
   const unseen = one.unacknowledged ?? 0;
   return (

@@ -1,7 +1,7 @@
 /** The name of a servo as a button that lists all of them: by ID, name, model and health, with a search. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useId, useRef } from "preact/hooks";
-import { all, type KnownServo, nameOf } from "../bench/fleet";
+import { all, isFound, type KnownServo, nameOf } from "../bench/fleet";
 import { NONE } from "../bench/format";
 import { onKey } from "../bench/keys";
 import { modelName } from "../bench/model";
@@ -10,13 +10,6 @@ import { conditionHere } from "../bench/servo-condition";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
-
-/** Whether what was typed is in any of what a servo is found by. */
-export function isFound(one: KnownServo, typed: string): boolean {
-  const wanted = typed.trim().toLowerCase();
-  const facts = [nameOf(one), one.serial, one.uid, one.model, one.servo_id, one.node_id];
-  return wanted === "" || facts.some(fact => fact !== null && String(fact).toLowerCase().includes(wanted));
-}
 
 export function ServoPicker({ one }: { one: KnownServo }) {
   const open = useSignal(false);

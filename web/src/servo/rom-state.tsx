@@ -2,17 +2,11 @@
 import type { ComponentChildren } from "preact";
 import { catalog } from "../bench/catalog";
 import type { KnownServo } from "../bench/fleet";
-import { sheetOf } from "../bench/parameters";
+import { romKnown } from "../bench/parameters";
 import { openDrift } from "../change/requests";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
-
-/** "Saved" is said only when something of ROM is known: else silence would read as a promise. */
-export function romKnown(one: KnownServo): boolean {
-  const reading = sheetOf(one.uid).reading("angle_limit_cw").value;
-  return one.online && reading !== undefined && reading.rom !== null;
-}
 
 export function RomState({ one }: { one: KnownServo }) {
   const said = text.servos;

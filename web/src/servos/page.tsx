@@ -5,7 +5,7 @@ import { watchAllocations } from "../bench/allocations";
 import { connected, stopped } from "../bench/bench";
 import { now } from "../bench/clock";
 import { needsAttention } from "../bench/condition";
-import { all, angleOf, type KnownServo, loaded, nameOf, peekServo, servo } from "../bench/fleet";
+import { all, angleOf, isFound, type KnownServo, loaded, nameOf, peekServo, servo } from "../bench/fleet";
 import { figureNow } from "../bench/fresh";
 import { up } from "../bench/link";
 import { motionOn } from "../bench/moving";
@@ -19,7 +19,6 @@ import { lazy } from "../kit/lazy";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
 import { EmptyServos, Reconnect } from "../servo/empty";
-import { isFound } from "../servo/picker";
 import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
 import { Head, SortChoice } from "./columns";
@@ -34,10 +33,12 @@ import {
 } from "./order";
 import { ServoRow } from "./row";
 import { selected } from "./selection";
-import { SelectionBar } from "./selection-bar";
 import "./selection.css";
 
 const ManyPlot = lazy<{ uids: readonly string[] }>(() => import("./many-plot").then(file => file.ManyPlot));
+const SelectionBar = lazy<{ plotting: boolean; onPlot: () => void }>(() =>
+  import("./selection-bar").then(file => file.SelectionBar),
+);
 const WallOfHorns = lazy<{ uids: readonly string[] }>(() =>
   import("../view3d/wall").then(file => file.WallOfHorns),
 );

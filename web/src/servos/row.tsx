@@ -6,25 +6,28 @@ import { age, angle, NONE, number, withUnit } from "../bench/format";
 import { angleNow, figureNow } from "../bench/fresh";
 import { connection, up } from "../bench/link";
 import { modelName } from "../bench/model";
-import { wantSheet } from "../bench/parameters";
+import { romKnown, wantSheet } from "../bench/parameters";
 import { pathOf } from "../bench/route";
 import { conditionHere, limitsOf } from "../bench/servo-condition";
 import { wiggled, wiggling } from "../bench/wiggle";
-import { openDrift } from "../change/requests";
 import { cell, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
+import { lazy } from "../kit/lazy";
 import { everyFrame } from "../plots/frames";
 import { Sparkline } from "../plots/sparkline";
 import { ConditionLines } from "../servo/condition-lines";
 import { LiveDial } from "../servo/live-dial";
-import { romKnown } from "../servo/rom-state";
 import { UnitMark } from "../servo/unit-mark";
 import { telemetry } from "../telemetry/store";
 import { text } from "../text";
 import { Nickname } from "./nickname";
 import { isSelected, select } from "./selection";
+
+const DriftBadge = lazy<{ uid: string; name: string }>(() =>
+  import("./drift-badge").then(file => file.DriftBadge),
+);
 
 export function ServoRow({ uid }: { uid: string }) {
   const one = servo(uid);
@@ -185,24 +188,6 @@ function RomCell({ one }: { one: KnownServo }) {
     );
   }
   return <span class="dim">{romKnown(one) ? text.servos.saved : text.servos.notKnown}</span>;
-}
-
-/** Somebody else wrote to its ROM: leads to what differs. */
-function DriftBadge({ uid, name }: { uid: string; name: string }) {
-  return (
-    <button
-      type="button"
-      class="drift-badge"
-      data-testid={`drift-${uid}`}
-      aria-label={`${name}: ${text.servos.changedOutside}`}
-      onClick={() => {
-        openDrift(uid);
-      }}
-    >
-      <Glyph kind="warning" size={14} />
-      <span>{text.servos.changedOutside}</span>
-    </button>
-  );
 }
 
 /** A restart took RAM values: leads to where they can be staged again. */

@@ -4,6 +4,7 @@ import { words as findings } from "../bus/findings.en";
 import { words as bus } from "../bus/text.en";
 import { words as changing } from "../change/changing.en";
 import { words as help } from "../change/row-help.en";
+import { words as saving } from "../change/saving.en";
 import { words as steps } from "../change/steps.en";
 import { words as editing } from "../change/text.en";
 import { words as commission } from "../commission/text.en";
@@ -39,6 +40,7 @@ export const topics = {
   plots,
   recorder,
   records,
+  saving,
   scope,
   steps,
   takeOver,

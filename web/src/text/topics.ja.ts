@@ -4,6 +4,7 @@ import { words as findings } from "../bus/findings.ja";
 import { words as bus } from "../bus/text.ja";
 import { words as changing } from "../change/changing.ja";
 import { words as help } from "../change/row-help.ja";
+import { words as saving } from "../change/saving.ja";
 import { words as steps } from "../change/steps.ja";
 import { words as editing } from "../change/text.ja";
 import { words as commission } from "../commission/text.ja";
@@ -40,6 +41,7 @@ export const topics = {
   plots,
   recorder,
   records,
+  saving,
   scope,
   steps,
   takeOver,

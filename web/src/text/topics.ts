@@ -18,6 +18,7 @@ export const {
   plots,
   recorder,
   records,
+  saving,
   scope,
   steps,
   takeOver,
