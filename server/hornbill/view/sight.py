@@ -1,6 +1,6 @@
 """How a scene lies in its picture: what the page needs to put names under servos, and handles on them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import viser
@@ -62,6 +62,6 @@ def _stand(one: Placed) -> Stand:
     )
 
 
-def _rounded(of: Sequence[float]) -> Vector:
+def _rounded(of: Iterable[float]) -> Vector:
     x, y, z = (round(float(part), _DECIMALS) for part in of)
     return (x, y, z)
