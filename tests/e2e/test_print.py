@@ -1,0 +1,16 @@
+"""Pages on paper: which servo it is, and the heads of tables that are buttons on the screen."""
+
+from playwright.sync_api import Page, expect
+
+from e2e.conftest import Demo
+
+
+def test_paper_names_the_servo_and_keeps_heads_of_columns_and_drops_what_is_pressed(page: Page, demo: Demo) -> None:
+    uid = demo.api.get("/servos").json()[0]["uid"]
+    page.emulate_media(media="print")
+    page.goto(f"{demo.url}servos/{uid}/faults")
+    expect(page.get_by_test_id("choose-servo")).to_be_visible()
+    expect(page.get_by_test_id("wiggle")).to_be_hidden()
+    page.goto(f"{demo.url}records")
+    expect(page.locator("thead .table-sort").first).to_be_visible()
+    expect(page.locator(".bar").first).to_be_hidden()
