@@ -152,7 +152,7 @@ def page(context: BrowserContext, watched: Watched, demo: Demo) -> Iterator[Page
             watched.complaints.append(f"{message.text} ({message.location})")
 
     def on_error(error: Error) -> None:
-        watched.complaints.append(str(error))
+        watched.complaints.append(error.stack or str(error))
 
     context.on("request", on_request)
     made = context.new_page()

@@ -164,7 +164,7 @@ def test_every_page_is_two_keys_away_and_names_the_tab(page: Page, demo: Demo) -
         ("f", "/faults", "Faults"),
         ("b", "/bus", "Bus"),
         ("r", "/records", "Records"),
-        ("o", "/scope", "Scope"),
+        ("o", r"/scope(\?ch=.*)?", "Scope"),
         ("a", "/api-page", "API"),
         ("e", "/servos/matrix", "Matrix"),
         ("s", "/servos", "Servos"),

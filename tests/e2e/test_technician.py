@@ -55,7 +55,7 @@ def test_the_list_shows_every_servo_with_a_live_angle(page: Page, demo: Demo) ->
         expect(row).to_contain_text("°")
     expect(page.get_by_test_id("stop")).to_be_visible()
     page.get_by_test_id(f"servo-row-{uid}").get_by_role("link").first.click()
-    expect(page).to_have_url(re.compile(f"/servos/{uid}/"))
+    expect(page).to_have_url(re.compile(f"/servos/{uid}$"))
 
 
 @pytest.mark.parametrize("wanted", ["on", "off"])

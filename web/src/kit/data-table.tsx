@@ -52,6 +52,8 @@ export function DataTable<R>(props: Props<R>) {
               const way = one === sorted ? (down ? "descending" : "ascending") : undefined;
               const word =
                 one.headCell ?? (one.bare ? <span class="hidden-text">{one.head}</span> : one.head);
+              // A column of buttons has no name.
+              if (one.head === "" && !one.headCell) return <td key={one.key} />;
               return (
                 <th key={one.key} scope="col" class={one.right ? "right" : ""} aria-sort={way}>
                   {one.by ? (

@@ -103,7 +103,7 @@ export class Plot {
     this.#curves = [...picture.curves].sort((a, b) => Number(a.dashed === true) - Number(b.dashed === true));
     this.#version++;
     this.#drawn = "";
-    if (this.#plot && this.#made === this.#make()) this.#zoom();
+    this.#zoom();
   }
 
   /** Shows this part of the time; null: all of it. */
@@ -212,7 +212,8 @@ export class Plot {
 
   #zoom(): void {
     const { from = 0, to = 1 } = this.#picture;
-    if (!this.#plot || this.#options.span) return;
+    // Curves that came or went are seen when it is made again, in the next frame.
+    if (!this.#plot || this.#options.span || this.#made !== this.#make()) return;
     const [min, max] = this.#view ?? [from, to];
     this.#plot.setData(this.#data(), false);
     this.#plot.setScale("x", { min, max });

@@ -10,7 +10,9 @@ export function ConditionLines({ uid, of }: { uid: string; of: Condition }) {
       <span class={of.kind === "ok" ? "" : of.kind === "offline" ? "strong dim" : "strong"}>
         {of.headline}
       </span>
-      <small class={of.alarming ? "strong k-failure" : "second"}>{of.line || "\u00a0"}</small>
+      <small class={of.alarming ? "strong k-failure" : "second"} title={of.line}>
+        {of.line || "\u00a0"}
+      </small>
       {of.doing && <small class="second">{of.doing}</small>}
       {of.romLost && <ToSnapshots uid={uid} />}
     </span>
