@@ -172,10 +172,6 @@ class SimulatedServo:
 
     # What a bus does.
 
-    def wanted(self, frames: Sequence[Frame]) -> list[Frame]:
-        """Those of `frames` that mean anything to it: `on_frames` needs no others."""
-        return self._link.mine(frames)
-
     def on_frames(self, frames: Sequence[Frame], now: Instant) -> None:
         """Take frames from the bus. Never raises for what is in them."""
         wanted = self._link.mine(frames)

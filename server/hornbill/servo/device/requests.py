@@ -212,10 +212,13 @@ class ServoRequests:
 
     def _remember(self, servo: Servo, parameter: Parameter, raw: Raw) -> None:
         now = self.base.now()
-        first = parameter.key == output.KEY and servo.raw(output.KEY) is None
-        changed = servo.note(parameter.key, raw, now)
-        if first or (changed and parameter.key == output.KEY):
-            self._hub.tell(ServoChanged(servo.uid))
+        if parameter.key == output.KEY:
+            register = servo.registers.get(output.KEY)
+            known = register is not None and register.at is not None
+            if (changed := servo.note(parameter.key, raw, now)) or not known:
+                self._hub.tell(ServoChanged(servo.uid))
+        else:
+            changed = servo.note(parameter.key, raw, now)
         if parameter.kind == "number":
             value = None if parameter.dummy and raw == DUMMY else raw / parameter.per_unit
             self._hub.tell(Sampled(servo.uid, parameter.key, now, value))

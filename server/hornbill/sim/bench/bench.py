@@ -170,10 +170,9 @@ class _Driver:
         self._alarm = None if due == _NEVER else loop.call_at(max(due, now), self._ring)
 
     def _on_frames(self, frames: list[Frame]) -> None:
-        if wanted := self.servo.wanted(frames):
-            now = self.now()
-            self.servo.on_frames(wanted, now)
-            self.go_on(now)
+        now = self.now()
+        self.servo.on_frames(frames, now)
+        self.go_on(now)
 
     def _ring(self) -> None:
         self._alarm = None
