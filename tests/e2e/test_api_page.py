@@ -68,7 +68,7 @@ def test_what_was_done_last_runs_as_a_program(page: Page, demo: Demo, context: B
         run(write)
         assert demo.api.get(row).json()["value"] == before - 1
 
-        page.get_by_test_id("servo-tab-motion").click()
+        page.locator('.rail a[href$="/motion"]').click()
         page.get_by_test_id("enable-motion").click()
         page.get_by_test_id("jog-value").fill("9")
         page.get_by_test_id("jog-go").click()
