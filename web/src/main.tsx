@@ -1,5 +1,6 @@
 /** Begins: style at once, then the language, then the page in it. */
 import { startLanguage } from "./text/language";
+import "./style/layers.css";
 import "./style/tokens.css";
 import "./style/base.css";
 import "./frame/frame.css";

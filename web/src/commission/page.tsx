@@ -20,6 +20,7 @@ import {
   watchCandidates,
   watchJobs,
 } from "./state";
+import "../kit/table.css";
 import "./commission.css";
 
 type Shown = Step | "run" | "report";

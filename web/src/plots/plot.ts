@@ -1,6 +1,6 @@
 /** The one plot: axes, series and cursors by uPlot, drawn in the page's one animation frame, in the page's colours. */
 import uPlot from "uplot";
-import "uplot/dist/uPlot.min.css";
+import "./uplot.css";
 import type { Band, CurveEnd, MarkAt } from "./annotate";
 import * as pen from "./annotate";
 import { everyFrame } from "./frames";

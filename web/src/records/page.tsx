@@ -12,6 +12,7 @@ import { Profiles } from "./profiles";
 import { Recorder } from "./recorder";
 import { Reports } from "./reports";
 import { Snapshots } from "./snapshots";
+import "../kit/table.css";
 import "./records.css";
 
 const PARTS = ["snapshots", "profiles", "reports", "recorder", "audit"] as const;

@@ -16,6 +16,7 @@ import { beginning, examples } from "./examples";
 import { has, openApi, readOpenApi } from "./open-api";
 import { Operations } from "./operations";
 import { LastSent } from "./sent";
+import "../kit/table.css";
 import "./requests.css";
 
 export function ApiPage() {
