@@ -42,7 +42,7 @@ LGPL 3.0: it is used unchanged, as a library of its own that can be exchanged. T
 _WEB: Final = """
 ## Inside the page
 
-These are compiled into the scripts of the page, which travels in the wheel.
+These are compiled into the scripts of the page, or served beside them; the page travels in the wheel.
 """
 _DOCUMENTATION: Final = """
 ## Inside the documentation
@@ -65,7 +65,8 @@ def document() -> str:
         pinned.setdefault(name, []).append(version)
     rows = [f"| {name} | {', '.join(versions)} | {_licence(name)} |\n" for name, versions in pinned.items()]
     page, documentation = map(_bundled, _runtime()), map(_built_in, BUILDERS)
-    return "".join((_HEAD, *rows, _WEB, *page, _DOCUMENTATION, *documentation))
+    font = _entry("Inter", "4.1, a Latin subset (OFL-1.1)", _read(WEB / "src/style/inter.LICENSE.txt"))
+    return "".join((_HEAD, *rows, _WEB, *page, font, _DOCUMENTATION, *documentation))
 
 
 def _licence(name: str) -> str:

@@ -4,7 +4,7 @@ import { defineConfig } from "vitest/config";
 
 const server = process.env.HORNBILL_URL ?? "http://127.0.0.1:8000";
 
-/** Lets the browser fetch the page while it still fetches the language, which the page waits for. */
+/** Lets the browser fetch the page and its font while it still fetches the language, which the page waits for. */
 const startEarly: Plugin = {
   name: "start-early",
   apply: "build",
@@ -14,11 +14,12 @@ const startEarly: Plugin = {
       const start = Object.values(bundle ?? {}).find(file => file.type === "chunk" && file.name === "start");
       if (start?.type !== "chunk") throw new Error("There is no chunk of the name start.");
       const files = [start.fileName, ...start.imports].filter(file => !html.includes(file));
-      return files.map(file => ({
-        tag: "link",
-        attrs: { rel: "modulepreload", href: `./${file}` },
-        injectTo: "head" as const,
-      }));
+      const font = Object.keys(bundle ?? {}).find(file => file.endsWith(".woff2"));
+      if (font === undefined) throw new Error("There is no font.");
+      return [
+        { rel: "preload", as: "font", type: "font/woff2", crossorigin: "", href: `./${font}` },
+        ...files.map(file => ({ rel: "modulepreload", href: `./${file}` })),
+      ].map(attrs => ({ tag: "link", attrs, injectTo: "head" as const }));
     },
   },
 };

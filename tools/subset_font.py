@@ -1,0 +1,57 @@
+"""Subset of Inter that the page is served with: Latin, the signs of measured values, weights 400 to 700.
+
+    npm pack inter-ui@4.1.1 && tar xf inter-ui-4.1.1.tgz
+    pip install fonttools==4.68.0 brotli==1.2.1
+    python tools/subset_font.py package/variable/InterVariable.woff2
+
+Writes `web/src/style/inter.woff2`. Inter is under the SIL Open Font License 1.1 (THIRD_PARTY.md).
+"""
+
+import sys
+from io import BytesIO
+from pathlib import Path
+
+from fontTools import subset
+from fontTools.ttLib import TTFont
+from fontTools.varLib import instancer
+
+TARGET = Path(__file__).parent.parent / "web" / "src" / "style" / "inter.woff2"
+# Signs beyond Latin-1 that English words and figures of the page use; U+202F stands between a figure and its unit.
+SIGNS = "−–—‘’“”…•′″←↑→↓↔⇧ΔΩσ≈≠≤≥√\u2009\u202f"
+UNICODES = [*range(0x20, 0x7F), *range(0xA0, 0x100), *map(ord, SIGNS)]
+FEATURES = ["kern", "mark", "mkmk", "ccmp", "locl", "calt", "tnum"]
+
+
+def main(source: str) -> None:
+    font = TTFont(source)
+    # Serial numbers stand in text, where a hyphen as wide as a figure looks like a minus.
+    without_wide_hyphen(font)
+    subsetter = subset.Subsetter(subset.Options(layout_features=FEATURES, notdef_outline=True))
+    subsetter.populate(unicodes=UNICODES)
+    subsetter.subset(font)
+    # The instancer reads what the subsetter has left from a file.
+    file = BytesIO()
+    font.save(file)
+    font = instancer.instantiateVariableFont(TTFont(file), {"opsz": 14, "wght": (400, 700)})
+    font.flavor = "woff2"
+    font.save(TARGET)
+    print(f"{TARGET.name}: {TARGET.stat().st_size / 1000:.1f} kB, {len(font.getBestCmap())} characters")
+
+
+def without_wide_hyphen(font: TTFont) -> None:
+    """Take the hyphen out of the feature that makes figures equally wide."""
+    table = font["GSUB"].table
+    lookups = {
+        index
+        for record in table.FeatureList.FeatureRecord
+        if record.FeatureTag == "tnum"
+        for index in record.Feature.LookupListIndex
+    }
+    for index in lookups:
+        for part in table.LookupList.Lookup[index].SubTable:
+            mapping = getattr(getattr(part, "ExtSubTable", part), "mapping", {})
+            mapping.pop("hyphen", None)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
