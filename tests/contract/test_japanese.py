@@ -68,7 +68,7 @@ def test_each_finding_has_title_evidence_and_remedy() -> None:
 
 @pytest.mark.parametrize("language", ["en", "ja"])
 def test_each_reason_of_a_snapshot_has_a_wording(language: str) -> None:
-    assert worded(f"records/text.{language}.ts", 4, "reasons") == values(change.ReasonCode)
+    assert worded(f"servo/audit.{language}.ts", 4, "reasons") == values(change.ReasonCode)
 
 
 def test_each_caution_before_a_command_has_a_sentence() -> None:

@@ -33,9 +33,7 @@ test.each(['"x"', "-1", "1.5e9", "{"])("a store that holds %s is no harm", async
 test("what is sent is in no language of the page, and what is shown is in the reader's", async () => {
   vi.resetModules();
   const { speak } = await import("../text/language");
-  const { text } = await import("../text/ja");
-  const { topics } = await import("../text/topics.ja");
-  speak(text, topics);
+  speak("ja", (await import("../text/ja")).text);
   const { holder, who } = await import("./holder");
   expect(holder()).toMatch(/^Page \d{4}$/);
   expect(who("Page 4170")).toBe("ページ4170");

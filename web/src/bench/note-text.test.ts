@@ -3,10 +3,9 @@ import { expect, test } from "vitest";
 import type { NoteCode } from "../api/types";
 import { text } from "../text/ja";
 import { speak } from "../text/language";
-import { topics } from "../text/topics.ja";
 
 // Before anything that takes its words when it is loaded.
-speak(text, topics);
+speak("ja", text);
 const { noteText, resultText } = await import("./note-text");
 
 test("a note is said by its code, with its values", () => {

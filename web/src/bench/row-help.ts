@@ -1,7 +1,7 @@
 /** What rows and tabs are about, in the page's language; the server's words where it has none. */
 import type { Row } from "../api/types";
-import { help } from "../text/topics";
 import type { Tab } from "./catalog";
+import { help } from "./words";
 
 export const aboutRow = (row: Row) => help.rows[row.key] ?? row.description;
 

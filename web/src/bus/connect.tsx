@@ -8,9 +8,9 @@ import { findings, watchDoctor } from "../bench/doctor";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
-import { bus as words } from "../text/topics";
 import { Findings } from "./doctor";
 import { ConnectButton, isDemo, type Picker, PickerCards, usePicker } from "./picker";
+import { busWords as words } from "./words";
 import "./bus.css";
 import "./connect.css";
 

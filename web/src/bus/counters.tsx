@@ -10,7 +10,7 @@ import { up } from "../bench/link";
 import { Plot } from "../plots/plot";
 import { TimeSpan } from "../plots/span";
 import type { BusCounter } from "../telemetry/bus-history";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 const said = words.counters;
 const LOAD_SPAN_S = 60;

@@ -12,11 +12,11 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
-import { bus as words } from "../text/topics";
 import { told } from "./finding";
 import { withWord } from "./frame-filter";
 import { box } from "./monitor-state";
 import { Remedy } from "./remedy";
+import { busWords as words } from "./words";
 
 const said = words.doctor;
 

@@ -4,10 +4,9 @@ import type { Finding, FindingCode } from "../api/bus-types";
 import type { Servo } from "../api/types";
 import { text } from "../text/ja";
 import { speak } from "../text/language";
-import { topics } from "../text/topics.ja";
 
 // Before anything that takes its words when it is loaded.
-speak(text, topics);
+speak("ja", text);
 const { told } = await import("./finding");
 const { replaceAll } = await import("../bench/fleet");
 

@@ -2,7 +2,7 @@
 import type { Finding } from "../api/bus-types";
 import { type Facts, factsOf } from "../bench/facts";
 import { nameOf, servo } from "../bench/fleet";
-import { findings as said } from "../text/topics";
+import { findingWords as said } from "./words";
 
 export interface Told {
   title: string;

@@ -1,7 +1,8 @@
 /** Japanese titles, evidence and remedies of the doctor's findings. tests/contract holds them complete. */
 import type { Facts } from "../bench/facts";
 import { refusals } from "../text/ja/events";
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./findings.en";
 import { words as bus } from "./text.ja";
 
 const { notes } = bus.line;
@@ -266,4 +267,4 @@ export const words = {
     check_cable_and_restart: () =>
       "送信はしていますが受信していないか、サーボではありません: ケーブルを確認し、その後電源を切って再起動してください。",
   },
-} satisfies Topics["findings"];
+} satisfies Said<typeof english>;

@@ -1,10 +1,10 @@
 /** The details of the row chosen in the monitor: every field, the payload, and ways to narrow the list. */
 import { number } from "../bench/format";
 import { Button } from "../kit/button";
-import { bus as words } from "../text/topics";
 import { withWord } from "./frame-filter";
 import { endsOf, frameLineOf, leaves, shortType, spaced } from "./frame-text";
 import { box, chosenFrame, feed } from "./monitor-state";
+import { busWords as words } from "./words";
 
 const said = words.monitor.detail;
 const MOST_FIELDS = 80;

@@ -1,6 +1,6 @@
 /** The monitor's filter box: its words, what the server is asked for them, and what is wrong with them. */
 import type { FrameFilter } from "../api/bus-types";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 export type FramesWanted = Omit<FrameFilter, "view">;
 

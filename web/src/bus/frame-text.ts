@@ -2,7 +2,7 @@
 import type { DecodedTransfer, RawFrame } from "../api/bus-types";
 import { grouped } from "../bench/format";
 import type { FeedRow } from "../telemetry/frame-feed";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 export interface FrameLine {
   time: string;

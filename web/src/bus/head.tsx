@@ -13,11 +13,11 @@ import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { text } from "../text";
-import { bus as words } from "../text/topics";
 import { lineFact, nothingReceived } from "./line";
 import { log } from "./log";
 import { LogDialog } from "./log-dialog";
 import { Remedy } from "./remedy";
+import { busWords as words } from "./words";
 
 export function BusHead() {
   const open = useSignal<"none" | "disconnect" | "log">("none");

@@ -8,7 +8,7 @@ import { noteText } from "../bench/note-text";
 import { wholeNumber } from "../bench/number";
 import { Confirm } from "../kit/confirm";
 import { TextField } from "../kit/field";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 const said = words.ids;
 const LOWEST = 1;

@@ -1,7 +1,7 @@
 /** The ruled row of all node ids: which are taken, by whom there is, and which are pinned. */
 import type { Allocation } from "../api/bus-types";
 import { all } from "../bench/fleet";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 const LAST = 127;
 const LABELS = [1, 25, 50, 75, 100, 125];

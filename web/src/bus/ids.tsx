@@ -19,9 +19,9 @@ import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
-import { bus as words } from "../text/topics";
 import { ForgetDialog, PinDialog } from "./id-dialogs";
 import { IdMap } from "./id-map";
+import { busWords as words } from "./words";
 
 const said = words.ids;
 

@@ -2,7 +2,7 @@
 import type { Bus } from "../api/types";
 import { grouped, number, withUnit } from "../bench/format";
 import { Glyph } from "../kit/glyph";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 const said = words.line;
 

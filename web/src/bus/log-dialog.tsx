@@ -15,8 +15,8 @@ import { Icon } from "../kit/icon";
 import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
-import { bus as words } from "../text/topics";
 import { listLogs, log, logProblem, logs, removeLog, startLog, stopLog, urlOf } from "./log";
+import { busWords as words } from "./words";
 
 const said = words.logDialog;
 const FORMATS: readonly LogFormat[] = ["candump", "asc", "blf", "csv"];

@@ -10,12 +10,12 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Segments } from "../kit/segments";
-import { bus as words } from "../text/topics";
 import { FrameDetail } from "./frame-detail";
 import { withProblems } from "./frame-filter";
 import { FrameList } from "./frame-list";
 import { frameLineOf } from "./frame-text";
 import * as monitor from "./monitor-state";
+import { busWords as words } from "./words";
 
 const said = words.monitor;
 

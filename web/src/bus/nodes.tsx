@@ -17,7 +17,7 @@ import { type Column, DataTable, RowLink } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 const said = words.nodes;
 const ASK_MS = 2000;

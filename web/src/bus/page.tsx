@@ -9,7 +9,6 @@ import { narrow } from "../bench/screen";
 import { Glyph } from "../kit/glyph";
 import { Panel } from "../kit/panel";
 import { text } from "../text";
-import { bus as words } from "../text/topics";
 import { ConnectHere } from "./connect";
 import { BusStrip } from "./counters";
 import { Doctor } from "./doctor";
@@ -18,6 +17,7 @@ import { NodeIds } from "./ids";
 import { watchLog } from "./log";
 import { Monitor } from "./monitor";
 import { Nodes } from "./nodes";
+import { busWords as words } from "./words";
 import "./bus.css";
 import "./monitor.css";
 import "./connect.css";
@@ -97,12 +97,12 @@ export function BusPage({ hash }: { hash: string }) {
   );
 }
 
-const NAMES: Record<Part, string> = {
+const NAMES = (): Record<Part, string> => ({
   doctor: words.doctorTab,
   monitor: words.monitorTab,
   nodes: words.nodesTab,
   ids: words.idsTab,
-};
+});
 
 function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undefined }) {
   const list = useRef<HTMLDivElement>(null);
@@ -129,7 +129,7 @@ function Parts({ parts, chosen }: { parts: readonly Part[]; chosen: Part | undef
             data-testid={`part-${part}`}
             onClick={() => open(part)}
           >
-            {NAMES[part]}
+            {NAMES()[part]}
             {part === "doctor" && failure > 0 && (
               <>
                 <Glyph kind="failure" size={13} /> {failure}

@@ -19,9 +19,9 @@ import { Guides } from "../kit/guide";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { text } from "../text";
-import { bus as words } from "../text/topics";
 import { LineFacts } from "./line";
 import { Remedy } from "./remedy";
+import { busWords as words } from "./words";
 
 const said = words.connectDialog;
 

@@ -1,7 +1,7 @@
 /** Remedies: their sentences, and their command as something to copy. */
 
 import { Copy } from "../kit/copy";
-import { bus as words } from "../text/topics";
+import { busWords as words } from "./words";
 
 export type Piece = { text: string } | { command: string };
 

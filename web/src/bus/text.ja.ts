@@ -1,5 +1,6 @@
 /** The Japanese sentences of the Bus page and of Connect; loaded with them. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   title: name => `バス ${name}`.trim(),
@@ -350,4 +351,4 @@ export const words = {
     },
     noBus: "先にバスを接続してください。記録するものがありません。",
   },
-} satisfies Topics["bus"];
+} satisfies Said<typeof english>;

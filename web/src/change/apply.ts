@@ -10,9 +10,9 @@ import { type KnownServo, peekServo } from "../bench/fleet";
 import { full } from "../bench/format";
 import type { Outcome, Sheet, WantedValue, Written } from "../bench/parameters";
 import { text } from "../text";
-import { saving } from "../text/topics";
 import { type ChangeRequest, doChange, type Wish } from "./flow";
 import { followSave, followWrite, plannedPart, send, startJob } from "./send";
+import { saving } from "./words";
 
 /** An uptime is told in whole seconds, and late. */
 const SAME_BOOT_S = 3;

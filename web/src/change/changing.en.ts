@@ -241,4 +241,24 @@ export const words = {
     held: (deg: string) => `held at ${deg}`,
     stop: "Stop ends this at once.",
   },
+
+  /** Choosing a profile for servos. */
+  profiles: {
+    title: (n: number) => `Apply a profile to ${servos(n)}`,
+    facts: (model: string, n: number) => `${model}, ${n} ${n === 1 ? "row" : "rows"}`,
+    toProfiles: "Go to Profiles",
+    loading: "Reading the profiles.",
+    empty: "No profile yet",
+    emptyLine:
+      "Set one servo up as all should be, then make a profile of it: its values are taken, its IDs and origin are not. Or import a TOML or JSON file.",
+    anyModel: "any model",
+  },
+
+  /** The files of a job's report. */
+  report: {
+    csv: "CSV",
+    json: "JSON",
+    junit: "JUnit",
+    html: "Print",
+  },
 };

@@ -1,9 +1,10 @@
 /** Japanese words of changes to servos: the dialog before one, its progress, and what came of it; loaded with them. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./changing.en";
 
 const NOTHING_SAVED = "ROMの値はすべて同じです。それでもサーボは保存して再起動します。";
 
-export const words: Topics["changing"] = {
+export const words: Said<typeof english> = {
   kinds: {
     apply: {
       title: ({ name }) => `${name}の変更の確認`,
@@ -202,5 +203,21 @@ export const words: Topics["changing"] = {
     cleared: "停止を解除",
     held: deg => `${deg}で保持`,
     stop: "停止で直ちに終了します。",
+  },
+  profiles: {
+    title: n => `${n}台にプロファイルを適用`,
+    facts: (model, n) => `${model}、${n}項目`,
+    toProfiles: "プロファイルへ",
+    loading: "プロファイルを読み込み中。",
+    empty: "プロファイルはまだありません",
+    emptyLine:
+      "1台を目標どおりに設定し、そこから作成してください。値だけを取り、IDと原点は含みません。TOMLまたはJSONファイルの読み込みもできます。",
+    anyModel: "全機種",
+  },
+  report: {
+    csv: "CSV",
+    json: "JSON",
+    junit: "JUnit",
+    html: "印刷",
   },
 };

@@ -6,14 +6,14 @@ import { Asked } from "../bench/asked";
 import { go, pathOf } from "../bench/route";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
-import { Note } from "../kit/note";
+import { Unread } from "../kit/loaded";
 import { text } from "../text";
-import { records, matrix as words } from "../text/topics";
 import { openChange } from "./flow";
 import { profileChange } from "./requests";
+import { changing } from "./words";
 import "./change.css";
 
-const said = words.profile;
+const said = changing.profiles;
 
 export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClose: () => void }) {
   const list = useMemo(() => new Asked<Profile[]>(), []);
@@ -31,16 +31,12 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
         </span>
       }
     >
-      {list.problem.value !== null && (
-        <Note>
-          {records.failed(list.problem.value)} <Button onClick={load}>{records.again}</Button>
-        </Note>
-      )}
-      {found === null && list.problem.value === null && <p>{records.loading}</p>}
+      <Unread why={list.problem.value} onAgain={load} />
+      {found === null && list.problem.value === null && <p>{said.loading}</p>}
       {found?.length === 0 && (
         <>
-          <p class="strong">{records.profiles.empty}</p>
-          <p class="second">{records.profiles.emptyLine}</p>
+          <p class="strong">{said.empty}</p>
+          <p class="second">{said.emptyLine}</p>
           <p>
             <Button onClick={() => go(pathOf("records", null, "profiles"))}>{said.toProfiles}</Button>
           </p>
@@ -60,7 +56,7 @@ export function ApplyProfile({ uids, onClose }: { uids: readonly string[]; onClo
                 {one.name}
               </Button>
               <span class="second">
-                {said.facts(one.model ?? records.profiles.anyModel, Object.keys(one.values).length)}
+                {said.facts(one.model ?? said.anyModel, Object.keys(one.values).length)}
                 {one.description !== "" && <small class="dim">{one.description}</small>}
               </span>
             </li>

@@ -4,8 +4,8 @@ import type { Problem } from "../api/client";
 import { problemText } from "../bench/facts";
 import { withUnit } from "../bench/format";
 import { rowLabelOf, valueText } from "../bench/row-text";
-import { editing } from "../text/topics";
 import { wordsOf } from "./safety-words";
+import { editing } from "./words";
 
 const said = editing.confirm;
 

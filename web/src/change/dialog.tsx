@@ -9,7 +9,6 @@ import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { text } from "../text";
-import { changing as said, saving } from "../text/topics";
 import type { About } from "./changing.en";
 import { whyRefused } from "./consequences";
 import { begun, type ChangeFlow, closeChange, type Part, shownChange } from "./flow";
@@ -20,6 +19,7 @@ import { Progress } from "./progress";
 import type { ProfileFacts } from "./requests";
 import { wordsOf } from "./safety-words";
 import { AfterRestart, HornFreeTick, SafetyTicks, SaveTick } from "./ticks";
+import { changing as said, saving } from "./words";
 import "../kit/table.css";
 import "./change.css";
 

@@ -7,7 +7,7 @@ import { spanOf } from "../bench/row-state";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
-import { saving } from "../text/topics";
+import { saving } from "./words";
 
 /** The value a key will have once everything staged is applied. */
 export function willBe(sheet: Sheet, key: string) {

@@ -7,7 +7,7 @@ import { angle, number, withUnit } from "../bench/format";
 import { limitsOf } from "../bench/servo-condition";
 import { Dial } from "../kit/dial";
 import { Glyph } from "../kit/glyph";
-import { changing as words } from "../text/topics";
+import { changing as words } from "./words";
 
 interface Props {
   one: KnownServo;

@@ -8,11 +8,11 @@ import { valueText } from "../bench/row-text";
 import { cell, Tick } from "../kit/field";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
-import { changing as said } from "../text/topics";
 import { whyRefused } from "./consequences";
 import type { ChangeFlow } from "./flow";
 import type { ProfileFacts, ResetFacts } from "./requests";
 import { able, type OutputFacts, type Prospect, toProblem } from "./restoring";
+import { changing as said } from "./words";
 
 export function ProfileServos({ flow }: { flow: ChangeFlow }) {
   const { chosen, goOn } = flow.request.facts as ProfileFacts;

@@ -2,9 +2,9 @@
 import { nameOf, servo } from "../bench/fleet";
 import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
 import { Note } from "../kit/note";
-import { changing as said, saving } from "../text/topics";
 import { whyRefused } from "./consequences";
 import type { ChangeFlow, ChangeKind, Part, RowChange } from "./flow";
+import { changing as said, saving } from "./words";
 
 export function PlanParts({ flow }: { flow: ChangeFlow }) {
   const parts = flow.parts.value ?? [];

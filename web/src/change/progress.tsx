@@ -10,10 +10,10 @@ import { ended, jobs } from "../bench/jobs";
 import { Glyph } from "../kit/glyph";
 import { Icon, Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
-import { changing as said } from "../text/topics";
 import type { ChangeFlow, ChangeKind, Turn } from "./flow";
 import { JobSteps } from "./job-steps";
 import { restoredBy } from "./restoring";
+import { changing as said } from "./words";
 
 export function Progress({ flow }: { flow: ChangeFlow }) {
   const turns = flow.turns.value;

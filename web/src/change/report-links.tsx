@@ -1,9 +1,9 @@
 /** The links to a job's report: as files, and as a page to print. */
 import { API } from "../api/client";
 import { Icon } from "../kit/icon";
-import { commission as words } from "../text/topics";
+import { changing } from "./words";
 
-const said = words.report;
+const said = changing.report;
 
 export function ReportLinks({ job, title }: { job: string; title: string }) {
   const path = `${API}/jobs/${job}/report?format=`;

@@ -6,7 +6,7 @@ import { age, full, unbroken } from "../bench/format";
 import type { KnownReading } from "../bench/parameters";
 import { aboutRow, adviceOn } from "../bench/row-help";
 import type { spanOf } from "../bench/row-state";
-import { editing } from "../text/topics";
+import { editing } from "./words";
 
 const said = editing.help;
 

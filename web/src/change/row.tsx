@@ -13,7 +13,6 @@ import type { Sheet } from "../bench/parameters";
 import { aboutRow } from "../bench/row-help";
 import { spanOf, viewOf } from "../bench/row-state";
 import { text } from "../text";
-import { editing as words } from "../text/topics";
 import { ChoiceBox, SwitchBox } from "./choice-box";
 import { Marker } from "./marker";
 import { NumberBox } from "./number-box";
@@ -21,6 +20,7 @@ import { Help } from "./row-help";
 import { Message } from "./row-message";
 import { Ruler } from "./ruler";
 import { scaleOf } from "./scale";
+import { editing as words } from "./words";
 
 interface Props {
   sheet: Sheet;

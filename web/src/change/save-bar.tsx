@@ -5,7 +5,7 @@ import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { useKeys } from "../kit/use-keys";
 import { text } from "../text";
-import { saving } from "../text/topics";
+import { saving } from "./words";
 
 interface Props {
   name: string;

@@ -1,5 +1,6 @@
 /** The Japanese sentences of a save to ROM, and of what comes before it. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./saving.en";
 
 export const words = {
   changes: (n, name) => `${name}: 変更${n}件`,
@@ -40,4 +41,4 @@ export const words = {
     n === 1 ? "ホーンは自由に回り、近くに人はいない" : `これら${n}台のホーンは自由に回り、近くに人はいない`,
   confirm: name => `保存して${name}を再起動`,
   notSaved: why => `保存できません: ${why}`,
-} satisfies Topics["saving"];
+} satisfies Said<typeof english>;

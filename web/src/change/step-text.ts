@@ -1,7 +1,7 @@
 /** What a step of a job is called and what it found, by code; the server's words where the page has none. */
 import type { Job, JobStep } from "../api/types";
 import { factsOf } from "../bench/facts";
-import { steps as words } from "../text/topics";
+import { steps as words } from "./words";
 
 /** `bare`: without the servo's name. */
 export function stepText(kind: Job["kind"], step: JobStep, bare = false): string {

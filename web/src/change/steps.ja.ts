@@ -1,6 +1,7 @@
 /** Japanese names of the steps of jobs, and what they found. tests/contract holds them complete. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
 import { words as changing } from "./changing.ja";
+import type { words as english } from "./steps.en";
 
 const saving = {
   silence: "書き込みと起動中の無通信",
@@ -171,4 +172,4 @@ export const words = {
     held: p =>
       `${p.angle_deg ?? "–"}で保持。${p.kept_by === "lease" ? "指令中: 動作権が終わるとオフ" : "自力で保持"}`,
   },
-} satisfies Topics["steps"];
+} satisfies Said<typeof english>;

@@ -1,5 +1,6 @@
 /** The Japanese sentences of what is fetched with the Parameters page: help, confirmation, undo. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 const LOAD = "出力がオフのサーボは何も保持せず、負荷が落ちることがあります。";
 
@@ -65,4 +66,4 @@ export const words = {
     open: "元に戻す…",
     dismiss: "閉じる",
   },
-} satisfies Topics["editing"];
+} satisfies Said<typeof english>;

@@ -3,11 +3,11 @@ import type { Signal } from "@preact/signals";
 import type { SafetyWord } from "../api/config-types";
 import { nameOf, servo } from "../bench/fleet";
 import { cell, Tick } from "../kit/field";
-import { changing, editing, saving } from "../text/topics";
 import type { ChangeFlow } from "./flow";
 import { hornLine } from "./horn-forecast";
 import type { HornFree } from "./horn-free";
 import { withTick } from "./safety-words";
+import { changing, editing, saving } from "./words";
 
 interface SafetyProps {
   asked: readonly SafetyWord[];

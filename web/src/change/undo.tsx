@@ -4,9 +4,9 @@ import type { KnownServo } from "../bench/fleet";
 import { clock } from "../bench/format";
 import type { Sheet } from "../bench/parameters";
 import { Button } from "../kit/button";
-import { editing } from "../text/topics";
 import { restartedSince, undoable, undoChange } from "./apply";
 import { beginChange, underWay } from "./flow";
+import { editing } from "./words";
 
 const said = editing.undo;
 

@@ -16,10 +16,10 @@ import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
-import { commission as words } from "../text/topics";
 import { changeDraft, count, draft, wanted } from "./draft";
 import { Actions, StepQuestion } from "./parts";
 import { loadProfiles, plan, plans, profiles, start, starting, startRefused } from "./state";
+import { commission as words } from "./words";
 
 const said = words.check;
 

@@ -4,7 +4,7 @@ import { signal } from "@preact/signals";
 import type { Candidate, Commissioning, OnAnomaly, SafetyWord } from "../api/config-types";
 import { wholeNumber } from "../bench/number";
 import { readTab, writeTab } from "../bench/tab-store";
-import { commission as words } from "../text/topics";
+import { commission as words } from "./words";
 
 export type Step = "find" | "identify" | "profile" | "check";
 

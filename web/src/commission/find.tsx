@@ -16,10 +16,10 @@ import { Scroll } from "../kit/scroll";
 import { EmptyServos, Reconnect } from "../servo/empty";
 import { Waiting } from "../servo/waiting-nodes";
 import { text } from "../text";
-import { commission as words } from "../text/topics";
 import { changeDraft, draft } from "./draft";
 import { Actions, StepQuestion } from "./parts";
 import { candidates, candidatesProblem, show, takeServos, unfinishedJob } from "./state";
+import { commission as words } from "./words";
 
 const said = words.find;
 

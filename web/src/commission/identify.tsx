@@ -19,7 +19,6 @@ import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { LiveDial } from "../servo/live-dial";
 import { text } from "../text";
-import { commission as words } from "../text/topics";
 import {
   changeDraft,
   changeEntry,
@@ -34,6 +33,7 @@ import {
 } from "./draft";
 import { Actions, StepQuestion } from "./parts";
 import { giveTheRest, owners, suggest } from "./state";
+import { commission as words } from "./words";
 
 const said = words.identify;
 

@@ -2,7 +2,6 @@
 import { useEffect, useMemo } from "preact/hooks";
 import { connection } from "../bench/link";
 import { Icon } from "../kit/icon";
-import { commission as words } from "../text/topics";
 import { CheckStep } from "./check";
 import { changeDraft, count, draft, type Step, wanted } from "./draft";
 import { FindStep } from "./find";
@@ -20,6 +19,7 @@ import {
   watchCandidates,
   watchJobs,
 } from "./state";
+import { commission as words } from "./words";
 import "../kit/table.css";
 import "./commission.css";
 

@@ -9,10 +9,10 @@ import { Button } from "../kit/button";
 import { follow } from "../kit/follow";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
-import { commission as words } from "../text/topics";
 import { changeDraft, draft, wanted } from "./draft";
 import { Actions, StepQuestion } from "./parts";
 import { loadProfiles, profiles, profilesProblem } from "./state";
+import { commission as words } from "./words";
 
 const said = words.profile;
 

@@ -1,5 +1,6 @@
 /** The Japanese sentences of the Commission page; loaded with it. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   title: "初期設定",
@@ -211,10 +212,6 @@ export const words = {
     more: "さらに初期設定する",
     files: "レポート",
     filesOf: n => `レポート${n}`,
-    csv: "CSV",
-    json: "JSON",
-    junit: "JUnit",
-    html: "印刷",
     head: {
       servo: "サーボ",
       id: "サーボID",
@@ -226,4 +223,4 @@ export const words = {
     held: { rom: "ROM", ram: "RAM", lost: "保持していない" },
     values: n => `${n}件の値を読み返し`,
   },
-} satisfies Topics["commission"];
+} satisfies Said<typeof english>;

@@ -2,7 +2,7 @@
 import { useEffect } from "preact/hooks";
 import { type ConditionKind, ROM_LOST } from "../bench/condition";
 import { all, type KnownServo, loaded, nameOf, servo } from "../bench/fleet";
-import { clock, date, unbroken } from "../bench/format";
+import { unbroken } from "../bench/format";
 import { who } from "../bench/holder";
 import { connection, up } from "../bench/link";
 import { go, pathOf } from "../bench/route";
@@ -11,7 +11,7 @@ import { Choice, cell } from "../kit/field";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Guides } from "../kit/guide";
-import { Unread } from "../kit/loaded";
+import { instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { ToSnapshots } from "../servo/condition-lines";
 import {
@@ -24,7 +24,7 @@ import {
   troubleOf,
   unseen,
 } from "../servo/faults";
-import { faults as words } from "../text/topics";
+import { faults as words } from "./words";
 import "./faults.css";
 
 const KIND: Record<KnownFault["level"], ConditionKind> = {
@@ -239,10 +239,4 @@ function Chip({ why, children }: { why: string; children: string }) {
       {children}
     </span>
   );
-}
-
-/** "14:02:31" of today, "2026-03-01 14:02:31" of another day. */
-function instant(utc: number): string {
-  const day = date(utc);
-  return day === date(Date.now() / 1000) ? clock(utc) : words.at(day, clock(utc));
 }

@@ -30,7 +30,6 @@ export const words = {
   count: (n: number) => (n === 1 ? "once" : `${n} times`),
   how: "How often",
   seenBy: (who: string, at: string) => `Acknowledged by ${who}, ${at}`,
-  at: (day: string, time: string) => `${day} ${time}`,
   emptyTitle: "No fault was ever seen",
   emptyText:
     "Each servo tells of 32 failures, 32 warnings and as many notices; hornbill asks for them all the time. What comes up stands here with what it means and what to do, and stays in the list of past faults after it has gone.",

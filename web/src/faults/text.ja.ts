@@ -1,5 +1,6 @@
 /** The Japanese sentences of the Faults page; loaded with it. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   title: "異常",
@@ -27,7 +28,6 @@ export const words = {
   count: n => `${n}回`,
   how: "回数",
   seenBy: (who, at) => `${who}が確認、${at}`,
-  at: (day, time) => `${day} ${time}`,
   emptyTitle: "異常の記録はありません",
   emptyText:
     "サーボは故障、警告、通知を32種類ずつ報告します。hornbillは常に読み出し、発生した異常を意味と対処とともにここに示します。消えた後も過去の一覧に残ります。",
@@ -39,4 +39,4 @@ export const words = {
   failed: why => `異常の一部を読み出しまたは確認できません。${why}`,
   again: "再試行",
   open: name => `${name}を開く`,
-} satisfies Topics["faults"];
+} satisfies Said<typeof english>;

@@ -4,7 +4,7 @@ import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { Guides } from "../kit/guide";
 import { text } from "../text";
-import { keys as words } from "../text/topics";
+import { keys as words } from "./words";
 import "./keys.css";
 
 type Line = readonly [key: string, what: string];

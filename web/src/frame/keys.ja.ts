@@ -1,5 +1,6 @@
 /** The Japanese list of keys; loaded with it. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./keys.en";
 
 export const words = {
   title: "キー操作",
@@ -36,4 +37,4 @@ export const words = {
   scopeMemory: ["← →", "メモリー帯にフォーカスがあるとき表示範囲を動かす。End でライブに戻る"],
   composing: "日本語入力の変換中、EscとEnterは変換の操作となり、停止しません。停止ボタンはいつでも使えます。",
   scroll: ["↑ ↓", "スクロール（一覧にフォーカスがあるとき）"],
-} satisfies Topics["keys"];
+} satisfies Said<typeof english>;

@@ -6,7 +6,7 @@ import { ROOT } from "../api/root";
 import { connection, up } from "../bench/link";
 import { reload } from "../bench/reload";
 import { text } from "../text";
-import { topicsLoaded } from "../text/language";
+import { wordsLoaded } from "../text/language";
 import { Button } from "./button";
 
 /** Why a part is not there: the server cannot be reached, it serves another version now, or it does not deliver. */
@@ -24,9 +24,10 @@ export function lazy<Props extends object>(load: () => Promise<ComponentType<Pro
   let coming: Promise<boolean> | null = null;
   const get = async (): Promise<boolean> => {
     try {
-      await topicsLoaded();
       await styles();
-      found.value = await load();
+      const part = await load();
+      await wordsLoaded();
+      found.value = part;
       cause.value = null;
       waiting.delete(fetchIt);
       return true;

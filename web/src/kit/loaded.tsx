@@ -2,7 +2,6 @@
 import type { ComponentChildren } from "preact";
 import { clock, date } from "../bench/format";
 import { text } from "../text";
-import { records as words } from "../text/topics";
 import { Button } from "./button";
 import { type GuidePlace, Guides } from "./guide";
 import { Note } from "./note";
@@ -10,7 +9,7 @@ import { Note } from "./note";
 /** "14:02:31" of today, "2026-03-01 14:02:31" of another day. */
 export function instant(utc: number): string {
   const day = date(utc);
-  return day === date(Date.now() / 1000) ? clock(utc) : words.at(day, clock(utc));
+  return day === date(Date.now() / 1000) ? clock(utc) : text.at(day, clock(utc));
 }
 
 interface UnreadProps {
@@ -21,7 +20,7 @@ interface UnreadProps {
 }
 
 /** What could not be read, with the way to try again. */
-export function Unread({ why, onAgain, said = words.failed }: UnreadProps) {
+export function Unread({ why, onAgain, said = text.unread }: UnreadProps) {
   return (
     <Note
       band

@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { problemText } from "../bench/facts";
 import { session, signedOut, signIn, signOut, tokenRefused } from "../bench/session";
 import { Note } from "../kit/note";
-import { login as said } from "../text/topics";
+import { login as said } from "./words";
 import "./login.css";
 
 export function LoginPage() {

@@ -1,5 +1,6 @@
 /** The Japanese sentences of signing in and out; loaded with them. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   title: "hornbillにサインイン",
@@ -18,4 +19,4 @@ export const words = {
     admin: "すべての操作",
   },
   leave: "サインアウト",
-} satisfies Topics["login"];
+} satisfies Said<typeof english>;

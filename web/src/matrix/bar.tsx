@@ -8,8 +8,8 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { useKeys } from "../kit/use-keys";
 import { text } from "../text";
-import { matrix } from "../text/topics";
 import { wrongOn } from "./state";
+import { matrix } from "./words";
 
 const said = matrix.bar;
 

@@ -12,9 +12,9 @@ import { Marker } from "../change/marker";
 import { NumberBox } from "../change/number-box";
 import { stageValue } from "../change/stage";
 import { Choice, cell } from "../kit/field";
-import { matrix as said } from "../text/topics";
 import type { Odd } from "./state";
 import { optionsOf } from "./state";
+import { matrix as said } from "./words";
 
 interface Props {
   uid: string;

@@ -6,8 +6,8 @@ import { sheetOf } from "../bench/parameters";
 import { stageValue } from "../change/stage";
 import { Confirm } from "../kit/confirm";
 import { inSet, Tick } from "../kit/field";
-import { matrix } from "../text/topics";
 import { copyOf } from "./state";
+import { matrix } from "./words";
 
 const said = matrix.copying;
 

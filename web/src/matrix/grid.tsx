@@ -12,9 +12,9 @@ import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
-import { matrix as said } from "../text/topics";
 import { MatrixCell } from "./cell";
 import { isOwn, oddRow } from "./state";
+import { matrix as said } from "./words";
 
 export interface Group {
   key: string;

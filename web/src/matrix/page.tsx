@@ -16,12 +16,12 @@ import { Button } from "../kit/button";
 import { Unread } from "../kit/loaded";
 import { Search } from "../kit/search";
 import { Segments } from "../kit/segments";
-import { matrix as said } from "../text/topics";
 import { MatrixBar } from "./bar";
 import { CopyDialog } from "./copy";
 import { type Group, MatrixGrid } from "./grid";
 import { SetDialog } from "./set";
 import { oddRow, uidsIn } from "./state";
+import { matrix as said } from "./words";
 import "./matrix.css";
 
 const FILTERS = ["all", "differ", "changed"] as const;

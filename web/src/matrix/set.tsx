@@ -8,8 +8,8 @@ import { spanOf } from "../bench/row-state";
 import { draftFor, numberFor, stageValue } from "../change/stage";
 import { Confirm } from "../kit/confirm";
 import { Choice, inSet, negated, TextField, Tick } from "../kit/field";
-import { matrix } from "../text/topics";
 import { optionsOf } from "./state";
+import { matrix } from "./words";
 
 const said = matrix.set;
 

@@ -76,10 +76,4 @@ export const words = {
     save: "Save all to ROM…",
     saveSub: (n: number) => `${servos(n)} ${n === 1 ? "restarts" : "restart"}`,
   },
-
-  profile: {
-    title: (n: number) => `Apply a profile to ${servos(n)}`,
-    facts: (model: string, n: number) => `${model}, ${rows(n)}`,
-    toProfiles: "Go to Profiles",
-  },
 };

@@ -1,5 +1,6 @@
 /** The Japanese sentences of the matrix, many servos side by side, and of choosing a profile for several. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 const servos = (n: number) => `${n}台`;
 const rows = (n: number) => `${n}項目`;
@@ -71,9 +72,4 @@ export const words = {
     save: "すべてROMに保存…",
     saveSub: n => `${servos(n)}が再起動`,
   },
-  profile: {
-    title: n => `${servos(n)}にプロファイルを適用`,
-    facts: (model, n) => `${model}、${rows(n)}`,
-    toProfiles: "プロファイルへ",
-  },
-} satisfies Topics["matrix"];
+} satisfies Said<typeof english>;

@@ -13,7 +13,6 @@ import { cell, Tick } from "../kit/field";
 import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { enableAll } from "../servo/motion-gate";
-import { jogging as words } from "../text/topics";
 import {
   against,
   beginAgain,
@@ -26,6 +25,7 @@ import {
   stream,
 } from "./group";
 import { sweep } from "./sweep";
+import { jogging as words } from "./words";
 import "./jog.css";
 
 /** Before motion: a box to tick for each other servo that can be told together with this one. */

@@ -17,7 +17,7 @@ import {
 import { type Poll, poll } from "../bench/poll";
 import type { Limits } from "../bench/servo-condition";
 import { limitsOf } from "../bench/servo-condition";
-import { jogging as words } from "../text/topics";
+import { jogging as words } from "./words";
 
 /** Ticked to move with the servo of the page, before motion is on. */
 export const chosenCompanions = signal<readonly string[]>([]);

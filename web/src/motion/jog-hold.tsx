@@ -16,7 +16,7 @@ import { pathOf } from "../bench/route";
 import { cell, TextField, Tick } from "../kit/field";
 import { follow } from "../kit/follow";
 import { Note } from "../kit/note";
-import { jogging as words } from "../text/topics";
+import { jogging as words } from "./words";
 
 const UNIT = { speed: "rpm", torque: "%" } as const;
 const FIRST = { speed: "20", torque: "10" } as const;

@@ -36,13 +36,13 @@ import { Segments } from "../kit/segments";
 import { JogDial } from "../servo/command-dial";
 import { UnitMark } from "../servo/unit-mark";
 import { text } from "../text";
-import { jogging as words } from "../text/topics";
 import { limitsOfAll, stream } from "./group";
 import { Members } from "./group-panel";
 import { JogAngle } from "./jog-angle";
 import { JogHold } from "./jog-hold";
 import { JogSweep } from "./jog-sweep";
 import { sweep } from "./sweep";
+import { jogging as words } from "./words";
 import "./jog.css";
 
 /** Closer than this is there: one step of the register and the sensor's noise. */

@@ -7,8 +7,8 @@ import type { Limits } from "../bench/servo-condition";
 import { Button } from "../kit/button";
 import { TextField, Tick } from "../kit/field";
 import { Note } from "../kit/note";
-import { jogging as words } from "../text/topics";
 import { endSweep, startSweep, sweep, sweepLasts, sweepSaid } from "./sweep";
+import { jogging as words } from "./words";
 
 const SPEED: AllowedSpan = { unit: "°/s", perUnit: 10, minimum: 1, maximum: 360 };
 const PAUSE: AllowedSpan = { unit: "s", perUnit: 10, minimum: 0, maximum: 60 };

@@ -1,5 +1,6 @@
 /** The Japanese sentences of the jog pad beyond an angle: hold to run, groups, sweeps. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./jog.en";
 
 export const words = {
   tabs: "指令の種類",
@@ -62,4 +63,4 @@ export const words = {
   sweepDone: count => `往復が完了しました: ${count}回。`,
   sweepFailed: why => `往復を終わりました: ${why}`,
   seconds: s => `${s}\u202fs`,
-} satisfies Topics["jogging"];
+} satisfies Said<typeof english>;

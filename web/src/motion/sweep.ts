@@ -16,8 +16,8 @@ import {
   question,
   setpoint,
 } from "../bench/motion";
-import { jogging as words } from "../text/topics";
 import { offsets, stream } from "./group";
+import { jogging as words } from "./words";
 
 export interface SweepWish {
   from: number;

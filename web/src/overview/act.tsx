@@ -20,8 +20,8 @@ import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
 import { Icon, type IconName } from "../kit/icon";
 import { lazy } from "../kit/lazy";
-import { overview as words } from "../text/topics";
 import { taken } from "./state";
+import { overview as words } from "./words";
 
 const ApplyProfile = lazy<{ uids: readonly string[]; onClose: () => void }>(() =>
   import("../change/choose-profile").then(file => file.ApplyProfile),

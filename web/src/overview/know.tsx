@@ -20,9 +20,9 @@ import { lazy } from "../kit/lazy";
 import { Panel } from "../kit/panel";
 import { auditWord, reasonText } from "../servo/audit-text";
 import { faultsOf, type KnownFault, readFaults } from "../servo/faults";
-import { overview as words } from "../text/topics";
 import { Card, Fact } from "./card";
 import { taken } from "./state";
+import { overview as words } from "./words";
 
 const AnglePlot = lazy<{ uid: string }>(() => import("../plots/angle-plot").then(file => file.AnglePlot));
 

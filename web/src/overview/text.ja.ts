@@ -1,5 +1,6 @@
 /** The Japanese sentences of the Overview of a servo. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   faults: "異常",
@@ -52,4 +53,4 @@ export const words = {
   export: "テレメトリーのCSV",
   reset: "初期化…",
   resetLine: "全値を既定値に戻して保存します。",
-} satisfies Topics["overview"];
+} satisfies Said<typeof english>;

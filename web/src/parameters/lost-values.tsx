@@ -7,9 +7,9 @@ import type { KnownServo } from "../bench/fleet";
 import { clock } from "../bench/format";
 import type { Sheet } from "../bench/parameters";
 import { rowLabelOf } from "../bench/row-text";
+import { editing } from "../change/words";
 import { Button } from "../kit/button";
 import { Glyph } from "../kit/glyph";
-import { editing } from "../text/topics";
 import { dismiss, stageAgain, stageable } from "./lost";
 
 const said = editing.lost;

@@ -1,6 +1,6 @@
 /** What a save will do to the horn, told from what will be in ROM, not from what is in RAM now. */
 import type { Value } from "../api/types";
-import { saving } from "../text/topics";
+import { saving } from "../change/words";
 
 export type Prediction = "soft_start" | "hold" | "off" | "brake" | "unknown";
 

@@ -13,10 +13,10 @@ import type { Sheet } from "../bench/parameters";
 import { type AddressChoice, changeChoices } from "../bench/route";
 import { adviceOn } from "../bench/row-help";
 import { ParameterRow } from "../change/row";
+import { editing } from "../change/words";
 import { Button } from "../kit/button";
 import { Icon } from "../kit/icon";
 import { text } from "../text";
-import { editing } from "../text/topics";
 import { ProductFacts } from "./product";
 
 const said = editing.fold;

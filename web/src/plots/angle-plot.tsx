@@ -14,13 +14,13 @@ import { pathOf } from "../bench/route";
 import { CHANNELS, RATE_HZ, subscribeTelemetry, watched } from "../bench/telemetry-subscription";
 import { follow } from "../kit/follow";
 import { telemetry } from "../telemetry/store";
-import { plots as words } from "../text/topics";
 import { channelsOf, curvesOf } from "./channels";
 import { lanesOf } from "./lane";
 import { PlotPanel } from "./panel";
 import { PlotPicker } from "./picker";
 import { type Recording, RecordingFile, RecordingPlot } from "./recording";
 import { TimeSpan } from "./span";
+import { plots as words } from "./words";
 
 const FIRST = ["current_angle", "command_angle"];
 

@@ -1,11 +1,11 @@
 /** The chip of the cursors: where they are, what each curve was there, and the differences. */
 import { number, signed, withUnit } from "../bench/format";
 import type { TelemetryStore } from "../telemetry/store";
-import { plots as words } from "../text/topics";
 import { keyOf, type Lane } from "./lane";
 import { moveCursor } from "./lanes";
 import { valueAtTime } from "./reading";
 import type { Cursor, TimeSpan } from "./span";
+import { plots as words } from "./words";
 
 const FINE_S = 10;
 

@@ -2,12 +2,12 @@
 import { useEffect, useRef } from "preact/hooks";
 import { number, withUnit } from "../bench/format";
 import type { TelemetryStore } from "../telemetry/store";
-import { plots as words } from "../text/topics";
 import type { MarkAt } from "./annotate";
 import { calmRange, keyOf, type Lane, type LaneCurve } from "./lane";
 import { type Picture, Plot } from "./plot";
 import { stepFrom } from "./reading";
 import type { Cursor, TimeSpan } from "./span";
+import { plots as words } from "./words";
 
 /** Nearer than this a press is on a cursor; a finger is not as exact. */
 const GRAB_PX = { mouse: 6, touch: 22 };

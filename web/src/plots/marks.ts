@@ -7,8 +7,8 @@ import { catalog } from "../bench/catalog";
 import { onRefusal } from "../bench/link";
 import { poll } from "../bench/poll";
 import { KEPT_S, telemetry } from "../telemetry/store";
-import { plots as words } from "../text/topics";
 import type { MarkAt } from "./annotate";
+import { plots as words } from "./words";
 
 export interface PlotMark {
   /** Seconds since 1970 UTC. */

@@ -8,7 +8,6 @@ import { age, clock, date, withUnit } from "../bench/format";
 import { Icon } from "../kit/icon";
 import { toCsv } from "../telemetry/csv";
 import { type TelemetryStore, telemetry } from "../telemetry/store";
-import { plots as words } from "../text/topics";
 import type { MarkAt } from "./annotate";
 import { PlotCursors } from "./cursors";
 import type { Lane } from "./lane";
@@ -18,6 +17,7 @@ import { recallSamples } from "./past";
 import type { Plot } from "./plot";
 import { pictureOf } from "./png";
 import { type TimeSpan, WINDOWS } from "./span";
+import { plots as words } from "./words";
 
 interface Props {
   title: ComponentChildren;

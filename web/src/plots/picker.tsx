@@ -1,8 +1,8 @@
 /** The picker of channels of a plot, and how often they are asked for. */
 import type { Signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { plots as words } from "../text/topics";
 import type { Channel } from "./channels";
+import { plots as words } from "./words";
 
 export const RATES = [5, 20, 50, 100] as const;
 

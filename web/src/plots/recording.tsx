@@ -10,7 +10,6 @@ import { go, pathOf } from "../bench/route";
 import { Icon } from "../kit/icon";
 import { fromCsv, type Recorded } from "../telemetry/csv";
 import { TelemetryStore } from "../telemetry/store";
-import { plots as words } from "../text/topics";
 import { isZip } from "./bundle";
 import { type Channel, channelsOf, curvesOf } from "./channels";
 import { lanesOf } from "./lane";
@@ -18,6 +17,7 @@ import { PlotPanel } from "./panel";
 import { replayed, Scrub, tracksOf } from "./scrub";
 import { ScrubBar } from "./scrub-bar";
 import { TimeSpan } from "./span";
+import { plots as words } from "./words";
 
 export interface Recording {
   name: string;

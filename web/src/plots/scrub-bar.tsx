@@ -4,9 +4,9 @@ import { useEffect, useRef } from "preact/hooks";
 import { clock, date, number, signed } from "../bench/format";
 import { calm } from "../bench/screen";
 import { Icon } from "../kit/icon";
-import { plots } from "../text/topics";
 import { everyFrame } from "./frames";
 import { type Scrub, SPEEDS } from "./scrub";
+import { plots } from "./words";
 import "./plots.css";
 import "./scrub.css";
 

@@ -1,5 +1,6 @@
 /** The Japanese sentences of plots: header, channels, cursors, marks, files. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   angle: "角度",
@@ -85,4 +86,4 @@ export const words = {
     write: what => `書き込み ${what}`,
     refused: what => `拒否 ${what}`,
   },
-} satisfies Topics["plots"];
+} satisfies Said<typeof english>;

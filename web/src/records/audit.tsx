@@ -18,7 +18,7 @@ import { Icon } from "../kit/icon";
 import { Empty, instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { auditedNotes, auditWord } from "../servo/audit-text";
-import { records as words } from "../text/topics";
+import { records as words } from "./words";
 
 const said = words.audit;
 const PAGE = 200;
@@ -100,7 +100,7 @@ export function Audit() {
             rows={found}
             id={one => one.id}
             testid={one => `audit-${one.id}`}
-            columns={COLUMNS}
+            columns={columns()}
           />
         )}
         {found !== null && found.length >= PAGE && found.length % PAGE === 0 && (
@@ -129,7 +129,7 @@ const WELL = new Set([
 
 const SNAPSHOT = new Set(["save", "restart", "factory_reset", "snapshot"]);
 
-const COLUMNS: readonly Column<AuditRow>[] = [
+const columns = (): readonly Column<AuditRow>[] => [
   {
     key: "at",
     head: said.head.at,

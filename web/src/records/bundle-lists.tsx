@@ -8,8 +8,8 @@ import { full, MINUS } from "../bench/format";
 import { DataTable } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import type { BundleLine } from "../plots/bundle";
-import { recorder as words } from "../text/topics";
 import { channelLabelOf, relative, rowOf } from "./bundle-text";
+import { recorder as words } from "./words";
 
 const said = words.bundle;
 const SHOWN = 200;

@@ -10,9 +10,9 @@ import type { Scrub } from "../plots/scrub";
 import { ScrubBar } from "../plots/scrub-bar";
 import type { PlotCurve } from "../plots/series";
 import { samples, still } from "../plots/trace";
-import { recorder as words } from "../text/topics";
 import { ReplayView } from "../view3d/replay";
 import { channelLabelOf, relative, rowOf } from "./bundle-text";
+import { recorder as words } from "./words";
 
 const said = words.bundle;
 /** Of this many channels a plot is drawn before anybody chooses. */

@@ -17,12 +17,12 @@ import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { type BundleLine, bundleLineOf, bundleTicksOf, firstServo } from "../plots/bundle";
 import { scrubOf } from "../plots/scrub";
-import { recorder as words } from "../text/topics";
 import { GLYPHS } from "./bundle-glyph";
 import { Events, Writes } from "./bundle-lists";
 import { Channels } from "./bundle-plots";
 import { relative } from "./bundle-text";
 import { PlayDialog } from "./play";
+import { recorder as words } from "./words";
 
 const said = words.bundle;
 const READ_MS = 120_000;

@@ -14,7 +14,7 @@ import { Icon } from "../kit/icon";
 import { Empty, instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
 import { text } from "../text";
-import { records as words } from "../text/topics";
+import { records as words } from "./words";
 
 /** What to call a servo, on the bus or not. */
 export function inventoryNameOf(one: InventoryServo): string {
@@ -23,7 +23,7 @@ export function inventoryNameOf(one: InventoryServo): string {
 
 const head = words.inventory.head;
 
-const COLUMNS: readonly Column<InventoryServo>[] = [
+const columns = (): readonly Column<InventoryServo>[] => [
   {
     key: "servo",
     head: head.servo,
@@ -101,7 +101,7 @@ export function Inventory() {
             id={one => one.uid}
             testid={one => `known-${one.uid}`}
             order={order}
-            columns={COLUMNS}
+            columns={columns()}
           />
           <p class="w-line">
             <a class="button" href={`${API}/inventory.csv`} download="">

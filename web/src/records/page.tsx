@@ -5,13 +5,13 @@ import { go, pathOf } from "../bench/route";
 import { Panel } from "../kit/panel";
 import { Segments } from "../kit/segments";
 import { openIn } from "../plots/bundle";
-import { recorder, records as words } from "../text/topics";
 import { Audit } from "./audit";
 import { Inventory } from "./inventory";
 import { Profiles } from "./profiles";
 import { Recorder } from "./recorder";
 import { Reports } from "./reports";
 import { Snapshots } from "./snapshots";
+import { recorder, records as words } from "./words";
 import "../kit/table.css";
 import "./records.css";
 

@@ -6,7 +6,7 @@ import { channelOf } from "../bench/bus-now";
 import { go, pathOf } from "../bench/route";
 import { Confirm } from "../kit/confirm";
 import { Note } from "../kit/note";
-import { recorder as words } from "../text/topics";
+import { recorder as words } from "./words";
 
 const OPENING_MS = 60_000;
 

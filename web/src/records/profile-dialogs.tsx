@@ -9,7 +9,7 @@ import { noteText } from "../bench/note-text";
 import { rowLabelOf, valueText } from "../bench/row-text";
 import { Confirm } from "../kit/confirm";
 import { type Cell, Choice, FilePick, TextField } from "../kit/field";
-import { records as words } from "../text/topics";
+import { records as words } from "./words";
 
 const said = words.profiles;
 const LONGEST = 80;

@@ -10,15 +10,17 @@ import { connection } from "../bench/link";
 import { openChange } from "../change/flow";
 import { ProfileValues } from "../change/profile-values";
 import { profileChange } from "../change/requests";
+import { changing } from "../change/words";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Icon } from "../kit/icon";
 import { Done, Empty, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
-import { records as words } from "../text/topics";
 import { CreateDialog, ImportDialog } from "./profile-dialogs";
+import { records as words } from "./words";
 
 const said = words.profiles;
+const choosing = changing.profiles;
 
 type Open = { what: "create" | "import" } | { what: "remove"; one: Profile };
 
@@ -62,8 +64,8 @@ export function Profiles() {
         <Done note={note.value} />
         {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
         {found?.length === 0 && (
-          <Empty title={said.empty} guides={["profiles"]}>
-            {said.emptyLine}
+          <Empty title={choosing.empty} guides={["profiles"]}>
+            {choosing.emptyLine}
           </Empty>
         )}
         <ul>
@@ -83,7 +85,7 @@ export function Profiles() {
                   <small>
                     {one.description !== "" && `${one.description} · `}
                     {said.facts(
-                      one.model ?? said.anyModel,
+                      one.model ?? choosing.anyModel,
                       Object.keys(one.values).length,
                       date(one.updated_at),
                     )}

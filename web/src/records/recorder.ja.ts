@@ -1,5 +1,6 @@
 /** The Japanese sentences of the recorder and its bundles; loaded with Records. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./recorder.en";
 
 const S = "\u202f";
 
@@ -89,4 +90,4 @@ export const words = {
     kind: { restart: "再起動", opcode: "保存または消去" },
     loading: "バンドルを読み込み中。",
   },
-} satisfies Topics["recorder"];
+} satisfies Said<typeof english>;

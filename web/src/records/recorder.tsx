@@ -23,10 +23,10 @@ import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { alsoMarked, isZip } from "../plots/bundle";
 import { text } from "../text";
-import { recorder as words } from "../text/topics";
 import { BundleView } from "./bundle";
 import { GLYPHS } from "./bundle-glyph";
 import { PlayDialog } from "./play";
+import { recorder as words } from "./words";
 import "./recorder.css";
 
 const WRITTEN = new Set(["bundle_written", "bundles_dropped", "bundle_failed"]);

@@ -20,7 +20,7 @@ import { Glyph } from "../kit/glyph";
 import { Icon } from "../kit/icon";
 import { Empty, instant, Unread } from "../kit/loaded";
 import { Scroll } from "../kit/scroll";
-import { records as words } from "../text/topics";
+import { records as words } from "./words";
 
 const said = words.reports;
 

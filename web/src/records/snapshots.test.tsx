@@ -12,11 +12,12 @@ afterEach(() => {
 
 test("one that is taken by hand is stored under the server's code, and told of in Japanese", async () => {
   vi.resetModules();
-  const { speak } = await import("../text/language");
-  speak((await import("../text/ja")).text, (await import("../text/topics.ja")).topics);
+  const { speak, wordsLoaded } = await import("../text/language");
+  speak("ja", (await import("../text/ja")).text);
   const { replaceAll } = await import("../bench/fleet");
   const { link } = await import("../bench/link");
   const { Snapshots } = await import("./snapshots");
+  await wordsLoaded();
   const sent: unknown[] = [];
   vi.stubGlobal("fetch", async (url: string, init: RequestInit) => {
     const taken = {

@@ -23,8 +23,8 @@ import { Done, Empty, instant, Unread } from "../kit/loaded";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { reasonText } from "../servo/audit-text";
-import { records as words } from "../text/topics";
 import { inventoryNameOf } from "./inventory";
+import { records as words } from "./words";
 
 const said = words.snapshots;
 

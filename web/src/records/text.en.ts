@@ -1,5 +1,4 @@
 /** The English sentences of the Records page and of what somebody else changed; loaded with them. */
-import type { Facts } from "../bench/facts";
 
 const servos = (n: number) => `${n} ${n === 1 ? "servo" : "servos"}`;
 const rows = (n: number) => `${n} ${n === 1 ? "row" : "rows"}`;
@@ -12,12 +11,9 @@ export const words = {
   reportsTab: "Reports",
   auditTab: "Audit",
   loading: "Reading the records.",
-  failed: (why: string) => `This could not be read. ${why}`,
-  again: "Try again",
   on: "on the bus",
   off: "not on the bus",
   rows,
-  at: (day: string, time: string) => `${day} ${time}`,
 
   inventory: {
     title: "Every servo ever met",
@@ -75,25 +71,6 @@ export const words = {
     back: "Back to the list",
   },
 
-  /** Why a snapshot was taken. */
-  reasons: {
-    by_hand: () => "Taken by hand",
-    saving: () => "Before a save to ROM",
-    factory_reset: () => "Before a factory reset",
-    drift_undone: () => "Before changes from outside were undone",
-    change: (p: Facts) =>
-      p.more === undefined || p.more === "0"
-        ? `Before a change of ${p.key}`
-        : `Before a change of ${p.key} and ${p.more} more`,
-    commissioning: () => "Before commissioning",
-    matrix: () => "Before a change of several servos",
-    profile: (p: Facts) => `Before the profile ${p.profile}`,
-    restore: (p: Facts) =>
-      p.snapshot === undefined
-        ? `Before a restore of ${p.side}`
-        : `Before snapshot ${p.snapshot} was restored`,
-  },
-
   write: {
     done: (n: number, name: string, saved: boolean) =>
       `${name}: ${rows(n)} written and read back${saved ? ", saved, and read back from ROM" : ". Not in ROM"}.`,
@@ -109,11 +86,7 @@ export const words = {
     lead: "A profile is a named set of values, in units people read, to bring servos to.",
     create: "New from a servo…",
     import: "Import a file…",
-    empty: "No profile yet",
-    emptyLine:
-      "Set one servo up as all should be, then make a profile of it: its values are taken, its IDs and origin are not. Or import a TOML or JSON file.",
     facts: (model: string, n: number, at: string) => `${model}, ${rows(n)}, ${at}`,
-    anyModel: "any model",
     open: (name: string) => `Rows of ${name}`,
     apply: "Apply…",
     toml: "TOML",
@@ -196,46 +169,5 @@ export const words = {
     changed: (before: string, after: string) => `${before} → ${after}`,
     asked: (value: string) => `asked ${value}`,
     /** Actions and outcomes, by the server's words. */
-    words: {
-      write: "Write",
-      torque: "Torque",
-      save: "Save",
-      restart: "Restart",
-      factory_reset: "Factory reset",
-      snapshot: "Snapshot",
-      profile: "Profile",
-      commissioning: "Commissioning",
-      identify: "Wiggle",
-      drift: "Change outside",
-      label: "Label",
-      position_unit: "Position unit",
-      lease: "Motion control",
-      stop: "Stop",
-      acknowledge: "Acknowledge",
-      pin: "Pin a node ID",
-      forget: "Forget",
-      allocator: "Node ID allocator",
-      step_test: "Step test",
-      restore_output: "Restore output",
-      applied: "applied",
-      succeeded: "done",
-      verified: "verified",
-      unchanged: "unchanged",
-      accepted: "accepted",
-      cancelled: "stopped",
-      failed: "failed",
-      refused: "refused",
-      no_answer: "no answer",
-      clamped: "held by the servo",
-      rolled_back: "undone",
-      dropped: "dropped",
-      cleared: "cleared",
-      pressed: "pressed",
-      taken: "taken",
-      handed: "handed over",
-      passed: "passed on",
-      released: "given back",
-      lapsed: "ran out",
-    } as Record<string, string>,
   },
 };

@@ -1,5 +1,6 @@
 /** The Japanese sentences of the Records page and of what somebody else changed; loaded with them. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 const rows = (n: number) => `${n}項目`;
 
@@ -11,12 +12,9 @@ export const words = {
   reportsTab: "レポート",
   auditTab: "監査記録",
   loading: "記録を読み込み中。",
-  failed: why => `読み込めません。${why}`,
-  again: "再試行",
   on: "バス上",
   off: "バスになし",
   rows,
-  at: (day, time) => `${day} ${time}`,
   inventory: {
     title: "これまでの全サーボ",
     head: {
@@ -70,19 +68,6 @@ export const words = {
     dropConfirm: "スナップショットを破棄",
     back: "一覧に戻る",
   },
-  reasons: {
-    by_hand: () => "手動",
-    saving: () => "ROM保存の前",
-    factory_reset: () => "工場出荷設定に戻す前",
-    drift_undone: () => "外部の変更を戻す前",
-    change: p =>
-      p.more === undefined || p.more === "0" ? `${p.key}の変更前` : `${p.key}他${p.more}項目の変更前`,
-    commissioning: () => "初期設定の前",
-    matrix: () => "複数サーボの変更前",
-    profile: p => `プロファイル${p.profile}の適用前`,
-    restore: p =>
-      p.snapshot === undefined ? `復元（${p.side}）の前` : `スナップショット${p.snapshot}の復元前`,
-  },
   write: {
     done: (n, name, saved) =>
       `${name}: ${rows(n)}を書き込み、読み返しました${saved ? "。保存し、ROMからも読み返しました" : "。ROMには未保存です"}。`,
@@ -96,11 +81,7 @@ export const words = {
     lead: "プロファイルは、サーボに設定する値の組に名前を付けたものです。単位付きで保持します。",
     create: "サーボから新規作成…",
     import: "ファイルを読み込む…",
-    empty: "プロファイルはまだありません",
-    emptyLine:
-      "1台を目標どおりに設定し、そこから作成してください。値だけを取り、IDと原点は含みません。TOMLまたはJSONファイルの読み込みもできます。",
     facts: (model, n, at) => `${model}、${rows(n)}、${at}`,
-    anyModel: "全機種",
     open: name => `${name}の項目`,
     apply: "適用…",
     toml: "TOML",
@@ -187,46 +168,5 @@ export const words = {
     nothing: "該当する記録はありません。",
     changed: (before, after) => `${before} → ${after}`,
     asked: value => `要求 ${value}`,
-    words: {
-      write: "書き込み",
-      torque: "トルク",
-      save: "保存",
-      restart: "再起動",
-      factory_reset: "工場出荷設定",
-      snapshot: "スナップショット",
-      profile: "プロファイル",
-      commissioning: "初期設定",
-      identify: "動作確認",
-      drift: "外部の変更",
-      label: "名前",
-      position_unit: "位置の単位",
-      lease: "動作権",
-      stop: "停止",
-      acknowledge: "確認",
-      pin: "ノードIDの固定",
-      forget: "忘れる",
-      allocator: "ノードID割り当て",
-      step_test: "ステップ試験",
-      restore_output: "出力の復帰",
-      applied: "適用",
-      succeeded: "完了",
-      verified: "確認済み",
-      unchanged: "変更なし",
-      accepted: "受け入れ",
-      cancelled: "中止",
-      failed: "失敗",
-      refused: "拒否",
-      no_answer: "応答なし",
-      clamped: "サーボが制限",
-      rolled_back: "取り消し",
-      dropped: "破棄",
-      cleared: "解除",
-      pressed: "操作",
-      taken: "取得",
-      handed: "引き渡し",
-      passed: "移行",
-      released: "返却",
-      lapsed: "期限切れ",
-    },
   },
-} satisfies Topics["records"];
+} satisfies Said<typeof english>;

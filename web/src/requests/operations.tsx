@@ -3,9 +3,9 @@ import { useComputed, useSignal } from "@preact/signals";
 import { Button } from "../kit/button";
 import { Unread } from "../kit/loaded";
 import { Search } from "../kit/search";
-import { api as words } from "../text/topics";
 import { matching, type Operation, operationsOf } from "./document";
 import { openApi, openApiTrouble, readOpenApi } from "./open-api";
+import { api as words } from "./words";
 
 const said = words.operations;
 

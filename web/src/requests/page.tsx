@@ -11,11 +11,11 @@ import { Copy } from "../kit/copy";
 import { Guides } from "../kit/guide";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
-import { api as words } from "../text/topics";
 import { beginning, examples } from "./examples";
 import { has, openApi, readOpenApi } from "./open-api";
 import { Operations } from "./operations";
 import { LastSent } from "./sent";
+import { api as words } from "./words";
 import "../kit/table.css";
 import "./requests.css";
 

@@ -5,9 +5,9 @@ import { lastSent, type Sent } from "../api/sent";
 import { clock, withUnit } from "../bench/format";
 import { Copy } from "../kit/copy";
 import { Segments } from "../kit/segments";
-import { api as words } from "../text/topics";
 import { asCurl } from "./curl";
 import { asPython } from "./python";
+import { api as words } from "./words";
 
 const said = words.sent;
 

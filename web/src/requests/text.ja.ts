@@ -1,5 +1,6 @@
 /** The Japanese sentences of the API page; loaded with it. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   title: "API",
@@ -71,4 +72,4 @@ export const words = {
     where: { path: "パス", query: "クエリー", header: "ヘッダー", cookie: "クッキー" },
     list: of => `${of}の配列`,
   },
-} satisfies Topics["api"];
+} satisfies Said<typeof english>;

@@ -4,9 +4,9 @@ import { timeText } from "../plots/lanes";
 import { valueAtTime } from "../plots/reading";
 import type { TimeSpan } from "../plots/span";
 import { telemetry } from "../telemetry/store";
-import { scope as words } from "../text/topics";
 import type { ScopeCurve } from "./acquire";
 import { statisticsOf } from "./statistics";
+import { scope as words } from "./words";
 
 const FINE_S = 0.001;
 

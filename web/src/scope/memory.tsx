@@ -4,8 +4,8 @@ import { monotonic } from "../bench/clock";
 import { Plot, roomy } from "../plots/plot";
 import { TimeSpan } from "../plots/span";
 import { telemetry } from "../telemetry/store";
-import { scope as words } from "../text/topics";
 import type { ScopeCurve } from "./acquire";
+import { scope as words } from "./words";
 
 const HZ = 4;
 

@@ -24,7 +24,7 @@ import type { Plot } from "../plots/plot";
 import { TimeSpan } from "../plots/span";
 import { fromCsv } from "../telemetry/csv";
 import { telemetry } from "../telemetry/store";
-import { scope as words } from "../text/topics";
+import { scope as words } from "./words";
 import "../plots/plots.css";
 import { idOf, letterOf, SCOPE_WINDOWS } from "./layout";
 import { MemoryStrip } from "./memory";

@@ -10,7 +10,6 @@ import { Choice, cell, TextField } from "../kit/field";
 import { Segments } from "../kit/segments";
 import { channelsOf } from "../plots/channels";
 import type { TimeSpan } from "../plots/span";
-import { scope as words } from "../text/topics";
 import { arm, type ScopeCurve } from "./acquire";
 import { Letter } from "./cursor-table";
 import { idOf, MOST_CHANNELS } from "./layout";
@@ -27,6 +26,7 @@ import {
   source,
 } from "./state";
 import { EDGES, type Edge, type TriggerRule } from "./trigger";
+import { scope as words } from "./words";
 
 interface Props {
   span: TimeSpan;

@@ -5,9 +5,9 @@ import { Plot, roomy } from "../plots/plot";
 import type { TimeSpan } from "../plots/span";
 import { still } from "../plots/trace";
 import { telemetry } from "../telemetry/store";
-import { scope as words } from "../text/topics";
 import type { ScopeCurve } from "./acquire";
 import { highestPeak, spectrumOf } from "./spectrum";
+import { scope as words } from "./words";
 
 export function SpectrumPanel({ span, curves }: { span: TimeSpan; curves: readonly ScopeCurve[] }) {
   const [a, b] = span.cursors.value;

@@ -1,5 +1,6 @@
 /** The Japanese sentences of the scope. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 export const words = {
   label: "スコープ",
@@ -65,4 +66,4 @@ export const words = {
   layoutRemove: name => `レイアウト ${name} を削除`,
   layoutsHint: "このブラウザーに保存します。チャンネル、トリガー、表示時間のみで、データは含みません。",
   fileOf: "スコープ",
-} satisfies Topics["scope"];
+} satisfies Said<typeof english>;

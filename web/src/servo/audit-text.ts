@@ -3,7 +3,7 @@ import type { AuditRow, ReasonCode } from "../api/config-types";
 import type { Params } from "../api/types";
 import { factsOf, type Saying } from "../bench/facts";
 import { noteText } from "../bench/note-text";
-import { records as words } from "../text/topics";
+import { audit as words } from "./words";
 
 const said: Readonly<Partial<Record<ReasonCode, Saying>>> = words.reasons;
 
@@ -23,5 +23,5 @@ export function auditedNotes(row: AuditRow): string[] {
 
 /** A word of the audit, for an action or for what came of it. */
 export function auditWord(word: string): string {
-  return words.audit.words[word] ?? word.replaceAll("_", " ");
+  return words.words[word] ?? word.replaceAll("_", " ");
 }

@@ -7,7 +7,7 @@ import { monotonic } from "../bench/clock";
 import { problemText } from "../bench/facts";
 import { holder, who } from "../bench/holder";
 import { hold, motion, motionRefusal, TTL_S, withdraw } from "../bench/motion";
-import { takeOver as words } from "../text/topics";
+import { takeOver as words } from "./words";
 
 /** How long the holder has to refuse. */
 export const PATIENCE_S = 10;

@@ -1,5 +1,6 @@
 /** The Japanese sentences of getting motion control from somebody else; loaded with them. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./take-over.en";
 
 const seconds = (left: number) => `${Math.max(0, Math.ceil(left))}\u202fs`;
 
@@ -23,4 +24,4 @@ export const words = {
   yours: "動作権を取得しました",
   yoursText: "それまで指令されていたサーボのトルクはオフです。動作を有効にするまで何も動きません。",
   giveBack: "返す",
-} satisfies Topics["takeOver"];
+} satisfies Said<typeof english>;

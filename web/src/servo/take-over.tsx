@@ -9,8 +9,8 @@ import { Dialog } from "../kit/dialog";
 import { Glyph } from "../kit/glyph";
 import { Spinner } from "../kit/icon";
 import { text } from "../text";
-import { takeOver as words } from "../text/topics";
 import { askFor, takeNow } from "./take-over-state";
+import { takeOver as words } from "./words";
 import "./take-over.css";
 
 export function TakeOver({ uid }: { uid: string }) {

@@ -12,8 +12,8 @@ import { channelsOf, type Drawn } from "../plots/channels";
 import { keyOf, lanesOf } from "../plots/lane";
 import { PlotPanel } from "../plots/panel";
 import { TimeSpan } from "../plots/span";
+import { plots as words } from "../plots/words";
 import { telemetry } from "../telemetry/store";
-import { plots as words } from "../text/topics";
 
 /** Asked of each; the server grants what the bus allows. */
 const RATE_HZ = 50;

@@ -34,6 +34,8 @@ export const text = {
   },
   docs: "Docs",
   docsLabel: "Docs, in a new tab",
+  at: (day: string, time: string) => `${day} ${time}`,
+  unread: (why: string) => `This could not be read. ${why}`,
   values: (n: number) => `${n} values`,
 
   ...frame,

@@ -35,6 +35,8 @@ export const text = {
   },
   docs: "文書",
   docsLabel: "文書（英語）を新しいタブで開く",
+  at: (day, time) => `${day} ${time}`,
+  unread: why => `読み込めません。${why}`,
   values: n => `${n}件の値`,
 
   ...frame,

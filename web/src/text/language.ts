@@ -1,12 +1,9 @@
 /** Which language the page speaks: the wish, where it is kept, and the catalogue that is loaded for it. */
 import type { text } from "./en";
-import type { topics } from "./topics.en";
 
 export type Language = "en" | "ja";
 /** What is said on any page; every catalogue has this shape. */
 export type Text = Said<typeof text>;
-/** What is said by parts of the page that are fetched when they are first shown. */
-export type Topics = Said<typeof topics>;
 
 /** The shape of a catalogue in another language: the same keys and slots, other words. */
 export type Said<T> = T extends string
@@ -17,20 +14,9 @@ export type Said<T> = T extends string
 
 /** How each language calls itself, and where its words are. Only the chosen one is fetched. */
 export const LANGUAGES = {
-  en: {
-    name: "English",
-    text: () => import("./en").then(file => file.text),
-    topics: () => import("./topics.en").then(file => file.topics),
-  },
-  ja: {
-    name: "日本語",
-    text: () => import("./ja").then(file => file.text),
-    topics: () => import("./topics.ja").then(file => file.topics),
-  },
-} as const satisfies Record<
-  Language,
-  { name: string; text: () => Promise<Text>; topics: () => Promise<Topics> }
->;
+  en: { name: "English", text: () => import("./en").then(file => file.text) },
+  ja: { name: "日本語", text: () => import("./ja").then(file => file.text) },
+} as const satisfies Record<Language, { name: string; text: () => Promise<Text> }>;
 
 const KEY = "hornbill.language";
 /** Where the storage is forbidden, the address keeps the choice. */
@@ -68,15 +54,14 @@ export function chooseLanguage(next: Language, reload: (address: string) => void
 
 let started: Language | null = null;
 let known: Text | null = null;
-let knownTopics: Topics | null = null;
 
-/** Takes catalogues that are here already; tests begin with it. */
-export function speak(words: Text, more: Topics): void {
+/** Takes a catalogue that is here already; tests begin with it. */
+export function speak(language: Language, words: Text): void {
+  started = language;
   known = words;
-  knownTopics = more;
 }
 
-/** Fetches what every page says in the chosen language; the topics follow with the first part that is fetched. */
+/** Fetches what every page says in the chosen language; the words of other parts come with them (`wordsIn`). */
 export async function startLanguage(): Promise<void> {
   const language = chosenLanguage();
   started = language;
@@ -89,19 +74,47 @@ export function spoken(): Language {
   return started ?? chosenLanguage();
 }
 
-/** Resolves when the topics are here: before any part of the page that is fetched is run. */
-export async function topicsLoaded(): Promise<void> {
-  knownTopics ??= await LANGUAGES[spoken()].topics();
-}
-
 /** The loaded catalogue. */
 export function loadedText(): Text {
   if (known === null) throw new Error("Text is used before its language is loaded.");
   return known;
 }
 
-/** The loaded topics. */
-export function loadedTopics(): Topics {
-  if (knownTopics === null) throw new Error("A topic is used before its language is loaded.");
-  return knownTopics;
+/** Words of parts that are here, and are not here themselves. */
+const awaited = new Set<() => Promise<void>>();
+
+/**
+ * The words of a part, in the language of this page. A part that imports them may be run before they are here:
+ * `kit/lazy.tsx` shows it when they are (`wordsLoaded`). So modules name them at will and read sentences in functions.
+ */
+export function wordsIn<Words extends object>(
+  en: () => Promise<{ words: Words }>,
+  ja: () => Promise<{ words: Said<NoInfer<Words>> }>,
+): Said<Words> {
+  let words: Said<Words> | null = null;
+  const load = async () => {
+    words = (await (spoken() === "en" ? en() : ja())).words as Said<Words>;
+    awaited.delete(load);
+  };
+  awaited.add(load);
+  return readThrough(() => words);
+}
+
+/** An object whose keys are looked up when they are read; before `whole` is here, what they name is one, too. */
+function readThrough<T extends object>(whole: () => T | null): T {
+  const get = (_: object, key: string) => {
+    const there = whole();
+    if (there === null) return readThrough(() => Reflect.get(whole() ?? {}, key) ?? null);
+    if (typeof there === "object") return Reflect.get(there, key);
+    throw new Error(`“${there}” was read before it was here. Read it in a function.`);
+  };
+  const refuse = () => {
+    throw new Error("Words were counted before they were here. Count them in a function.");
+  };
+  return new Proxy({}, { get, has: refuse, ownKeys: refuse }) as T;
+}
+
+/** Resolves when the words of every part that is here are here, too. */
+export async function wordsLoaded(): Promise<void> {
+  await Promise.all([...awaited].map(load => load()));
 }

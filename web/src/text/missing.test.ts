@@ -2,10 +2,9 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, test } from "vitest";
 import { Problem } from "../api/client";
+import { words as explainedInJapanese } from "../bench/row-help.ja";
 import { text } from "./en";
 import { text as saidText } from "./ja";
-import { topics } from "./topics.en";
-import { topics as saidTopics } from "./topics.ja";
 
 /** The paths of what stands in one catalogue and not in the other, such as "bus.doctor.title". */
 function missing(one: object, other: object, before = ""): string[] {
@@ -26,40 +25,53 @@ function sentences(of: object, before = ""): Map<string, unknown> {
 }
 
 /** In English the server says these itself. */
-const BY_CODE = /^(table|cautions|causes|happened|marks|refusals|notes|help|findings|steps\.evidence)\./;
+const BY_CODE =
+  /^(table|cautions|causes|happened|marks|refusals|notes|bench\/row-help|bus\/findings|change\/steps\.evidence)\./;
 
-describe.each([
-  ["every page", text, saidText],
-  ["the topics", topics, saidTopics],
-])("Japanese of %s", (_, english, japanese) => {
-  test("lacks nothing", () => {
-    expect(missing(english, japanese)).toEqual([]);
-  });
-
-  test("has nothing that English does not have", () => {
-    const left = missing(japanese, english).filter(path => !BY_CODE.test(path));
-    expect(left).toEqual([]);
-  });
-
-  test("is not English", () => {
-    const there = sentences(english);
-    // What is the same in both: names, units, file formats, and sentences that are nothing but slots.
-    const same = [...sentences(japanese)].filter(([path, value]) => {
-      return typeof value === "string" && value === there.get(path) && /[a-z]{4}/.test(value);
-    });
-    expect(same.map(([path, value]) => `${path}: ${value}`).filter(line => !SAME.test(line))).toEqual([]);
-  });
-
-  test("takes as many slots", () => {
-    const there = sentences(english);
-    for (const [path, value] of sentences(japanese)) {
-      if (typeof value !== "function" || BY_CODE.test(path)) continue;
-      const other = there.get(path);
-      expect(typeof other, path).toBe("function");
-      expect(value.length, path).toBeLessThanOrEqual((other as () => unknown).length);
-    }
-  });
+/** The files of words that are fetched with a part of the page, by their path. */
+const files = import.meta.glob<{ words?: object }>("../*/*.{en,ja}.ts", { eager: true });
+const parts = Object.entries(files).flatMap(([path, { words }]) => {
+  if (words === undefined || path.endsWith(".ja.ts")) return [];
+  const name = path.slice("../".length, -".en.ts".length);
+  return [[name, { [name]: words }, { [name]: files[`../${name}.ja.ts`]?.words ?? {} }] as const];
 });
+
+test("the files of words are found", () => {
+  expect(parts.length).toBeGreaterThan(20);
+});
+
+describe.each([["every page", text, saidText], ...parts] as const)(
+  "Japanese of %s",
+  (_, english, japanese) => {
+    test("lacks nothing", () => {
+      expect(missing(english, japanese)).toEqual([]);
+    });
+
+    test("has nothing that English does not have", () => {
+      const left = missing(japanese, english).filter(path => !BY_CODE.test(path));
+      expect(left).toEqual([]);
+    });
+
+    test("is not English", () => {
+      const there = sentences(english);
+      // What is the same in both: names, units, file formats, and sentences that are nothing but slots.
+      const same = [...sentences(japanese)].filter(([path, value]) => {
+        return typeof value === "string" && value === there.get(path) && /[a-z]{4}/.test(value);
+      });
+      expect(same.map(([path, value]) => `${path}: ${value}`).filter(line => !SAME.test(line))).toEqual([]);
+    });
+
+    test("takes as many slots", () => {
+      const there = sentences(english);
+      for (const [path, value] of sentences(japanese)) {
+        if (typeof value !== "function" || BY_CODE.test(path)) continue;
+        const other = there.get(path);
+        expect(typeof other, path).toBe("function");
+        expect(value.length, path).toBeLessThanOrEqual((other as () => unknown).length);
+      }
+    });
+  },
+);
 
 const SAME =
   /hornbill|: (candump|socketcan:can0|curl|Python|node:11 type:GetSet problems|JUnit|Space|kbit\/s|Ctrl Enter|HORNBILL_.*)$/;
@@ -109,8 +121,8 @@ test("every parameter, every tab and what the maker advises is explained in Japa
   const advised = fieldOf("parameters", "parameter", "advice");
   expect(explained.size).toBeGreaterThan(50);
   expect(advised.size).toBeGreaterThan(0);
-  const rows = new Map<string, string>(Object.entries(saidTopics.help.rows));
-  const { groups, advice } = saidTopics.help;
+  const rows = new Map<string, string>(Object.entries(explainedInJapanese.rows));
+  const { groups, advice } = explainedInJapanese;
   expect([...explained.keys()].filter(key => !rows.has(key))).toEqual([]);
   expect(Object.keys(saidText.table.groups).filter(key => !(key in groups))).toEqual([]);
   expect([...advised.keys()].filter(key => !(key in advice))).toEqual([]);

@@ -1,6 +1,7 @@
-/** The language of the tests: English, there before any of them is loaded. */
+/** The language of the tests: English, there before any of them is run. */
+import { beforeAll } from "vitest";
 import { text } from "./en";
-import { speak } from "./language";
-import { topics } from "./topics.en";
+import { speak, wordsLoaded } from "./language";
 
-speak(text, topics);
+speak("en", text);
+beforeAll(wordsLoaded);

@@ -12,9 +12,9 @@ import { Button } from "../kit/button";
 import { TextField } from "../kit/field";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
-import { tune as words } from "../text/topics";
 import { applyAndTest, cancelTest, stagedGains, test, testing, testProblem } from "./state";
 import { GAINS, hornPathOf, testLasts } from "./step-runs";
+import { tune as words } from "./words";
 
 const said = words.form;
 const MOST_DEG = 45;

@@ -10,9 +10,9 @@ import { Button } from "../kit/button";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { useKeys } from "../kit/use-keys";
-import { tune as words } from "../text/topics";
 import { applyGains, discardGains, overlay, stagedGains, stageGains, testing } from "./state";
 import { GAINS, letter, SYMPTOMS, type Symptom, shown, takeBack } from "./step-runs";
+import { tune as words } from "./words";
 
 const said = words.gains;
 

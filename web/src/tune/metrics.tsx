@@ -5,9 +5,9 @@ import { catalog } from "../bench/catalog";
 import { full, number, signed, withUnit } from "../bench/format";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
-import { tune as words } from "../text/topics";
 import { ms, Swatch } from "./plot";
 import * as lab from "./step-runs";
+import { tune as words } from "./words";
 
 interface MetricsProps {
   runs: StepRun[];

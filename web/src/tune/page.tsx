@@ -9,11 +9,11 @@ import { Button } from "../kit/button";
 import { Panel } from "../kit/panel";
 import { MotionGate } from "../servo/motion-gate";
 import { text } from "../text";
-import { tune as words } from "../text/topics";
 import { TuneForm } from "./form";
 import { TuneGains } from "./gains";
 import { TuneRuns } from "./runs";
 import { testing, turnTo } from "./state";
+import { tune as words } from "./words";
 import "../kit/table.css";
 import "./tune.css";
 

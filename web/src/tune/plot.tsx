@@ -6,9 +6,9 @@ import { angle, number, withUnit } from "../bench/format";
 import { Segments } from "../kit/segments";
 import { Plot } from "../plots/plot";
 import { shape } from "../plots/shapes";
-import { tune as words } from "../text/topics";
 import { stepPicture } from "./step-picture";
 import * as lab from "./step-runs";
+import { tune as words } from "./words";
 
 const FIRST_S = 0.3;
 

@@ -9,11 +9,11 @@ import { Confirm } from "../kit/confirm";
 import { cell, Tick } from "../kit/field";
 import { Icon } from "../kit/icon";
 import { Unread } from "../kit/loaded";
-import { tune as words } from "../text/topics";
 import { Metrics } from "./metrics";
 import { gainsOf, ms, StepPlotPanel } from "./plot";
 import { chosenRuns, dropRun, loadRuns, overlay, runs, runsProblem, testing, toggle } from "./state";
 import * as lab from "./step-runs";
+import { tune as words } from "./words";
 
 export function TuneRuns({ uid }: { uid: string }) {
   const direction = useSignal<lab.Direction>("there");

@@ -13,8 +13,8 @@ import { motion } from "../bench/motion";
 import { sheetOf } from "../bench/parameters";
 import { apply } from "../change/apply";
 import { text } from "../text";
-import { tune as words } from "../text/topics";
 import { GAINS, runsInOrder, toggled } from "./step-runs";
+import { tune as words } from "./words";
 
 const LISTED = 50;
 

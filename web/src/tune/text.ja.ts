@@ -1,5 +1,6 @@
 /** The Japanese sentences of the Tune page; loaded with it. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
 const S = "\u202f";
 
@@ -159,4 +160,4 @@ export const words = {
     smoothed: "スムージング（0x22）がオンで、その応答を計測しました。ループ自体を見るにはオフにします。",
     goTo: name => `${name}へ`,
   },
-} satisfies Topics["tune"];
+} satisfies Said<typeof english>;

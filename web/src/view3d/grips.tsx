@@ -15,9 +15,9 @@ import { type Limits, limitsOf } from "../bench/servo-condition";
 import type { Sight, Stand } from "../bench/view-link";
 import { draftFor } from "../change/stage";
 import { draggedTo } from "../kit/polar";
-import { view as words } from "../text/topics";
 import { onDisc, pictured, pointedAngle, tooFlat } from "./sight";
 import type { Size } from "./wall-projection";
+import { sceneWords as words } from "./words";
 
 type Grip = "horn" | "ccw" | "cw";
 const ROWS = { cw: "angle_limit_cw", ccw: "angle_limit_ccw" } as const;

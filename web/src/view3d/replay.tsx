@@ -6,10 +6,10 @@ import { Dial } from "../kit/dial";
 import { Icon } from "../kit/icon";
 import type { Scrub } from "../plots/scrub";
 import { text } from "../text";
-import { view as words } from "../text/topics";
 import { showsAll } from "./others";
 import { Scene, type SceneState } from "./scene";
 import { ViewTools } from "./tools";
+import { sceneWords as words } from "./words";
 import "./view3d.css";
 
 /** A view of its own, for a page that shows no servo. */

@@ -1,6 +1,6 @@
 /** The English sentences of the 3D view, and the wall of horns; loaded with them. */
 
-export const view = {
+export const words = {
   frame: "3D view",
   qualities: { auto: "Quality: auto", high: "Quality: high", low: "Quality: low" },
   qualityAuto: { high: "Quality: auto, high", low: "Quality: auto, low" },

@@ -1,7 +1,8 @@
 /** The Japanese sentences of the 3D view, and the wall of horns; loaded with them. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./text.en";
 
-export const view = {
+export const words = {
   frame: "3D表示",
   qualities: { auto: "画質: 自動", high: "画質: 高", low: "画質: 低" },
   qualityAuto: { high: "画質: 自動、高", low: "画質: 自動、低" },
@@ -32,4 +33,4 @@ export const view = {
   wallEmpty: "サーボはまだありません。接続すると、各サーボがホーンとともに現れます。",
   wallOld: (angle, age) => `${angle}、${age}前`,
   wallLost: "静止。hornbillに未接続",
-} satisfies Topics["view"];
+} satisfies Said<typeof english>;

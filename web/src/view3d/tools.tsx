@@ -1,8 +1,8 @@
 /** The buttons on a 3D frame: who is shown, the camera back to where it started, how well it is drawn. */
 
-import { view as words } from "../text/topics";
 import { showsAll, toggleAll } from "./others";
 import { nextQuality, quality, qualityWish } from "./quality";
+import { sceneWords as words } from "./words";
 
 export function ViewTools({ onReset, others = false }: { onReset?: () => void; others?: boolean }) {
   const drawn = quality.value;

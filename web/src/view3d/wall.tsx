@@ -14,10 +14,10 @@ import { Dial } from "../kit/dial";
 import { follow } from "../kit/follow";
 import { Glyph } from "../kit/glyph";
 import { text } from "../text";
-import { view as words } from "../text/topics";
 import { Scene, type SceneState } from "./scene";
 import { ViewTools } from "./tools";
 import { boxOf, fill, type PictureBox, type Size } from "./wall-projection";
+import { sceneWords as words } from "./words";
 
 /** A place narrower than this has no room for the angle. */
 const NARROW_PX = 84;

@@ -1,5 +1,6 @@
 /** The Japanese help for what the server's tables explain in English: parameters, groups, the maker's advice. */
-import type { Topics } from "../text/language";
+import type { Said } from "../text/language";
+import type { words as english } from "./row-help.en";
 
 const SPEED_LOOP =
   "Futabaは、速度ループを初期値のままにするよう勧めています。Futabaの指示があるときだけ変更してください。";
@@ -131,4 +132,4 @@ export const words = {
     speed_dead_band: SPEED_LOOP,
     speed_i_limit: SPEED_LOOP,
   },
-} satisfies Topics["help"];
+} satisfies Said<typeof english>;

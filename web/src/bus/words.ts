@@ -1,0 +1,11 @@
+/** The words of this folder; they are fetched with the first part that imports them. */
+import { wordsIn } from "../text/language";
+
+export const busWords = wordsIn(
+  () => import("./text.en"),
+  () => import("./text.ja"),
+);
+export const findingWords = wordsIn(
+  () => import("./findings.en"),
+  () => import("./findings.ja"),
+);

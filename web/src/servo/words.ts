@@ -1,0 +1,11 @@
+/** The words of this folder; they are fetched with the first part that imports them. */
+import { wordsIn } from "../text/language";
+
+export const audit = wordsIn(
+  () => import("./audit.en"),
+  () => import("./audit.ja"),
+);
+export const takeOver = wordsIn(
+  () => import("./take-over.en"),
+  () => import("./take-over.ja"),
+);
