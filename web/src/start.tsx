@@ -15,6 +15,7 @@ import { pressStop } from "./bench/stop";
 import { startTheme } from "./bench/theme";
 import { App } from "./frame/app";
 import { fetchAll, watchStyles } from "./kit/lazy";
+import { wordsLoaded } from "./text/language";
 
 startTheme();
 askBeforeLeaving(hasDrafts);
@@ -30,6 +31,8 @@ startLink();
 watchStyles();
 const root = document.getElementById("app");
 if (root) render(<App />, root);
+// What the server tells by codes; asked for again with every part of the page.
+wordsLoaded().catch(() => undefined);
 
 // After the first connection, and again after each: what is not there when the server goes away cannot be opened then.
 effect(() => {

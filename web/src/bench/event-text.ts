@@ -1,16 +1,16 @@
 /** What happened, and what a bundle was written for, in the page's language; the server's words where it has none. */
 import type { MarkReason, Params } from "../api/types";
-import { text } from "../text";
 import type { BenchEvent } from "./bench";
+import { codes } from "./codes";
 import { factsOf } from "./facts";
 
 export function eventText(one: Pick<BenchEvent, "code" | "text" | "params">): string {
-  return text.happened[one.code]?.(factsOf(one.params)) ?? one.text;
+  return codes.value.happened?.[one.code]?.(factsOf(one.params)) ?? one.text;
 }
 
 /** `params` is missing in bundles of older versions, and empty where the text is a user's. */
 export function markText(one: { reason: MarkReason; text: string; params?: Params }): string {
   const { params } = one;
   if (params === undefined || Object.keys(params).length === 0) return one.text;
-  return text.marks[one.reason]?.(factsOf(params)) ?? one.text;
+  return codes.value.marks?.[one.reason]?.(factsOf(params)) ?? one.text;
 }

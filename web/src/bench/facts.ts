@@ -2,6 +2,7 @@
 import { Problem } from "../api/client";
 import type { Job, Params } from "../api/types";
 import { text } from "../text";
+import { codes } from "./codes";
 import { angle, MINUS, withUnit } from "./format";
 import { rowLabelOf } from "./row-text";
 
@@ -33,7 +34,8 @@ export function factsOf(params: Params | undefined): Facts {
 /** What went wrong, in the page's language. */
 export function problemText(problem: Problem): string {
   const { problem: _nested, ...facts } = (problem.facts.params ?? problem.facts) as Params;
-  return text.problem(problem, { ...factsOf(facts), summary: problem.message });
+  const said = codes.value.problem?.(problem, { ...factsOf(facts), summary: problem.message });
+  return said ?? text.problem(problem);
 }
 
 /** The same of what a job, an entry of a list or a message of the socket failed with. */
@@ -46,9 +48,9 @@ export function failureText(body: {
   return problemText(new Problem(body.code, 0, body.summary ?? body.detail ?? "", { ...body }));
 }
 
-/** What a port says is wrong, in the page's language. */
-export function troubleText(state: { trouble_params: Params }, otherwise: string): string {
-  return text.causes[String(state.trouble_params.cause ?? "")]?.(factsOf(state.trouble_params)) ?? otherwise;
+/** What a port or an adapter says is wrong, in the page's language. */
+export function causeText(params: Params, otherwise: string): string {
+  return codes.value.causes?.[String(params.cause ?? "")]?.(factsOf(params)) ?? otherwise;
 }
 
 /** Why a job did not succeed. */

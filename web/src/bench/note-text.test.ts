@@ -1,5 +1,5 @@
 /** What the server notes beside a value, in Japanese, and in its own words for what the page does not know. */
-import { expect, test } from "vitest";
+import { expect, test, vi } from "vitest";
 import type { NoteCode } from "../api/types";
 import { text } from "../text/ja";
 import { speak } from "../text/language";
@@ -7,6 +7,17 @@ import { speak } from "../text/language";
 // Before anything that takes its words when it is loaded.
 speak("ja", text);
 const { noteText, resultText } = await import("./note-text");
+
+test("until its words are here a note is said in the server's", async () => {
+  vi.resetModules();
+  const language = await import("../text/language");
+  language.speak("ja", text);
+  const { noteText: early } = await import("./note-text");
+  const said = () => early("It reached its limit.", "log_limit", { limit_mb: 2 });
+  expect(said()).toBe("It reached its limit.");
+  await language.wordsLoaded();
+  expect(said()).toBe("上限の2\u202fMBに達しました。");
+});
 
 test("a note is said by its code, with its values", () => {
   expect(noteText("It reached its limit.", "log_limit", { limit_mb: 2 })).toBe(

@@ -1,6 +1,6 @@
 /** What the server notes beside a value, in the page's language; its own sentence where the page has none. */
 import type { NoteCode, Params } from "../api/types";
-import { text } from "../text";
+import { codes } from "./codes";
 import { factsOf } from "./facts";
 
 export function noteText(
@@ -8,7 +8,7 @@ export function noteText(
   code: NoteCode | null | undefined,
   params: Params | undefined,
 ): string {
-  return (code && text.notes[code]?.(factsOf(params))) ?? note;
+  return (code && codes.value.notes?.[code]?.(factsOf(params))) ?? note;
 }
 
 /** How a job ended that counts what it did. */

@@ -6,7 +6,7 @@ import type { Bus } from "../api/types";
 import { bus } from "../bench/bench";
 import { channelOf, retryIn } from "../bench/bus-now";
 import { connectOpen } from "../bench/connect-open";
-import { troubleText } from "../bench/facts";
+import { causeText } from "../bench/facts";
 import { number, size, withUnit } from "../bench/format";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
@@ -119,7 +119,10 @@ function Trouble({ state }: { state: Bus }) {
           <p key={one}>{one}</p>
         ))}
         {nothing === null && state.trouble !== null && (
-          <Remedy text={troubleText(state, state.trouble)} command={state.trouble_params.command} />
+          <Remedy
+            text={causeText(state.trouble_params, state.trouble)}
+            command={state.trouble_params.command}
+          />
         )}
       </div>
       {waits !== null && (

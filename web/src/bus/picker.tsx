@@ -8,7 +8,7 @@ import { bus } from "../bench/bench";
 import { channelOf } from "../bench/bus-now";
 import { monotonic, now } from "../bench/clock";
 import type { ConditionKind } from "../bench/condition";
-import { factsOf, problemText } from "../bench/facts";
+import { causeText, problemText } from "../bench/facts";
 import { age, grouped, number } from "../bench/format";
 import { parseNumber } from "../bench/number";
 import { poll } from "../bench/poll";
@@ -278,8 +278,8 @@ function Card({ one, picker }: { one: Adapter; picker: Picker }) {
 
 /** Why an adapter cannot be used, or what is odd about it, and what helps. */
 function whyText(one: Adapter): string {
-  const said = text.causes[one.cause ?? ""]?.(factsOf(one.params));
-  return said ?? [one.reason, one.remedy].filter(part => part !== null).join(" ");
+  const said = [one.reason, one.remedy].filter(part => part !== null).join(" ");
+  return causeText({ ...one.params, cause: one.cause ?? "" }, said);
 }
 
 function Other({ picker }: { picker: Picker }) {

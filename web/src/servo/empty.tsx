@@ -4,7 +4,7 @@ import { ask } from "../api/client";
 import type { Bus } from "../api/types";
 import { bus, connected } from "../bench/bench";
 import { connectOpen } from "../bench/connect-open";
-import { troubleText } from "../bench/facts";
+import { causeText } from "../bench/facts";
 import { pending, replaceAll } from "../bench/fleet";
 import { number } from "../bench/format";
 import { Button } from "../kit/button";
@@ -70,7 +70,7 @@ export function Reconnect() {
 
 function why(state: Bus | null): string {
   if (state?.state !== "lost") return text.empty.noBus;
-  return state.trouble === null ? text.empty.lostBus : troubleText(state, state.trouble);
+  return state.trouble === null ? text.empty.lostBus : causeText(state.trouble_params, state.trouble);
 }
 
 function Connect() {

@@ -1,7 +1,5 @@
 /** The catalogue of everything the page says. Numbers, names and units are slots; a language replaces it whole. */
 import type { Problem } from "../api/client";
-import type { Caution, EventCode, MarkReason, NoteCode, RefusalCode } from "../api/types";
-import type { Facts, Saying } from "../bench/facts";
 import * as frame from "../frame/text.en";
 import * as live from "../motion/text.en";
 import * as parameters from "../parameters/text.en";
@@ -60,22 +58,8 @@ export const text = {
     >
   >,
 
-  /** What happened, by code; what a bundle was written for; why a node gets no ID. In English the server says it. */
-  happened: {} as Readonly<Partial<Record<EventCode, Saying>>>,
-  marks: {} as Readonly<Partial<Record<MarkReason, Saying>>>,
-  refusals: {} as Readonly<Partial<Record<RefusalCode, Saying>>>,
-
-  /** What is noted beside a value, by code; in English the server says it. */
-  notes: {} as Readonly<Partial<Record<NoteCode, Saying>>>,
-
-  /** What to know before a command, by code; in English the server says it. */
-  cautions: {} as Readonly<Partial<Record<Caution["code"], Saying>>>,
-
-  /** What exactly went wrong, by the cause of a problem, of an adapter, or of a bus. */
-  causes: {} as Readonly<Record<string, Saying>>,
-
   /** What a refusal of the server means for whoever sits here. */
-  problem(problem: Problem, _facts: Facts): string {
+  problem(problem: Problem): string {
     const facts = problem.facts;
     switch (problem.code) {
       case "lease_held":

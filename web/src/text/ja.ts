@@ -4,10 +4,6 @@ import { frame } from "../frame/text.ja";
 import { live } from "../motion/text.ja";
 import { parameters } from "../parameters/text.ja";
 import { servos } from "../servos/text.ja";
-import { cautions } from "./ja/cautions";
-import { happened, marks, refusals } from "./ja/events";
-import { notes } from "./ja/notes";
-import { causes, codes, who } from "./ja/problems";
 import { table } from "./ja/table";
 import type { Text } from "./language";
 
@@ -45,23 +41,6 @@ export const text = {
   ...live,
 
   table,
-  cautions,
-  happened,
-  marks,
-  refusals,
-  notes,
-  causes,
-
-  problem(problem, facts) {
-    if (problem.code === "lease_held")
-      return live.motion.heldBy(who(facts.holder), problem.facts.expires_in_s);
-    const said = (causes[facts.cause ?? ""] ?? codes[problem.code])?.(facts) ?? problem.message;
-    return (
-      said +
-      (facts.also ?? "")
-        .split("、")
-        .map(one => causes[one]?.(facts) ?? "")
-        .join("")
-    );
-  },
+  /** The server's own words; `ja/codes.ts` has others as soon as it is here. */
+  problem: problem => problem.message,
 } satisfies Text;

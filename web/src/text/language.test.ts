@@ -1,7 +1,7 @@
 /** Which language the page speaks: the one chosen here before, else the browser's, else English. */
 import { afterEach, expect, test, vi } from "vitest";
 import { reload } from "../bench/reload";
-import { chooseLanguage, chosenLanguage, spoken, startLanguage } from "./language";
+import { chooseLanguage, chosenLanguage, spoken, startLanguage, wordsIn, wordsLoaded } from "./language";
 
 afterEach(() => {
   vi.unstubAllGlobals();
@@ -56,4 +56,30 @@ test("the page speaks the language it was loaded in when the address no longer a
   chooseLanguage("en", reload);
   expect(loaded).toHaveBeenCalledOnce();
   history.replaceState(null, "", "/");
+});
+
+test("words of a part are named before they are here, and read when they are", async () => {
+  const here = { form: { title: "Form", rows: (n: number) => `${n} rows` } };
+  const words = wordsIn(
+    async () => ({ words: here }),
+    async () => ({ words: here }),
+  );
+  const { form } = words;
+  const { title } = form;
+  expect(() => Object.keys(form)).toThrow("counted before");
+  expect(() => "title" in form).toThrow("counted before");
+  await wordsLoaded();
+  expect([form.title, form.rows(2), words.form]).toEqual(["Form", "2 rows", here.form]);
+  expect(() => title.length).toThrow("“Form” was read before");
+});
+
+test("words that could not be fetched are fetched with the next part", async () => {
+  const fetched = vi.fn().mockRejectedValueOnce(new Error("no link"));
+  const words = wordsIn<{ title: string }>(fetched, fetched);
+  await expect(wordsLoaded()).rejects.toThrow("no link");
+  fetched.mockResolvedValue({ words: { title: "Form" } });
+  await wordsLoaded();
+  expect(words.title).toBe("Form");
+  await wordsLoaded();
+  expect(fetched).toHaveBeenCalledTimes(2);
 });

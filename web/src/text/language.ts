@@ -80,8 +80,17 @@ export function loadedText(): Text {
   return known;
 }
 
-/** Words of parts that are here, and are not here themselves. */
+/** What fetches words of parts that are here while they are not. */
 const awaited = new Set<() => Promise<void>>();
+
+/** Calls `load` before the next part is shown, until it has succeeded. */
+export function awaitWords(load: () => Promise<void>): void {
+  const fetchIt = async () => {
+    await load();
+    awaited.delete(fetchIt);
+  };
+  awaited.add(fetchIt);
+}
 
 /**
  * The words of a part, in the language of this page. A part that imports them may be run before they are here:
@@ -92,11 +101,9 @@ export function wordsIn<Words extends object>(
   ja: () => Promise<{ words: Said<NoInfer<Words>> }>,
 ): Said<Words> {
   let words: Said<Words> | null = null;
-  const load = async () => {
+  awaitWords(async () => {
     words = (await (spoken() === "en" ? en() : ja())).words as Said<Words>;
-    awaited.delete(load);
-  };
-  awaited.add(load);
+  });
   return readThrough(() => words);
 }
 
@@ -116,5 +123,5 @@ function readThrough<T extends object>(whole: () => T | null): T {
 
 /** Resolves when the words of every part that is here are here, too. */
 export async function wordsLoaded(): Promise<void> {
-  await Promise.all([...awaited].map(load => load()));
+  await Promise.all([...awaited].map(fetchIt => fetchIt()));
 }

@@ -1,5 +1,5 @@
 /** What to know before a command, in Japanese, by code. tests/contract holds it complete. */
-import type { Text } from "../language";
+import type { Codes } from "../../bench/codes";
 
 export const cautions = {
   turns: p => `${p.servo}は${p.to_deg}までに${p.turns}回転します。多回転を数え、すべて回ります（4.17）。`,
@@ -13,4 +13,4 @@ export const cautions = {
   pwm: p => `${p.servo}にはPWM入力があります。CANの最後の指令から${p.timeout_ms}でPWMに従います（4.30）。`,
   timeout_too_short: p =>
     `${p.servo}は指令から${p.timeout_ms}でタイムアウトします（0x27）。hornbillが指令を繰り返すには${p.shortest_ms}以上が必要です。このままでは出力が落ちます。0x27を${p.shortest_ms}以上にしてください（4.19）。`,
-} satisfies Text["cautions"];
+} satisfies Codes["cautions"];

@@ -1,6 +1,7 @@
 /** What happened, in Japanese, by code: the lines of the event log, and what a bundle was written for. tests/contract holds it complete. */
-import type { Facts } from "../../bench/facts";
-import type { Text } from "../language";
+import type { RefusalCode } from "../../api/types";
+import type { Codes } from "../../bench/codes";
+import type { Facts, Saying } from "../../bench/facts";
 import { notes } from "./notes";
 import { because, LEASE_END, STOP_CAUSE, UNIT, who } from "./said";
 import { table } from "./table";
@@ -39,7 +40,7 @@ export const refusals = {
   pinned_id_in_use: p => `固定されたノードID ${p.node_id}を別のノードが使っています。`,
   all_taken: p =>
     `${p.node_ids}個のノードIDがすべて使用中です。なくなったノードの割り当てを忘れさせてください。`,
-} satisfies Text["refusals"];
+} satisfies Partial<Record<RefusalCode, Saying>>;
 
 /** Why a bundle is written. */
 export const marks = {
@@ -48,7 +49,7 @@ export const marks = {
   lost: p =>
     p.node_id === undefined ? `${p.servo}の通信途絶` : `${p.servo}のノードID ${p.node_id}を別のノードが使用`,
   bus_lost: p => trouble(p).replace(/。$/, ""),
-} satisfies Text["marks"];
+} satisfies Codes["marks"];
 
 export const happened = {
   connected: p => `${p.address}に${p.mbit_per_s}\u202fMbit/sで接続しました。`,
@@ -188,7 +189,7 @@ export const happened = {
     `ログ${p.name}を書き込めず、終了しました（${(notes[p.why as keyof typeof notes]?.(p) ?? "書き込みの失敗").replace(/。$/, "")}）。${lost(p)}他の処理は続きます。`,
   store_failed: p =>
     UNSTORED[p.what ?? ""] ?? `${p.servo ?? "サーボ"}について分かったことを保存できませんでした。${DISK}`,
-} satisfies Text["happened"];
+} satisfies Codes["happened"];
 
 function lost(p: Facts): string {
   return p.dropped ? `ディスクが遅く、${p.dropped}フレームを失いました。` : "";

@@ -1,6 +1,7 @@
 /** What the server notes beside a value, in Japanese, by code. tests/contract holds it complete. */
+
+import type { Codes } from "../../bench/codes";
 import type { Facts } from "../../bench/facts";
-import type { Text } from "../language";
 import { LEASE_END, STOP_CAUSE, UNIT, who } from "./said";
 
 const STATE: Readonly<Record<string, string>> = {
@@ -98,4 +99,4 @@ export const notes = {
 
   commissioned: p =>
     `${p.servos}台中${p.done}台の初期設定が完了しました。${p.saved ? "" : "ROMには書き込んでいないため、再起動すると失われます。"}`,
-} satisfies Text["notes"];
+} satisfies Codes["notes"];

@@ -1,0 +1,27 @@
+/** What the server tells by a code, in Japanese: events, marks of bundles, notes, cautions, what went wrong. */
+import type { Codes } from "../../bench/codes";
+import { live } from "../../motion/text.ja";
+import { cautions } from "./cautions";
+import { happened, marks } from "./events";
+import { notes } from "./notes";
+import { causes, codes as problems, who } from "./problems";
+
+export const codes: Codes = {
+  happened,
+  marks,
+  notes,
+  cautions,
+  causes,
+  problem(problem, facts) {
+    if (problem.code === "lease_held")
+      return live.motion.heldBy(who(facts.holder), problem.facts.expires_in_s);
+    const said = (causes[facts.cause ?? ""] ?? problems[problem.code])?.(facts) ?? problem.message;
+    return (
+      said +
+      (facts.also ?? "")
+        .split("、")
+        .map(one => causes[one]?.(facts) ?? "")
+        .join("")
+    );
+  },
+};
