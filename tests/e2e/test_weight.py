@@ -6,7 +6,7 @@ from pathlib import Path
 
 DIST = Path(__file__).parents[2] / "web" / "dist"
 # Japanese weighs more: its letters do not pack as well, and it names the rows of the tables itself.
-FIRST_BYTES = {"en": 60_000, "ja": 60_000}
+FIRST_BYTES = {"en": 60_000, "ja": 64_000}
 
 
 def packed(path: Path) -> int:
