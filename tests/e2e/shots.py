@@ -164,7 +164,7 @@ def recorder(page: Page, url: str, uid: str) -> Callable[[], None]:
     api.delete(f"/leases/{lease['Lease']}")
     body = {"reason": "The arm rattled on its way back", "before_s": 30}
     name = api.post("/recorder/bundles", params={"wait": True}, json=body).json()["name"]
-    page.goto(f"{url}records#recorder/{name}")
+    page.goto(f"{url}recorder#{name}")
     page.get_by_test_id("bundle-servo").select_option(uid)
     page.get_by_test_id("plot-current_angle").scroll_into_view_if_needed()
     page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()

@@ -28,7 +28,7 @@ PAGES = (
     "records#snapshots/{uid}",
     "records#profiles",
     "records#reports",
-    "records#recorder",
+    "recorder",
     "records#audit",
     "api-page",
 )

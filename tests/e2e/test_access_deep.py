@@ -150,7 +150,7 @@ def recorded(page: Page, demo: Demo, say: Say) -> None:
     body = {"reason": "for axe", "before_s": 20}
     name = demo.api.post("/recorder/bundles", params={"wait": True}, json=body).json()["name"]
     try:
-        show(page, demo, f"records#recorder/{name}")
+        show(page, demo, f"recorder#{name}")
         page.get_by_test_id("bundle-servo").select_option(uid)
         page.get_by_test_id("plot-current_angle").locator("canvas").wait_for()
         say("a bundle that is open")

@@ -25,7 +25,7 @@ PARTS = [
     "records#snapshots/{uid}",
     "records#profiles",
     "records#reports",
-    "records#recorder",
+    "recorder",
     "records#audit",
     "api-page",
     "nothing",

@@ -12,7 +12,7 @@ from e2e.servers import Server, running, until
 from e2e.test_technician import servo_of, wait_for
 
 
-@pytest.mark.parametrize("part", ["snapshots", "profiles", "reports", "recorder", "audit"])
+@pytest.mark.parametrize("part", ["snapshots", "profiles", "reports", "audit"])
 def test_every_part_has_an_address_of_its_own(page: Page, demo: Demo, part: str) -> None:
     page.goto(f"{demo.url}records#{part}")
     expect(page.get_by_test_id("records-page")).to_have_attribute("data-part", part)
@@ -85,7 +85,7 @@ def recorded(context: BrowserContext) -> Iterator[tuple[Server, Page, str]]:
 
 def test_a_bundle_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded: tuple[Server, Page, str]) -> None:
     server, page, name = recorded
-    page.goto(f"{server.url}records#recorder/{name}")
+    page.goto(f"{server.url}recorder#{name}")
     page.get_by_test_id("bundle-play").click()
     page.get_by_test_id("play-confirm").click()
     expect(page).to_have_url(re.compile("/servos$"))
@@ -103,6 +103,23 @@ def test_a_bundle_plays_as_a_bus_to_its_end_and_the_real_one_comes_back(recorded
     page.get_by_test_id("connect").click()
     expect(page.get_by_test_id("bar-bus")).to_contain_text("Active", timeout=15_000)
     server.ready(2)
+
+
+def test_what_happened_at_a_stop_is_shown_from_its_band(recorded: tuple[Server, Page, str]) -> None:
+    server, page, name = recorded
+    (stored,) = server.api.get("/recorder/bundles").json()
+    page.goto(f"{server.url}recorder?from={stored['at']}&to={stored['at']}")
+    expect(page.get_by_test_id("bundle")).to_be_visible()
+    expect(page).to_have_url(f"{server.url}recorder?at={stored['at']}#{name}")
+    expect(page.get_by_test_id("scrub")).to_have_attribute("data-at", "0")
+
+    server.api.post("/stop").raise_for_status()
+    stopped_at = server.api.get("/stop").json()["at"]
+    page.get_by_test_id("stop-band").get_by_test_id("happened-link").click()
+    expect(page.get_by_test_id("happened")).to_contain_text("is being written")
+    expect(page.get_by_test_id("bundle")).to_be_visible(timeout=30_000)
+    at = float(page.url.partition("at=")[2].partition("#")[0])
+    assert at == pytest.approx(stopped_at, abs=2)
 
 
 def test_a_restore_that_could_switch_the_servo_off_says_so_and_writes_nothing_without_a_tick(

@@ -111,7 +111,7 @@ def moment(page: Page) -> float:
 
 def bring(page: Page, demo: Demo, recorded: Recorded) -> None:
     """Brings the .zip on the Recorder's part, opens it from the list and chooses the servo that moved."""
-    page.goto(f"{demo.url}records#recorder")
+    page.goto(f"{demo.url}recorder")
     file = {"name": recorded.name, "mimeType": "application/zip", "buffer": recorded.data}
     page.get_by_test_id("bundle-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
     page.get_by_role("button", name=f"Open {recorded.name}").click()
@@ -145,7 +145,7 @@ def test_a_zip_that_is_no_bundle_is_refused_and_nothing_is_kept(
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as file:
         file.writestr("bread.txt", "two")
-    page.goto(f"{demo.url}records#recorder")
+    page.goto(f"{demo.url}recorder")
     wrong = {"name": "shopping.zip", "mimeType": "application/zip", "buffer": packed.getvalue()}
     page.get_by_test_id("bundle-file").set_input_files(files=[wrong])  # pyright: ignore[reportArgumentType]
     expect(page.get_by_test_id("recorder-problem")).to_contain_text("shopping.zip")
@@ -328,5 +328,5 @@ def test_a_zip_opened_in_a_plot_goes_to_records(page: Page, demo: Demo, brought:
     page.get_by_test_id("plot-channels").click()
     file = {"name": brought.name, "mimeType": "application/zip", "buffer": brought.data}
     page.get_by_test_id("plot-file").set_input_files(files=[file])  # pyright: ignore[reportArgumentType]
-    expect(page).to_have_url(re.compile(r"/records#recorder/" + re.escape(brought.name.removesuffix(".zip"))))
+    expect(page).to_have_url(re.compile(r"/recorder#" + re.escape(brought.name.removesuffix(".zip"))))
     expect(page.get_by_test_id("bundle-why")).to_contain_text("rattled")

@@ -138,7 +138,7 @@ def test_cancel_ends_a_step_test_and_says_so(page: Page, demo: Demo, servo: str)
 
 
 def test_a_bundle_is_saved_opened_without_a_bus_and_deleted(page: Page, demo: Demo, servo: str) -> None:
-    page.goto(demo.url + "records#recorder")
+    page.goto(demo.url + "recorder")
     expect(page.get_by_test_id("recorder-state")).to_contain_text("frames")
     page.get_by_test_id("bundle-reason").fill("horn rattled")
     page.get_by_test_id("bundle-save").click()

@@ -290,6 +290,8 @@ class Bundle(TypedDict):
     """Type of trigger."""
     seconds: float | None
     """Duration, s. Null if the file cannot be read."""
+    started_at: float | None
+    """Start, seconds since 1970 UTC. Null if the file cannot be read."""
     text: str
     """One sentence for users."""
 

@@ -3567,6 +3567,8 @@ export interface components {
             reason: components["schemas"]["MarkReason"] | null;
             /** @description Duration, s. Null if the file cannot be read. */
             seconds: number | null;
+            /** @description Start, seconds since 1970 UTC. Null if the file cannot be read. */
+            started_at: number | null;
             /** @description One sentence for users. */
             text: string;
         };

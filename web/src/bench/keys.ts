@@ -159,6 +159,7 @@ const PAGES: Readonly<Record<string, Page>> = {
   f: "faults",
   e: "matrix",
   b: "bus",
+  d: "recorder",
   r: "records",
   o: "scope",
   a: "api",

@@ -12,6 +12,7 @@ export type Page =
   | "tune"
   | "faults"
   | "bus"
+  | "recorder"
   | "records"
   | "scope"
   | "api"
@@ -25,7 +26,7 @@ export interface Route {
   hash: string;
 }
 
-const ALONE = /^\/(servos|commission|tune|faults|bus|records|scope)\/?$/;
+const ALONE = /^\/(servos|commission|tune|faults|bus|recorder|records|scope)\/?$/;
 /** Not /api: what begins with that is the server's. */
 const API_PAGE = /^\/api-page\/?$/;
 const MATRIX = /^\/servos\/matrix\/?$/;
@@ -53,7 +54,7 @@ export function pathOf(page: Page, uid: string | null, hash = "", query: Query =
 
 function below(page: Page, uid: string | null): string {
   if (page === "api") return "/api-page";
-  if (page === "bus" || page === "commission" || page === "records" || page === "scope") return `/${page}`;
+  if (ALONE.test(`/${page}`) && page !== "tune" && page !== "faults") return `/${page}`;
   if ((page === "faults" || page === "tune") && uid === null) return `/${page}`;
   if (page === "matrix") return "/servos/matrix";
   if (page === "servos" || page === "missing" || uid === null) return "/servos";

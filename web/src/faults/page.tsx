@@ -24,6 +24,8 @@ import {
   troubleOf,
   unseen,
 } from "../servo/faults";
+import { HappenedLink } from "../servo/happened-link";
+import { text } from "../text";
 import { faults as words } from "./words";
 import "./faults.css";
 
@@ -194,6 +196,10 @@ function FaultItem({ one }: { one: KnownFault }) {
         <dd>{instant(one.last_seen)}</dd>
         <dt class="hidden-text">{words.how}</dt>
         <dd class="fault-count">{words.count(one.count)}</dd>
+        <dt class="hidden-text">{text.nav.recorder}</dt>
+        <dd>
+          <HappenedLink from={one.first_seen} to={one.last_seen} />
+        </dd>
       </dl>
       <div class="fault-seen">
         {open ? (

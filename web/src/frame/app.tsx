@@ -30,6 +30,7 @@ const MotionPage = lazy<{ uid: string }>(() => import("../motion/page").then(fil
 const ParametersPage = lazy<{ uid: string; hash: string }>(() =>
   import("../parameters/page").then(file => file.ParametersPage),
 );
+const RecorderPage = lazy<{ hash: string }>(() => import("../recorder/page").then(file => file.RecorderPage));
 const RecordsPage = lazy<{ hash: string }>(() => import("../records/page").then(file => file.RecordsPage));
 const ScopePage = lazy(() => import("../scope/page").then(file => file.ScopePage));
 const ServoPage = lazy<{ one: KnownServo; tab: ServoTab; children: ComponentChildren }>(() =>
@@ -111,6 +112,7 @@ function Page() {
   if (page === "bus") return <BusPage hash={hash} />;
   if (page === "commission") return <CommissionPage />;
   if (page === "api") return <ApiPage />;
+  if (page === "recorder") return <RecorderPage hash={hash} />;
   if (page === "records") return <RecordsPage hash={hash} />;
   if (page === "scope") return <ScopePage />;
   if (page === "missing") return <MissingPage />;

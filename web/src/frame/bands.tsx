@@ -19,6 +19,7 @@ import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { Glyph } from "../kit/glyph";
 import { lazy } from "../kit/lazy";
+import { HappenedLink } from "../servo/happened-link";
 import { text } from "../text";
 
 const HiddenChanges = lazy(() => import("../change/dialog").then(file => file.HiddenChanges));
@@ -183,7 +184,7 @@ function StopBand({ stop }: { stop: Stop }) {
         <p class="second">
           {silent.length === 1 && text.stop.silent(names(silent))}
           {silent.length > 1 && text.stop.silentMany(names(silent))}
-          {problem.value ?? text.stop.stays}
+          {problem.value ?? text.stop.stays} {stop.at != null && <HappenedLink from={stop.at} to={stop.at} />}
         </p>
       </div>
       <p class="evidence touch-hide">

@@ -26,7 +26,7 @@ const HERE: Partial<Record<Page, readonly Line[]>> = {
   tune: [words.number, words.gainEnter, words.apply, words.wiggle],
   scope: [words.scopeCursors, words.scopeArm, words.scopeMemory],
   bus: [words.search, words.monitor],
-  records: [words.scrub, words.scrubEnds, words.scroll],
+  recorder: [words.scrub, words.scrubEnds, words.scroll],
   api: [words.search, words.scroll],
 };
 
@@ -39,6 +39,7 @@ const PAGES: readonly Line[] = [
   ["g o", text.nav.scope],
   ["g f", text.nav.faults],
   ["g b", text.nav.bus],
+  ["g d", text.nav.recorder],
   ["g r", text.nav.records],
   ["g a", text.nav.api],
 ];

@@ -77,6 +77,7 @@ export function Rail({ onKeys }: { onKeys: () => void }) {
         <Item page="bus" uid={null} icon="bus" label={text.nav.bus}>
           <BusBadge />
         </Item>
+        <Item page="recorder" uid={null} icon="recorder" label={text.nav.recorder} />
         <Item page="records" uid={null} icon="records" label={text.nav.records} />
         <Item page="api" uid={null} icon="api" label={text.nav.api} />
       </nav>

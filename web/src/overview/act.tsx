@@ -95,7 +95,7 @@ export function Act({ one }: { one: KnownServo }) {
       >
         <Icon name="download" /> {words.export}
       </a>
-      <Row icon="play" testid="act-record" onClick={() => go(pathOf("records", null, "recorder"))}>
+      <Row icon="play" testid="act-record" onClick={() => go(pathOf("recorder", null))}>
         {words.record}
       </Row>
       <div class="o-grave">

@@ -1,7 +1,7 @@
 /** Bundles: the time line from the first mark, panels worth a plot, whose they are. */
 import { describe, expect, test } from "vitest";
 import type { BundleColumns, BundleContent } from "../api/lab-types";
-import { alsoMarked, bundleLineOf, bundleTicksOf, firstServo, isZip, openIn, panelsOf } from "./bundle";
+import { alsoMarked, bundleLineOf, bundleTicksOf, firstServo, isZip, panelsOf } from "./bundle";
 
 const column = (uid: string, channel: string, n: number): BundleColumns => ({
   uid,
@@ -68,9 +68,6 @@ test("other marks are told once", () => {
   expect(alsoMarked({ text: "a went silent", marks })).toEqual(["rattled"]);
 });
 
-test("the address names the bundle that is open", () => {
-  expect(openIn("recorder/hornbill-1.zip")).toBe("hornbill-1.zip");
-  expect(openIn("recorder")).toBeNull();
-  expect(openIn("snapshots/x")).toBeNull();
+test("a bundle is a .zip", () => {
   expect([isZip("a.ZIP"), isZip("a.log")]).toEqual([true, false]);
 });

@@ -73,12 +73,6 @@ export function panelsOf(telemetry: readonly BundleColumns[], uid: string): Bund
     .sort((a, b) => rank(a.key) - rank(b.key));
 }
 
-/** "recorder/NAME": which bundle is open; null for the list. */
-export function openIn(hash: string): string | null {
-  const found = /^recorder\/([^/]+)$/.exec(hash);
-  return found?.[1] ?? null;
-}
-
 /** What else a bundle was marked for, each once. */
 export function alsoMarked(one: { text: string; marks: readonly BundleMark[] }): string[] {
   const others = one.marks.filter(mark => mark.text !== one.text);

@@ -45,7 +45,7 @@ export function RecordingFile({ onOpen }: { onOpen: (found: Recording) => void }
         file: { text: file, type: "application/zip" },
         timeout_ms: CARRY_MS,
       });
-      go(pathOf("records", null, `recorder/${made.name}`));
+      go(pathOf("recorder", null, made.name));
     } catch (error) {
       problem.value = problemText(problemOf(error));
     } finally {

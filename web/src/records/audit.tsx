@@ -53,7 +53,7 @@ export function Audit() {
   const actions = action.value === "" || seen.value.includes(action.value) ? seen.value : [action.value];
   return (
     <>
-      <div class="r-bar r-tools">
+      <div class="list-bar r-tools">
         <Choice
           label={said.servo}
           at={uid}

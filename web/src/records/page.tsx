@@ -4,18 +4,17 @@ import { partOf } from "../bench/asked";
 import { go, pathOf } from "../bench/route";
 import { Panel } from "../kit/panel";
 import { Segments } from "../kit/segments";
-import { openIn } from "../plots/bundle";
 import { Audit } from "./audit";
 import { Inventory } from "./inventory";
 import { Profiles } from "./profiles";
-import { Recorder } from "./recorder";
 import { Reports } from "./reports";
 import { Snapshots } from "./snapshots";
-import { recorder, records as words } from "./words";
+import { records as words } from "./words";
+import "../kit/list.css";
 import "../kit/table.css";
 import "./records.css";
 
-const PARTS = ["snapshots", "profiles", "reports", "recorder", "audit"] as const;
+const PARTS = ["snapshots", "profiles", "reports", "audit"] as const;
 type Part = (typeof PARTS)[number];
 
 export function RecordsPage({ hash }: { hash: string }) {
@@ -32,7 +31,6 @@ export function RecordsPage({ hash }: { hash: string }) {
             { key: "snapshots", label: words.snapshotsTab },
             { key: "profiles", label: words.profilesTab },
             { key: "reports", label: words.reportsTab },
-            { key: "recorder", label: recorder.tab },
             { key: "audit", label: words.auditTab },
           ]}
         />
@@ -41,7 +39,6 @@ export function RecordsPage({ hash }: { hash: string }) {
         {part === "snapshots" && (uid === null ? <Inventory /> : <Snapshots key={uid} uid={uid} />)}
         {part === "profiles" && <Profiles />}
         {part === "reports" && <Reports />}
-        {part === "recorder" && <Recorder open={openIn(hash)} />}
         {part === "audit" && <Audit />}
       </Panel>
     </div>

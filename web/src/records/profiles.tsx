@@ -43,7 +43,7 @@ export function Profiles() {
   const present = open.value;
   return (
     <>
-      <div class="r-bar r-tools">
+      <div class="list-bar r-tools">
         <p class="second grow">{said.lead}</p>
         <Button live testid="profile-import" onClick={() => (open.value = { what: "import" })}>
           {said.import}
@@ -70,11 +70,11 @@ export function Profiles() {
         )}
         <ul>
           {found?.map(one => (
-            <li key={one.name} class="r-profile" data-testid={`profile-${one.name}`}>
-              <div class="r-profile-head">
+            <li key={one.name} class="list-line" data-testid={`profile-${one.name}`}>
+              <div class="list-head">
                 <button
                   type="button"
-                  class="r-open"
+                  class="list-open"
                   aria-expanded={unfolded.value === one.name}
                   aria-label={said.open(one.name)}
                   onClick={() => {

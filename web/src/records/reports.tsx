@@ -65,11 +65,11 @@ export function Reports() {
           const result = resultText(job.result);
           const unfolded = open.value === job.id;
           return (
-            <li key={job.id} class="r-profile" data-testid={`job-${job.id}`}>
-              <div class="r-profile-head">
+            <li key={job.id} class="list-line" data-testid={`job-${job.id}`}>
+              <div class="list-head">
                 <button
                   type="button"
-                  class="r-open r-job"
+                  class="list-open list-job"
                   aria-expanded={unfolded}
                   aria-label={said.steps(`${what}, ${who}`)}
                   onClick={() => {

@@ -69,7 +69,7 @@ export function Snapshots({ uid }: { uid: string }) {
     <div class="r-split" data-testid="snapshots">
       {!single && (
         <section class="r-list">
-          <div class="r-bar">
+          <div class="list-bar">
             <a class="link" href={back} onClick={event => follow(event, back)}>
               {said.all}
             </a>
@@ -207,7 +207,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
   const all = usual.length > 0 && usual.every(key => ticked.value.has(key));
   return (
     <div class="r-compare" data-testid="compare">
-      <div class="r-bar">
+      <div class="list-bar">
         {narrow.value && (
           <Button onClick={onBack} look="plain">
             {said.back}

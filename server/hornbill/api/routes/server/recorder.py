@@ -81,6 +81,7 @@ class Bundle(Model):
     reason: MarkReason | None = Field(description="Type of trigger.")
     text: str = Field(description="One sentence for users.")
     bytes: int = Field(description="Size, bytes.")
+    started_at: float | None = Field(description="Start, seconds since 1970 UTC. Null if the file cannot be read.")
     seconds: float | None = Field(description="Duration, s. Null if the file cannot be read.")
     marks: list[BundleMark] = Field(description="Triggers of the recording.")
     problem: str | None = Field(default=None, description="Reason why the file cannot be read. Null if it can.")
@@ -219,8 +220,8 @@ def _shown(kept: StoredFile) -> Bundle:
         return _read_summary(kept)
     except LogFailed as error:
         return Bundle(
-            name=kept.name, at=kept.modified_at, reason=None, text="", bytes=kept.size, seconds=None, marks=[],
-            problem=error.detail, problem_params=error.told,
+            name=kept.name, at=kept.modified_at, reason=None, text="", bytes=kept.size,
+            started_at=None, seconds=None, marks=[], problem=error.detail, problem_params=error.told,
         )  # fmt: skip
 
 
@@ -231,7 +232,7 @@ def _read_summary(kept: StoredFile) -> Bundle:
         about = bundle.about()
     return Bundle(
         name=kept.name, at=about.marks[0].at, reason=about.reason, text=about.text, bytes=kept.size,
-        seconds=round(about.ended_at - about.started_at, 1),
+        started_at=about.started_at, seconds=round(about.ended_at - about.started_at, 1),
         marks=[BundleMark.model_validate(mark) for mark in about.marks],
     )  # fmt: skip
 

@@ -48,7 +48,7 @@ export function Channels({ content, line, uid, title, scrub }: ChannelsProps) {
   );
   return (
     <section class="rec-channels" aria-label={said.channels}>
-      <div class="r-bar">
+      <div class="list-bar">
         <Choice
           label={said.servo}
           testid="bundle-servo"

@@ -27,7 +27,8 @@ import { recorder as words } from "./words";
 const said = words.bundle;
 const READ_MS = 120_000;
 
-export function BundleView({ name }: { name: string }) {
+/** A recording that is open; `at`, seconds since 1970 UTC, is where it is looked at first. */
+export function BundleView({ name, at }: { name: string; at: number | null }) {
   const content = useMemo(() => new Asked<BundleContent>(), [name]);
   const playing = useSignal(false);
   const load = () =>
@@ -38,8 +39,8 @@ export function BundleView({ name }: { name: string }) {
   const found = content.value.value;
   return (
     <>
-      <div class="r-bar">
-        <Button testid="bundles-back" onClick={() => go(pathOf("records", null, "recorder"))}>
+      <div class="list-bar">
+        <Button testid="bundles-back" onClick={() => go(pathOf("recorder", null))}>
           {said.back}
         </Button>
         <h2 class="grow rec-name">{name}</h2>
@@ -60,7 +61,7 @@ export function BundleView({ name }: { name: string }) {
       <Scroll label={name} testid="bundle">
         <Unread why={content.problem.value} onAgain={load} />
         {found === null && content.problem.value === null && <p class="w-line second">{said.loading}</p>}
-        {found && <Content content={found} />}
+        {found && <Content content={found} at={at} />}
       </Scroll>
       {playing.value && (
         <PlayDialog
@@ -74,10 +75,14 @@ export function BundleView({ name }: { name: string }) {
   );
 }
 
-function Content({ content }: { content: BundleContent }) {
+function Content({ content, at }: { content: BundleContent; at: number | null }) {
   const about = content.about;
   const line = useMemo(() => bundleLineOf(about), [about]);
-  const scrub = useMemo(() => scrubOf(content, line, firstServo(content)), [content, line]);
+  const scrub = useMemo(() => {
+    const made = scrubOf(content, line, firstServo(content));
+    if (at !== null) made.seek(at - line.zero);
+    return made;
+  }, [content, line]);
   const title = (uid: string | null | undefined) =>
     uid ? (about.servos.find(one => one.uid === uid)?.title ?? uid.slice(0, 8)) : said.everybody;
   const uid = scrub.front.value;

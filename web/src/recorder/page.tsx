@@ -1,4 +1,4 @@
-/** The Recorder part of Records: how far it reaches back, a bundle by hand, and the bundles that were written. */
+/** The Recorder page: how far it reaches back, a recording by hand, those that were written, and one that is open. */
 
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
@@ -12,7 +12,7 @@ import { age, grouped, number, size, withUnit } from "../bench/format";
 import { connection } from "../bench/link";
 import { noteText } from "../bench/note-text";
 import { poll } from "../bench/poll";
-import { go, pathOf } from "../bench/route";
+import { go, pathOf, wordInAddress } from "../bench/route";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { FilePick, TextField } from "../kit/field";
@@ -25,16 +25,31 @@ import { alsoMarked, isZip } from "../plots/bundle";
 import { text } from "../text";
 import { BundleView } from "./bundle";
 import { GLYPHS } from "./bundle-glyph";
+import { Happened } from "./happened";
 import { PlayDialog } from "./play";
 import { recorder as words } from "./words";
+import "../kit/list.css";
 import "./recorder.css";
 
 const WRITTEN = new Set(["bundle_written", "bundles_dropped", "bundle_failed"]);
 const LOOK_MS = 2000;
 const CARRY_MS = 300_000;
 
-export function Recorder({ open }: { open: string | null }) {
-  return open === null ? <Bundles /> : <BundleView key={open} name={open} />;
+/** When something happened, where "Show what happened" led here; and the moment a recording opens at. */
+const from = wordInAddress("from");
+const to = wordInAddress("to");
+const at = wordInAddress("at");
+
+export function RecorderPage({ hash }: { hash: string }) {
+  return (
+    <div class="page records" data-testid="recorder-page">
+      {hash === "" ? (
+        <Bundles />
+      ) : (
+        <BundleView key={hash} name={hash} at={at.value === "" ? null : Number(at.value)} />
+      )}
+    </div>
+  );
 }
 
 function Bundles() {
@@ -51,53 +66,66 @@ function Bundles() {
   useEffect(() => poll(LOOK_MS, () => state.load(() => ask("GET", "/recorder"))).end, [round]);
   const found = list.value.value;
   return (
-    <Scroll label={words.tab} testid="recorder">
-      <Unread why={state.problem.value} onAgain={() => void load()} />
-      <Head state={state} onNote={line => (note.value = line)} onNew={() => void load()} />
-      <Done note={note.value} />
-      <Unread why={list.problem.value} onAgain={() => void load()} />
-      {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
-      {found?.length === 0 && (
-        <Empty title={words.empty} guides={["record"]}>
-          {words.emptyLine}
-        </Empty>
-      )}
-      {found !== null && found.length > 0 && (
-        <ul data-testid="bundles">
-          {found.map(one => (
-            <Line
-              key={one.name}
-              one={one}
-              onPlay={() => {
-                playing.value = one.name;
-              }}
-              onDrop={() => {
-                note.value = null;
-                dropping.value = one.name;
-              }}
-            />
-          ))}
-        </ul>
-      )}
-      {playing.value !== null && (
-        <PlayDialog
-          name={playing.value}
-          onClose={() => {
-            playing.value = null;
-          }}
-        />
-      )}
-      {dropping.value !== null && (
-        <DropDialog
-          name={dropping.value}
-          onClose={done => {
-            if (done) note.value = words.dropped(dropping.peek() ?? "");
-            dropping.value = null;
-            if (done) void load();
-          }}
-        />
-      )}
-    </Scroll>
+    <>
+      <div class="page-head records-head">
+        <h1>{text.nav.recorder}</h1>
+      </div>
+      <Scroll label={text.nav.recorder} testid="recorder">
+        <Unread why={state.problem.value} onAgain={() => void load()} />
+        <Head state={state} onNote={line => (note.value = line)} onNew={() => void load()} />
+        {found !== null && state.value.value !== null && from.value !== "" && (
+          <Happened
+            of={{ from: Number(from.value), to: Number(to.value) }}
+            bundles={found}
+            state={state.value.value}
+            onAsked={() => void state.load(() => ask("GET", "/recorder"))}
+          />
+        )}
+        <Done note={note.value} />
+        <Unread why={list.problem.value} onAgain={() => void load()} />
+        {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
+        {found?.length === 0 && (
+          <Empty title={words.empty} guides={["record"]}>
+            {words.emptyLine}
+          </Empty>
+        )}
+        {found !== null && found.length > 0 && (
+          <ul data-testid="bundles">
+            {found.map(one => (
+              <Line
+                key={one.name}
+                one={one}
+                onPlay={() => {
+                  playing.value = one.name;
+                }}
+                onDrop={() => {
+                  note.value = null;
+                  dropping.value = one.name;
+                }}
+              />
+            ))}
+          </ul>
+        )}
+        {playing.value !== null && (
+          <PlayDialog
+            name={playing.value}
+            onClose={() => {
+              playing.value = null;
+            }}
+          />
+        )}
+        {dropping.value !== null && (
+          <DropDialog
+            name={dropping.value}
+            onClose={done => {
+              if (done) note.value = words.dropped(dropping.peek() ?? "");
+              dropping.value = null;
+              if (done) void load();
+            }}
+          />
+        )}
+      </Scroll>
+    </>
   );
 }
 
@@ -221,14 +249,14 @@ function Line({ one, onPlay, onDrop }: { one: Bundle; onPlay: () => void; onDrop
     ...(one.marks.length > 1 ? [`${words.head.marks} ${one.marks.length}`] : []),
   ].join(", ");
   return (
-    <li class="r-profile" data-testid={`bundle-${one.name}`}>
-      <div class="r-profile-head rec-line">
+    <li class="list-line" data-testid={`bundle-${one.name}`}>
+      <div class="list-head rec-line">
         <button
           type="button"
-          class="r-open r-job"
+          class="list-open list-job"
           disabled={!readable}
           aria-label={words.openLabel(one.name)}
-          onClick={() => go(pathOf("records", null, `recorder/${encodeURIComponent(one.name)}`))}
+          onClick={() => go(pathOf("recorder", null, encodeURIComponent(one.name)))}
         >
           <Glyph kind={one.reason === null ? "failure" : (GLYPHS[one.reason] ?? "ok")} />
           <span class="grow">

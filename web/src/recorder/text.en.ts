@@ -3,7 +3,15 @@
 const S = "\u202f";
 
 export const words = {
-  tab: "Recorder",
+  happened: {
+    writing: (when: string, s: string) =>
+      `The recording of ${when} is being written. It opens here in ${s}${S}s.`,
+    held: (when: string) => `No recording of ${when} is stored yet. The recorder still holds it.`,
+    gone: (when: string) =>
+      `No recording of ${when} is stored, and the recorder does not reach back that far.`,
+    save: "Save and open",
+    reason: (when: string) => `What happened at ${when}`,
+  },
   reach: (span: string) => `Holds the last ${span}`,
   memory: (frames: string, size: string) => `${frames} frames, ${size} of memory`,
   resting: "Rests while a recording is played: that is not recorded again.",

@@ -1,11 +1,17 @@
-/** The Japanese sentences of the recorder and its bundles; loaded with Records. */
+/** The Japanese sentences of the recorder and its bundles; loaded with it. */
 import type { Said } from "../text/language";
-import type { words as english } from "./recorder.en";
+import type { words as english } from "./text.en";
 
 const S = "\u202f";
 
 export const words = {
-  tab: "レコーダー",
+  happened: {
+    writing: (when, s) => `${when}の記録を書き出し中です。あと${s}${S}sでここに開きます。`,
+    held: when => `${when}の記録はまだ保存されていません。レコーダーには残っています。`,
+    gone: when => `${when}の記録は保存されておらず、レコーダーにも残っていません。`,
+    save: "保存して開く",
+    reason: when => `${when}の状況`,
+  },
   reach: span => `直近${span}を保持`,
   memory: (frames, size) => `${frames}フレーム、メモリー${size}`,
   resting: "記録の再生中は休止: 再び記録しません。",

@@ -1,0 +1,105 @@
+/** The way from something that happened to the recording of it: there already, being written, or still in the recorder. */
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { ask, problemOf } from "../api/client";
+import type { Bundle, RecorderState } from "../api/lab-types";
+import { problemText } from "../bench/facts";
+import { number } from "../bench/format";
+import { go, pathOf } from "../bench/route";
+import { Button } from "../kit/button";
+import { instant } from "../kit/loaded";
+import { Note } from "../kit/note";
+import { recorder as words } from "./words";
+
+const said = words.happened;
+
+/** When it happened, seconds since 1970 UTC: from the first time it was so to the last. */
+export interface Occurrence {
+  from: number;
+  to: number;
+}
+
+/** The time to look at in the newest recording that holds any of it: its own mark in it, else where it begins. */
+export function recordingOf(
+  { from, to }: Occurrence,
+  bundles: readonly Pick<Bundle, "name" | "started_at" | "seconds" | "marks">[],
+): { name: string; at: number } | null {
+  const held = bundles.flatMap(one => {
+    if (one.started_at === null || one.seconds === null) return [];
+    const end = one.started_at + one.seconds;
+    if (end < from || one.started_at > to) return [];
+    const mark = one.marks.find(each => each.at >= from - NEAR_S && each.at <= to + NEAR_S);
+    return [{ name: one.name, marked: mark !== undefined, at: mark?.at ?? Math.max(from, one.started_at) }];
+  });
+  const best = held.find(one => one.marked) ?? held[0];
+  return best ? { name: best.name, at: best.at } : null;
+}
+
+/** A mark is set when the recorder is told, a little after. */
+const NEAR_S = 2;
+/** What is saved begins so long before. */
+const LEAD_S = 30;
+
+interface HappenedProps {
+  of: Occurrence;
+  bundles: readonly Bundle[];
+  state: RecorderState;
+  onAsked: () => void;
+}
+
+export function Happened({ of, bundles, state, onAsked }: HappenedProps) {
+  const busy = useSignal(false);
+  const problem = useSignal<string | null>(null);
+  const found = recordingOf(of, bundles);
+  useEffect(() => {
+    if (found) go(pathOf("recorder", null, encodeURIComponent(found.name), { at: String(found.at) }), true);
+  }, [found?.name]);
+  if (found) return null;
+  const ago = Date.now() / 1000 - of.to;
+  if (state.pending)
+    return (
+      <Note kind="notice" band testid="happened">
+        {said.writing(instant(of.to), number(Math.ceil(state.pending.ready_in_s), 0))}
+      </Note>
+    );
+  if (!state.recording || ago > state.reach_s)
+    return (
+      <Note kind="warning" band testid="happened">
+        {said.gone(instant(of.to))}
+      </Note>
+    );
+  const save = async () => {
+    busy.value = true;
+    problem.value = null;
+    try {
+      const before = Math.min(MOST_S, Math.max(1, Math.ceil(ago + LEAD_S)));
+      await ask("POST", "/recorder/bundles", {
+        body: { reason: said.reason(instant(of.to)), before_s: before },
+      });
+      onAsked();
+    } catch (error) {
+      problem.value = problemText(problemOf(error));
+    }
+    busy.value = false;
+  };
+  return (
+    <>
+      <Note
+        kind="notice"
+        band
+        testid="happened"
+        action={
+          <Button live testid="happened-save" disabled={busy.value} onClick={() => void save()}>
+            {said.save}
+          </Button>
+        }
+      >
+        {said.held(instant(of.to))}
+      </Note>
+      <Note>{problem.value}</Note>
+    </>
+  );
+}
+
+/** As far as the recorder reaches at most. */
+const MOST_S = 600;

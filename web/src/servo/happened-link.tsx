@@ -1,0 +1,14 @@
+/** "Show what happened": to the recording of a fault or a stop, wherever it is. */
+import { pathOf } from "../bench/route";
+import { follow } from "../kit/follow";
+import { text } from "../text";
+
+/** `from` and `to`: the first and the last time it was so, seconds since 1970 UTC. */
+export function HappenedLink({ from, to }: { from: number; to: number }) {
+  const path = pathOf("recorder", null, "", { from: String(from), to: String(to) });
+  return (
+    <a class="link" href={path} data-testid="happened-link" onClick={event => follow(event, path)}>
+      {text.stop.happened}
+    </a>
+  );
+}
