@@ -25,7 +25,6 @@ import {
   unseen,
 } from "../servo/faults";
 import { HappenedLink } from "../servo/happened-link";
-import { text } from "../text";
 import { faults as words } from "./words";
 import "./faults.css";
 
@@ -184,6 +183,9 @@ function FaultItem({ one }: { one: KnownFault }) {
         <p>
           {unbroken(one.advice)} {one.key === ROM_LOST && <ToSnapshots uid={one.uid} />}
         </p>
+        <p class="small">
+          <HappenedLink from={one.first_seen} to={one.last_seen} />
+        </p>
       </div>
       <a class="fault-servo" href={path} title={words.open(name)} onClick={event => follow(event, path)}>
         <span>{name}</span>
@@ -196,10 +198,6 @@ function FaultItem({ one }: { one: KnownFault }) {
         <dd>{instant(one.last_seen)}</dd>
         <dt class="hidden-text">{words.how}</dt>
         <dd class="fault-count">{words.count(one.count)}</dd>
-        <dt class="hidden-text">{text.nav.recorder}</dt>
-        <dd>
-          <HappenedLink from={one.first_seen} to={one.last_seen} />
-        </dd>
       </dl>
       <div class="fault-seen">
         {open ? (
