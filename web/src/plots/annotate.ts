@@ -11,6 +11,11 @@ export interface Band {
   label: string;
 }
 
+export interface TriggerLevel {
+  value: number;
+  waiting: boolean;
+}
+
 export interface MarkAt {
   t: number;
   word: string;
@@ -82,6 +87,28 @@ export function drawBand(plot: uPlot, band: Band, at: Projection, colours: Palet
   const height = Math.max(1.5 * ratio, at.y(band.low) - top);
   ctx.fillRect(bbox.left, top, bbox.width, height);
   ctx.globalAlpha = 1;
+}
+
+/** The level of a trigger: dotted, with a head at the left; intent while it waits, grey once it fired. */
+export function levelMark(plot: uPlot, level: TriggerLevel, at: Projection, colours: Palette): void {
+  const { ctx, bbox } = plot;
+  const ratio = dpr();
+  const y = Math.round(at.y(level.value)) + 0.5;
+  const size = 6 * ratio;
+  ctx.strokeStyle = level.waiting ? colours.intent : colours.ink3;
+  ctx.fillStyle = ctx.strokeStyle;
+  ctx.lineWidth = ratio;
+  ctx.setLineDash([2 * ratio, 3 * ratio]);
+  ctx.beginPath();
+  ctx.moveTo(bbox.left, y);
+  ctx.lineTo(bbox.left + bbox.width, y);
+  ctx.stroke();
+  ctx.setLineDash([]);
+  ctx.beginPath();
+  ctx.moveTo(bbox.left, y - size);
+  ctx.lineTo(bbox.left + 1.5 * size, y);
+  ctx.lineTo(bbox.left, y + size);
+  ctx.fill();
 }
 
 /** Above the band and above every curve, with a halo that parts it from them. */
@@ -266,10 +293,15 @@ export function cursorHead(plot: uPlot, x: number, letter: string, colours: Pale
 
 /** Room for names beside a plot, in pixels. */
 export function widest(names: readonly string[], most: number, font: string): number {
-  const ctx = document.createElement("canvas").getContext("2d");
+  const canvas = document.createElement("canvas");
+  const ctx = canvas.getContext("2d");
   if (!ctx) return most;
+  // Figures are as wide as the page's only in a canvas that is part of it.
+  document.body.append(canvas);
   ctx.font = `12px ${font}`;
-  return Math.min(most, Math.ceil(Math.max(0, ...names.map(one => ctx.measureText(one).width))));
+  const width = Math.ceil(Math.max(0, ...names.map(one => ctx.measureText(one).width)));
+  canvas.remove();
+  return Math.min(most, width);
 }
 
 /** A name, cut where it would leave the picture. */

@@ -1,5 +1,6 @@
 /** What a lane of a plot is: curves of one unit on one axis; its calm range and its ticks. */
 
+import type { TriggerLevel } from "./annotate";
 import type { Samples } from "./trace";
 
 export interface LaneCurve {
@@ -25,6 +26,7 @@ export interface Lane {
   curves: readonly LaneCurve[];
   /** Stands in its corner. */
   title?: string;
+  level?: TriggerLevel;
 }
 
 export function keyOf(curve: LaneCurve): string {

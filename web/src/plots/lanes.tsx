@@ -146,6 +146,7 @@ export function lanePicture(
     })),
     ...(marks ? { marks } : {}),
     ...(lane.title ? { title: lane.title } : {}),
+    ...(lane.level ? { level: lane.level } : {}),
     range: (drawn, before) => calmRange(drawn, lane.unit, before),
     names,
   };

@@ -1,7 +1,7 @@
 /** The one plot: axes, series and cursors by uPlot, drawn in the page's one animation frame, in the page's colours. */
 import uPlot from "uplot";
 import "./uplot.css";
-import type { Band, CurveEnd, MarkAt } from "./annotate";
+import type { Band, CurveEnd, MarkAt, TriggerLevel } from "./annotate";
 import * as pen from "./annotate";
 import { everyFrame } from "./frames";
 import { laneTicksOf } from "./lane";
@@ -17,6 +17,7 @@ export interface Picture {
   marks?: () => readonly MarkAt[];
   /** Stands in the corner. */
   title?: string;
+  level?: TriggerLevel;
   /** All there is; a plot over a span of time shows what the span says. */
   from?: number;
   to?: number;
@@ -393,11 +394,12 @@ export class Plot {
     const at = projection(plot, this.#zero);
     const { ctx, bbox } = plot;
     const { span, first, cursors } = this.#options;
-    const { names, bands = [], title } = this.#picture;
+    const { names, bands = [], title, level } = this.#picture;
     const marks = (this.#picture.marks?.() ?? []).filter(one => one.t >= at.min && one.t <= at.max);
     pen.clip(plot);
     ctx.setLineDash([]);
     for (const one of marks) pen.upright(plot, at.x(one.t), colours.ink3);
+    if (level) pen.levelMark(plot, level, at, colours);
     const drag = span?.drag.peek();
     const placed = span?.cursors.peek() ?? [];
     const [a, b] = placed;

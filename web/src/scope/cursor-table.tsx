@@ -63,10 +63,20 @@ export function CursorTable({ span, curves }: { span: TimeSpan; curves: readonly
               ))}
             </tbody>
           </table>
+          {both && <Missing {...{ curves, a, b }} />}
         </>
       )}
     </section>
   );
+}
+
+/** What is missing between both cursors: the figures are of the rest. */
+function Missing({ curves, a, b }: { curves: readonly ScopeCurve[]; a: number; b: number }) {
+  const told = curves.flatMap(({ uid, channel, letter }) => {
+    const missing = statisticsOf(telemetry.ring(uid, channel).all(), a, b)?.missing ?? 0;
+    return missing > 0 ? [words.missing(String(missing), letter)] : [];
+  });
+  return told.length > 0 ? <p class="small second">{told.join(" ")}</p> : null;
 }
 
 function Row({ curve, a, b }: { curve: ScopeCurve; a: number | null; b: number | null }) {
@@ -87,7 +97,6 @@ function Row({ curve, a, b }: { curve: ScopeCurve; a: number | null; b: number |
       <td>{of ? number(of.sd, digits + 1) : "–"}</td>
       <td>
         <b>{plain(of?.peakToPeak)}</b>
-        {of && of.missing > 0 && <small>{words.missing(String(of.missing), curve.letter)}</small>}
       </td>
     </tr>
   );

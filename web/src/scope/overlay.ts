@@ -1,5 +1,6 @@
-/** A recording laid over the scope: its first sample at the start of the window. */
+/** What is laid over the scope: a recording from its first sample on, or the step of a run, where the trigger is if one fired. */
 
+import type { StepRun } from "../api/lab-types";
 import type { Drawn } from "../plots/channels";
 import type { TimeSpan } from "../plots/span";
 import type { Samples } from "../plots/trace";
@@ -8,7 +9,35 @@ import { idOf } from "./layout";
 
 export interface LaidOver {
   name: string;
-  content: Recorded;
+  content: Pick<Recorded, "columns">;
+  /** Its time 0 stands at the instant of a trigger. */
+  atTrigger?: boolean;
+}
+
+/** The first step of a run of a servo, by its name, with its command: time 0 is the command. */
+export function overlayOfRun(run: StepRun, name: string, servo: string): LaidOver | null {
+  const [step] = run.steps;
+  const last = step?.t.at(-1);
+  if (!step || last === undefined) return null;
+  const before = Math.min(0, step.t[0] ?? 0);
+  return {
+    name,
+    atTrigger: true,
+    content: {
+      columns: [
+        {
+          head: `${servo}/current_angle`,
+          t: Float64Array.from(step.t),
+          v: Float64Array.from(step.angle_deg),
+        },
+        {
+          head: `${servo}/command_angle`,
+          t: Float64Array.of(before, 0, 0, last),
+          v: Float64Array.of(step.from_deg, step.from_deg, step.to_deg, step.to_deg),
+        },
+      ],
+    },
+  };
 }
 
 /** The column of a file that is a curve's channel, drawn faintly in its colour; null without one. */
@@ -22,7 +51,8 @@ export function overlayCurve(one: LaidOver, curve: Drawn, span: TimeSpan): Drawn
   let shift = Number.NaN;
   let laid: Samples = { t: column.t, v: column.v };
   const samples = () => {
-    const next = (span.shown()?.from ?? start) - start;
+    const shown = span.shown();
+    const next = one.atTrigger && span.still.value ? span.still.value.zero : (shown?.from ?? start) - start;
     if (next !== shift) laid = { t: column.t.map(t => t + next), v: column.v };
     shift = next;
     return laid;

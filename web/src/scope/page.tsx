@@ -22,7 +22,6 @@ import { savePicture, saveSamples } from "../plots/panel";
 import { recallSamples } from "../plots/past";
 import type { Plot } from "../plots/plot";
 import { TimeSpan } from "../plots/span";
-import { fromCsv } from "../telemetry/csv";
 import { telemetry } from "../telemetry/store";
 import { scope as words } from "./words";
 import "../plots/plots.css";
@@ -32,9 +31,10 @@ import "./scope.css";
 import { arm, lookForTrigger, reset, type ScopeCurve } from "./acquire";
 import { CursorTable } from "./cursor-table";
 import { type LaidOver, overlayCurve } from "./overlay";
+import { OverlayMenu } from "./overlay-menu";
 import { ScopeSide } from "./side";
 import { SpectrumPanel } from "./spectrum-panel";
-import { acquisition, channels, hidden, mode, source } from "./state";
+import { acquisition, channels, hidden, mode, rule, source } from "./state";
 import { MODES, type Mode } from "./trigger";
 
 const RATE_HZ = 50;
@@ -52,15 +52,19 @@ export function ScopePage() {
   const curves = useCurves();
   const shown = curves.filter(one => !hidden.value.has(idOf(one)));
   const grants = useGrants(wanted);
+  const waiting = acquisition.value.state === "waiting";
+  const level = rule.value.level;
   const lanes = useMemo(() => {
     const laid = overlays.value.flatMap(one => shown.flatMap(curve => overlayCurve(one, curve, span) ?? []));
     return lanesOf([...shown, ...laid]).map(lane => {
       const labels = new Set(
         lane.curves.flatMap(one => shown.find(each => idOf(each) === idOf(one))?.label ?? []),
       );
-      return { ...lane, title: [[...labels].join(", "), lane.unit].filter(Boolean).join(", ") };
+      const title = [[...labels].join(", "), lane.unit].filter(Boolean).join(", ");
+      const fires = lane.curves.some(one => idOf(one) === source.value);
+      return { ...lane, title, ...(fires ? { level: { value: level, waiting } } : {}) };
     });
-  }, [shown.map(one => idOf(one) + one.name).join(" "), overlays.value]);
+  }, [shown.map(one => idOf(one) + one.name).join(" "), overlays.value, source.value, level, waiting]);
   const shownUids = useMemo(() => new Set(chosen.map(one => one.uid)), [wanted]);
   const marks = useMemo(
     () => () => {
@@ -95,12 +99,6 @@ export function ScopePage() {
     else span.follow();
   };
   const filed = { lanes, span, file: words.fileOf, label: words.label, store: telemetry };
-  const overlay = async (file: File) => {
-    const content = fromCsv(await file.text());
-    const fits = content?.columns.some(one => chosen.some(each => one.head.endsWith(each.channel)));
-    problem.value = content && fits ? null : words.overlayNone(file.name);
-    if (content && fits) overlays.value = [...overlays.peek(), { name: file.name, content }];
-  };
   return (
     <div class="page scope" data-testid="scope-page">
       <div class="page-head scope-tools">
@@ -128,20 +126,15 @@ export function ScopePage() {
           }}
           options={SCOPE_WINDOWS.map(one => ({ key: String(one), label: timeText(one, one < 1 ? 0.5 : 1) }))}
         />
-        <label class="button scope-file" title={words.overlayTitle}>
-          {words.overlay}
-          <input
-            type="file"
-            accept=".csv"
-            class="hidden-text"
-            data-testid="scope-overlay"
-            onChange={event => {
-              const file = event.currentTarget.files?.[0];
-              event.currentTarget.value = "";
-              if (file) void overlay(file);
-            }}
-          />
-        </label>
+        <OverlayMenu
+          channels={chosen}
+          onOverlay={one => {
+            overlays.value = [...overlays.peek().filter(each => each.name !== one.name), one];
+          }}
+          onProblem={why => {
+            problem.value = why;
+          }}
+        />
         <Button testid="scope-csv" onClick={() => saveSamples(filed)} disabled={lanes.length === 0}>
           CSV
         </Button>

@@ -1,6 +1,9 @@
 /** The scope's arithmetic: trigger, statistics, spectrum, layouts; many cases each from a seeded generator. */
 import { describe, expect, test } from "vitest";
+import type { StepRun } from "../api/lab-types";
+import { TimeSpan } from "../plots/span";
 import { readChannels, readLayouts, USUAL_RULE, writeChannels } from "./layout";
+import { type LaidOver, overlayCurve, overlayOfRun } from "./overlay";
 import { fft, highestPeak, spectrumOf } from "./spectrum";
 import { statisticsOf } from "./statistics";
 import { type Acquisition, crossing, step, windowOf } from "./trigger";
@@ -151,4 +154,19 @@ describe("layouts", () => {
       rule: { ...USUAL_RULE, before: 1 },
     });
   });
+});
+
+test("a run is laid over its own servo's curves, its command at the instant of the trigger", () => {
+  const step = { t: [-0.1, 0, 0.2], angle_deg: [0, 0, 9.5], from_deg: 0, to_deg: 10, direction: "there" };
+  const laid = overlayOfRun({ steps: [step] } as unknown as StepRun, "Run 1", "Left") as LaidOver;
+  const held = new TimeSpan(() => 100);
+  held.still.value = { from: 49, to: 51, zero: 50 };
+  const curve = (name: string, channel: string) => {
+    const drawn = { uid: "u", channel, name, colour: 0, dashed: false, unit: "°", decimals: 1 };
+    return overlayCurve(laid, drawn, held)?.samples?.(0);
+  };
+  expect(Array.from(curve("Left", "current_angle")?.t ?? [])).toEqual([49.9, 50, 50.2]);
+  expect(Array.from(curve("Left", "command_angle")?.v ?? [])).toEqual([0, 0, 10, 10]);
+  expect(curve("Right", "current_angle")).toBeUndefined();
+  expect(overlayOfRun({ steps: [] } as unknown as StepRun, "Run 2", "Left")).toBeNull();
 });
