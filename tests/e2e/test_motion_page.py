@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from e2e.conftest import Demo, Watched
 from e2e.looks import complaints, too_small
@@ -390,6 +390,135 @@ def test_the_dial_is_a_slider_by_keys_and_everything_stays_in_sight(page: Page, 
                 assert too_small(page) == []
 
 
+PHONE: ViewportSize = {"width": 390, "height": 844}
+LARGE: ViewportSize = {"width": 1920, "height": 1080}
+
+FRAME = """() => ['.jog-dial', '.figures', '.jog-side > .segments', '.jog-torque'].map(one => {
+  const { x, y, width, height } = document.querySelector(one).getBoundingClientRect();
+  return [one, x, y, width, height].join(' ');
+})"""
+"""What stands at the same place, in the same size, for whatever is commanded."""
+
+
+AT_ZERO = re.compile(r"^[+−]?0\.\d°$")
+
+
+def on_touch(browser: Browser, size: ViewportSize) -> Page:
+    """A page under a finger."""
+    page = browser.new_context(viewport=size, has_touch=True).new_page()
+    page.set_default_timeout(15_000)
+    return page
+
+
+@pytest.mark.parametrize("size", [PHONE, TABLET, WIDE, LARGE])
+def test_the_frame_stays_whatever_is_commanded_and_whether_torque_is_on(
+    size: ViewportSize, page: Page, demo: Demo, winch: str
+) -> None:
+    page.set_viewport_size(size)
+    begin(page, demo, winch)
+    before = page.evaluate(FRAME)
+    for tab in ("Speed", "Torque", "Sweep", "Angle"):
+        page.get_by_role("button", name=tab, exact=True).click()
+        page.wait_for_timeout(100)
+        assert page.evaluate(FRAME) == before, tab
+    page.get_by_test_id("jog-torque-off").click()
+    expect(page.get_by_test_id("jog-torque-on")).to_be_visible()
+    assert page.evaluate(FRAME) == before, "torque off"
+    dial = page.get_by_test_id("jog-dial").bounding_box()
+    assert dial is not None
+    assert min(dial["width"], dial["height"]) >= {390: 200, 820: 300, 1440: 360, 1920: 600}[size["width"]]
+
+
+def test_presets_are_stored_asked_about_and_gone_to_and_are_there_after_a_reload(
+    page: Page, demo: Demo, winch: str, pair: tuple[str, str]
+) -> None:
+    turn(demo, winch, 25)
+    page.set_viewport_size(WIDE)
+    begin(page, demo, winch)
+    expect(page.get_by_test_id("jog-angle")).to_have_text(re.compile(r"^\+2[45]\.\d°$"))
+    page.get_by_test_id("preset-a").click()
+    stored = re.compile(r"^A \+2[45]\.\d°$")
+    expect(page.get_by_test_id("preset-a")).to_have_text(stored)
+    assert abs(angle(demo, winch) - 25) < 1, "storing moves nothing"
+    page.get_by_test_id("jog-zero").click()
+    wait_for(lambda: abs(angle(demo, winch)) < 1, 6, "it did not go to 0°")
+    expect(page.get_by_test_id("jog-angle")).to_have_text(AT_ZERO)
+    # another one is not lost without a question
+    page.get_by_test_id("preset-a-store").click()
+    expect(page.get_by_test_id("preset-dialog")).to_contain_text("Nothing moves")
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_test_id("preset-a")).to_have_text(stored)
+    page.get_by_test_id("preset-a").click()
+    wait_for(lambda: abs(angle(demo, winch) - 25) < 1, 6, "it did not go to A")
+    page.reload()
+    expect(page.get_by_test_id("preset-a"), "only under motion control").to_have_count(0)
+    assert raw(demo, winch, "torque_mode") == "off"
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("preset-a")).to_have_text(stored)
+    page.goto(f"{demo.url}servos/{pair[1]}/motion")
+    page.get_by_test_id("enable-motion").click()
+    expect(page.get_by_test_id("preset-a"), "another servo has its own").to_contain_text("Set")
+
+
+def test_a_finger_steps_by_taps_walks_while_it_holds_and_stores_by_a_long_press(
+    browser: Browser, demo: Demo, winch: str
+) -> None:
+    turn(demo, winch, 0)
+    page = on_touch(browser, PHONE)
+    try:
+        page.goto(f"{demo.url}servos/{winch}/motion")
+        page.get_by_test_id("enable-motion").tap()
+        ahead = page.get_by_test_id("walk-cw")
+        box = ahead.bounding_box()
+        assert box is not None
+        assert box["height"] >= 120
+        assert box["y"] > 844 / 2, "in the lower half"
+        page.get_by_role("button", name="10°", exact=True).tap()
+        ahead.tap()
+        wait_for(lambda: abs(angle(demo, winch) - 10) < 1, 6, "a tap is no step")
+        time.sleep(0.5)
+        assert abs(angle(demo, winch) - 10) < 1, "one step"
+
+        finger = page.context.new_cdp_session(page)
+        spot = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+        finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [spot]})
+        expect(ahead).to_have_attribute("data-held", "true")
+        time.sleep(0.8)
+        finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        expect(ahead).to_have_attribute("data-held", "false")
+        wait_for(lambda: still(demo, winch), 4, "it goes on")
+        assert 25 < angle(demo, winch) < 100, "it walks at 60°/s, and no further"
+        assert raw(demo, winch, "torque_mode") == "on", "it holds"
+
+        # off the button is let go as well
+        finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [spot]})
+        expect(ahead).to_have_attribute("data-held", "true")
+        away = {"x": spot["x"], "y": spot["y"] - 200}
+        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [away]})
+        expect(ahead).to_have_attribute("data-held", "false")
+        finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+        wait_for(lambda: still(demo, winch), 4, "it goes on")
+        page.get_by_test_id("preset-b").tap()
+        stored = page.get_by_test_id("preset-b").inner_text()
+        page.get_by_test_id("jog-zero").tap()
+        wait_for(lambda: abs(angle(demo, winch)) < 1, 6, "it did not go to 0°")
+        expect(page.get_by_test_id("jog-angle")).to_have_text(AT_ZERO)
+        held = page.get_by_test_id("preset-b").bounding_box()
+        assert held is not None
+        spot = {"x": held["x"] + 40, "y": held["y"] + 20}
+        finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [spot]})
+        expect(page.get_by_test_id("preset-dialog")).to_be_visible()
+        finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        assert abs(angle(demo, winch)) < 1, "a long press moves nothing"
+        page.get_by_test_id("preset-replace").tap()
+        expect(page.get_by_test_id("preset-b")).not_to_have_text(stored)
+        assert complaints(page) == []
+        assert too_small(page) == []
+    finally:
+        page.context.close()
+
+
 @pytest.mark.parametrize("size", [WIDE, TABLET])
 def test_an_angle_past_a_limit_is_refused_by_the_limit_of_this_servo_and_moves_nothing_on_the_page(
     size: ViewportSize, page: Page, demo: Demo, winch: str
@@ -420,7 +549,7 @@ def test_an_angle_past_a_limit_is_refused_by_the_limit_of_this_servo_and_moves_n
 CUT = """() => {
   const main = document.querySelector('.motion-main');
   const seen = main.getBoundingClientRect();
-  return [...main.querySelectorAll('button, input, .jog-foot')].filter(each => {
+  return [...main.querySelectorAll('button, input')].filter(each => {
     const box = each.getBoundingClientRect();
     return box.width > 0 && (box.bottom > seen.bottom + 0.5 || box.top < seen.top - 0.5);
   }).map(each => each.textContent || each.dataset.testid);

@@ -178,7 +178,7 @@ def test_a_phone_shows_motion_without_scrolling_and_every_target_is_large_enough
         assert too_small(page) == []
         page.goto(f"{demo.url}servos/{uid}/motion")
         page.get_by_test_id("enable-motion").tap()
-        for testid in ("jog-step-1", "jog-zero", "jog-torque-off", "disable-motion"):
+        for testid in ("walk-ccw", "walk-cw", "preset-a", "jog-zero", "jog-torque-off", "disable-motion"):
             expect(page.get_by_test_id(testid)).to_be_in_viewport(ratio=1)
         assert complaints(page) == []
         assert too_small(page) == []

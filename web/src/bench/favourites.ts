@@ -1,26 +1,14 @@
 /** Parameter rows somebody marked as favourites: kept for this browser. */
-import { signal } from "@preact/signals";
+import { computed } from "@preact/signals";
+import { kept } from "./kept";
 
-const KEY = "hornbill.favourites";
+const keys = kept<readonly string[]>("hornbill.favourites", found =>
+  Array.isArray(found) ? found.filter(one => typeof one === "string") : [],
+);
 
-function kept(): ReadonlySet<string> {
-  try {
-    const found: unknown = JSON.parse(localStorage.getItem(KEY) ?? "[]");
-    return new Set(Array.isArray(found) ? found.filter(one => typeof one === "string") : []);
-  } catch {
-    return new Set();
-  }
-}
-
-export const favourites = signal(kept());
+export const favourites = computed<ReadonlySet<string>>(() => new Set(keys.value));
 
 export function toggleFavourite(key: string): void {
-  const next = new Set(favourites.peek());
-  if (!next.delete(key)) next.add(key);
-  favourites.value = next;
-  try {
-    localStorage.setItem(KEY, JSON.stringify([...next]));
-  } catch {
-    // Not kept: it holds until the page is left.
-  }
+  const before = keys.peek();
+  keys.value = before.includes(key) ? before.filter(one => one !== key) : [...before, key];
 }

@@ -1,9 +1,9 @@
 /** Hold to run: it begins with a press, says so again while it lasts, and whatever ends the press brakes. */
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { ClientMessage } from "../api/types";
-import { brake, held, press, pressByKey } from "./hold-to-run";
+import { brake, held, press, pressByKey, walk, walking } from "./hold-to-run";
 import { link, live, type onRefusal } from "./link";
-import { endMotion, motion, question } from "./motion";
+import { endMotion, motion, pace, question, setpoint } from "./motion";
 
 type Refusal = Parameters<Parameters<typeof onRefusal>[0]>[0];
 const heard = vi.hoisted(() => ({ refuse: new Set<(_: Refusal) => void>() }));
@@ -152,5 +152,64 @@ describe("a held button", () => {
     press("speed", 20, () => still);
     expect(said).toEqual([]);
     expect(held.value).toBeNull();
+  });
+});
+
+describe("a walk", () => {
+  beforeEach(() => {
+    setpoint.value = 10;
+    pace.value = 60;
+  });
+  const goals = () => commands().map(([value]) => Number(value));
+
+  test("goes on at its speed while it is held, with nothing ahead that a release would have to take back", () => {
+    walk(90, () => still);
+    expect(walking.value).toBe(1);
+    vi.advanceTimersByTime(1000);
+    expect(Math.abs((goals().at(-1) ?? 0) - 70)).toBeLessThan(5);
+    const ahead = goals().map((goal, at) => goal - (goals()[at - 1] ?? 10));
+    expect(Math.min(...ahead)).toBeGreaterThanOrEqual(0);
+    expect(Math.max(...ahead), "a thirtieth of a second").toBeLessThan(5);
+    const told = goals().length;
+    brake();
+    vi.advanceTimersByTime(2000);
+    expect(goals().length - told, "what waited to be sent").toBeLessThanOrEqual(1);
+    expect(walking.value).toBe(0);
+    expect(motion.value.phase).toBe("on");
+  });
+
+  test("ends at the limit, and does not go back from beyond it", () => {
+    walk(-20, () => still);
+    vi.advanceTimersByTime(3000);
+    expect(goals().at(-1)).toBe(-20);
+    expect(Math.min(...goals())).toBe(-20);
+    brake();
+    setpoint.value = -20;
+    walk(-20, () => still);
+    expect(walking.value).toBe(0);
+  });
+
+  test("begins slowly: a short hold is a short way", () => {
+    walk(90, () => still);
+    vi.advanceTimersByTime(100);
+    brake();
+    expect(setpoint.value).toBeGreaterThan(10);
+    expect(setpoint.value).toBeLessThan(14);
+  });
+
+  test.each<[string, () => void]>([
+    ["a button that is not held any more", () => (still = false)],
+    ["a lost focus", () => dispatchEvent(new Event("blur"))],
+    ["a lost link", () => (link.value = { state: "down", since: 0 })],
+    ["motion that ends", () => endMotion(null)],
+  ])("ends with %s", (_, happens) => {
+    walk(90, () => still);
+    vi.advanceTimersByTime(200);
+    happens();
+    vi.advanceTimersByTime(100);
+    const told = goals().length;
+    vi.advanceTimersByTime(1000);
+    expect(goals().length).toBe(told);
+    expect(walking.value).toBe(0);
   });
 });

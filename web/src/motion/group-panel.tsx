@@ -83,35 +83,37 @@ export function Members() {
   const ended = told?.ended ?? null;
   return (
     <section class="members" aria-label={words.members} data-testid="members">
-      <Segments<Manner>
-        label={words.manner}
-        chosen={manner.value}
-        onChoose={next => {
-          if (sweep.peek() === null) setManner(next, members);
-        }}
-        options={[
-          { key: "same", label: words.same },
-          { key: "apart", label: words.apart },
-        ]}
-      />
-      <p class="small second">{manner.value === "same" ? words.sameHint : words.apartHint}</p>
+      <div class="members-how">
+        <Segments<Manner>
+          label={words.manner}
+          chosen={manner.value}
+          onChoose={next => {
+            if (sweep.peek() === null) setManner(next, members);
+          }}
+          options={[
+            { key: "same", label: words.same },
+            { key: "apart", label: words.apart },
+          ]}
+        />
+        <p class="small second">
+          {manner.value === "same" ? words.sameHint : words.apartHint}{" "}
+          {told !== null && ended === null && (
+            <span data-testid="group-beat">{words.beat(number(told.rate_hz, 0), String(told.misses))}</span>
+          )}
+        </p>
+      </div>
       <div class="member-dials">
         {members.slice(1).map(uid => (
           <Member key={uid} uid={uid} />
         ))}
       </div>
-      {told !== null && ended === null && (
-        <p class="small second" data-testid="group-beat">
-          {words.beat(number(told.rate_hz, 0), String(told.misses))}
-        </p>
-      )}
       {ended !== null && (
-        <>
+        <div class="members-ended">
           <Note testid="group-ended">{words.ended(ended)}</Note>
           <Button testid="group-again" live onClick={() => void beginAgain(group)}>
             {words.again}
           </Button>
-        </>
+        </div>
       )}
     </section>
   );
@@ -126,7 +128,7 @@ function Member({ uid }: { uid: string }) {
   const goal = wanted === null ? null : wanted + (offsets.value.get(uid) ?? 0);
   return (
     <figure class="member" data-testid={`member-${uid}`} data-stale={stale}>
-      <Dial size={104} angle={at.value} command={goal} limits={limitsOf(uid)} stale={stale} />
+      <Dial size={72} angle={at.value} command={goal} limits={limitsOf(uid)} stale={stale} />
       <figcaption>
         <b>{nameOf(one)}</b>
         <span class={stale ? "dim" : ""}>{angle(at.value)}</span>

@@ -5,6 +5,7 @@ import { afterEach, beforeEach, expect, test } from "vitest";
 import { link } from "../bench/link";
 import { JogAngle } from "./jog-angle";
 
+const UID = "a".repeat(32);
 let sent: number[];
 const root = document.createElement("div");
 
@@ -16,14 +17,14 @@ beforeEach(() => {
   act(() =>
     render(
       <JogAngle
+        uid={UID}
         span={span}
         able
+        present={12.3}
         onWrong={() => undefined}
         onJog={() => undefined}
         onCommand={value => sent.push(value)}
-      >
-        {null}
-      </JogAngle>,
+      />,
       root,
     ),
   );

@@ -1,30 +1,135 @@
-/** The angle part of the jog pad: how fast, six steps, a typed value, Go to 0°. */
-import { useSignal } from "@preact/signals";
-import type { ComponentChildren } from "preact";
+/** The angle part of the jog pad: presets, how fast, and steps; on a phone two buttons that step or walk, else a typed value. */
+import { signal, useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { signed, withUnit } from "../bench/format";
+import { brake, pressByPointer, walk, walking } from "../bench/hold-to-run";
 import { pace, setpoint } from "../bench/motion";
 import { type AllowedSpan, check, type NotAllowed, parseNumber } from "../bench/number";
-import { touch } from "../bench/screen";
+import { phone, touch } from "../bench/screen";
 import { Button } from "../kit/button";
+import { Icon } from "../kit/icon";
 import { Segments } from "../kit/segments";
 import { text } from "../text";
-
-const STEPS = [-10, -1, -0.1, 0.1, 1, 10];
+import { PresetButtons } from "./preset-buttons";
+import { jogging as words } from "./words";
 
 interface Props {
+  uid: string;
   span: AllowedSpan;
   able: boolean;
+  /** Where the horn is; null while that is not known well enough to be stored. */
+  present: number | null;
   onJog: (step: number) => void;
   onCommand: (angle: number) => void;
   /** Told why what was typed is not sent, with the number if it is one; null when it is typed anew. */
   onWrong: (verdict: NotAllowed | null, value: number | null) => void;
-  /** Stands at the end of the row: torque. */
-  children: ComponentChildren;
 }
 
-export function JogAngle({ span, able, onJog, onCommand, onWrong, children }: Props) {
+export function JogAngle({ uid, span, able, present, onJog, onCommand, onWrong }: Props) {
   const typed = useSignal<string | null>(null);
+  const go = (value: number) => {
+    typed.value = null;
+    const verdict = check(signed(value, 1), span);
+    if (verdict.ok) onCommand(verdict.value);
+    else onWrong(verdict, value);
+  };
+  const presets = <PresetButtons uid={uid} able={able} present={present} onGo={go} />;
+  if (phone.value) {
+    return (
+      <>
+        {presets}
+        <div class="jog-how">
+          <Segments<string>
+            label={text.motion.steps}
+            chosen={String(stepChosen.value)}
+            onChoose={key => {
+              stepChosen.value = Number(key);
+            }}
+            options={STEP_SIZES.map(one => ({ key: String(one), label: stepText(one) }))}
+          />
+          <Pace direct={false} />
+        </div>
+        <div class="hold-buttons">
+          <Walk way={-1} span={span} able={able} onJog={onJog} />
+          <Walk way={1} span={span} able={able} onJog={onJog} />
+        </div>
+      </>
+    );
+  }
+  return (
+    <>
+      <Pace direct />
+      <fieldset class="steps" aria-label={text.motion.steps}>
+        {STEPS.map(step => (
+          <Button key={step} testid={`jog-step-${step}`} live disabled={!able} onClick={() => onJog(step)}>
+            {withUnit(signed(step, Math.abs(step) < 1 ? 1 : 0), "°")}
+          </Button>
+        ))}
+      </fieldset>
+      <Enter typed={typed} span={span} able={able} onCommand={onCommand} onWrong={onWrong} />
+      {presets}
+    </>
+  );
+}
+
+const STEP_SIZES = [0.1, 1, 10];
+const STEPS = [...STEP_SIZES.map(one => -one).reverse(), ...STEP_SIZES];
+const stepChosen = signal(1);
+
+function stepText(step: number): string {
+  return withUnit(String(step), "°");
+}
+
+/** A press shorter than this is a tap. */
+const TAP_MS = 300;
+
+/** A tap goes one step, holding walks on until let go. */
+function Walk({ way, span, able, onJog }: { way: 1 | -1 } & Pick<Props, "span" | "able" | "onJog">) {
+  const walked = useRef(false);
+  const limit = way > 0 ? span.maximum : span.minimum;
+  const on = walking.value === way;
+  return (
+    <button
+      type="button"
+      class="button hold-button"
+      data-testid={way > 0 ? "walk-cw" : "walk-ccw"}
+      data-held={on}
+      aria-pressed={on}
+      disabled={!able}
+      onPointerDown={event => {
+        walked.current = false;
+        pressByPointer(event, still => {
+          setTimeout(() => {
+            if (!still() || limit === null) return;
+            walked.current = true;
+            walk(limit, still);
+          }, TAP_MS);
+        });
+      }}
+      onClick={() => {
+        if (!walked.current) onJog(way * stepChosen.peek());
+        walked.current = false;
+      }}
+      onLostPointerCapture={brake}
+      onBlur={brake}
+      onContextMenu={event => event.preventDefault()}
+    >
+      <Icon name={way > 0 ? "right" : "left"} size={28} />
+      <b>{way > 0 ? words.cw : words.ccw}</b>
+      <small>
+        {words.tapOrHold(withUnit(signed(way * stepChosen.value, stepChosen.value < 1 ? 1 : 0), "°"))}
+      </small>
+    </button>
+  );
+}
+
+function Enter({
+  typed,
+  span,
+  able,
+  onCommand,
+  onWrong,
+}: { typed: { value: string | null } } & Pick<Props, "span" | "able" | "onCommand" | "onWrong">) {
   const box = useRef<HTMLInputElement>(null);
   const go = useRef<HTMLButtonElement>(null);
   const shown = typed.value ?? (setpoint.value === null ? "" : signed(setpoint.value, 1));
@@ -43,96 +148,54 @@ export function JogAngle({ span, able, onJog, onCommand, onWrong, children }: Pr
     onCommand(value);
   };
   return (
-    <>
-      <Pace />
-      <fieldset class="steps" aria-label={text.motion.steps}>
-        {STEPS.map(step => (
-          <Button key={step} testid={`jog-step-${step}`} live disabled={!able} onClick={() => onJog(step)}>
-            {withUnit(signed(step, Math.abs(step) < 1 ? 1 : 0), "°")}
-          </Button>
-        ))}
-      </fieldset>
-      <div class="enter">
-        <label class="box wide">
-          <span class="hidden-text">{text.motion.value}</span>
-          <input
-            ref={box}
-            type="text"
-            inputMode="decimal"
-            autocomplete="off"
-            data-testid="jog-value"
-            disabled={!able}
-            value={shown}
-            onFocus={event => event.currentTarget.select()}
-            onInput={event => {
-              typed.value = event.currentTarget.value;
-              onWrong(null, null);
-            }}
-            onKeyDown={event => {
-              // Typing moves nothing: Enter leads to the button that does.
-              if (event.key !== "Enter") return;
-              // Else the rest of this press would be the button's.
-              event.preventDefault();
-              if (entered() !== null) go.current?.focus();
-            }}
-          />
-          <span class="unit">°</span>
-        </label>
-        <Button testid="jog-go" live refTo={go} disabled={!able} onClick={send}>
-          {text.motion.go}
-        </Button>
-        <Button
-          testid="jog-zero"
-          live
+    <div class="enter">
+      <label class="box wide">
+        <span class="hidden-text">{text.motion.value}</span>
+        <input
+          ref={box}
+          type="text"
+          inputMode="decimal"
+          autocomplete="off"
+          data-testid="jog-value"
           disabled={!able}
-          onClick={() => {
-            typed.value = null;
-            onCommand(0);
+          value={shown}
+          onFocus={event => event.currentTarget.select()}
+          onInput={event => {
+            typed.value = event.currentTarget.value;
+            onWrong(null, null);
           }}
-        >
-          {text.motion.zero}
-        </Button>
-        {children}
-      </div>
-    </>
+          onKeyDown={event => {
+            // Typing moves nothing: Enter leads to the button that does.
+            if (event.key !== "Enter") return;
+            // Else the rest of this press would be the button's.
+            event.preventDefault();
+            if (entered() !== null) go.current?.focus();
+          }}
+        />
+        <span class="unit">°</span>
+      </label>
+      <Button testid="jog-go" live refTo={go} disabled={!able} onClick={send}>
+        {text.motion.go}
+      </Button>
+    </div>
   );
 }
 
 const SPEEDS = [15, 60, 180];
-let chosenSpeed = 60;
 
-/** How it moves: at a limited speed, or as fast as the servo can. */
-function Pace() {
-  const speed = pace.value;
+/** How fast it moves: at a limited speed or, where there is room for that, as fast as the servo can. */
+function Pace({ direct }: { direct: boolean }) {
   return (
-    <div class="pace">
-      <Segments<"gentle" | "direct">
-        label={text.motion.pace}
-        chosen={speed === null ? "direct" : "gentle"}
-        onChoose={key => {
-          pace.value = key === "direct" ? null : chosenSpeed;
-        }}
-        options={[
-          { key: "gentle", label: text.motion.gentle },
-          { key: "direct", label: text.motion.direct },
-        ]}
-      />
-      {speed === null ? (
-        <span class="small second">{text.motion.directHint}</span>
-      ) : (
-        <Segments<string>
-          label={text.motion.speed}
-          chosen={String(speed)}
-          onChoose={key => {
-            chosenSpeed = Number(key);
-            pace.value = chosenSpeed;
-          }}
-          options={SPEEDS.map(one => ({
-            key: String(one),
-            label: text.motion.speedOf(withUnit(String(one), "°")),
-          }))}
-        />
-      )}
-    </div>
+    <Segments<string>
+      label={text.motion.pace}
+      chosen={String(pace.value)}
+      onChoose={key => {
+        pace.value = key === "null" ? null : Number(key);
+      }}
+      options={[
+        ...SPEEDS.map(one => ({ key: String(one), label: text.motion.speedOf(withUnit(String(one), "°")) })),
+        ...(direct ? [{ key: "null", label: text.motion.direct }] : []),
+      ]}
+    />
   );
 }

@@ -7,7 +7,7 @@ import { catalog } from "../bench/catalog";
 import { cautionText } from "../bench/caution-text";
 import { servo } from "../bench/fleet";
 import { number, withUnit } from "../bench/format";
-import { brake, held, pressByKey, pressByPointer, type RunKind } from "../bench/hold-to-run";
+import { brake, held, press, pressByKey, pressByPointer, type RunKind } from "../bench/hold-to-run";
 import { up } from "../bench/link";
 import { movingTogether } from "../bench/motion";
 import { check } from "../bench/number";
@@ -34,7 +34,7 @@ function Refused({ uid }: { uid: string }) {
   return (
     <p class="no-effect" data-testid="hold-no-effect">
       <span aria-hidden="true">⊘</span> {words.noEffect}{" "}
-      <a href={path} onClick={event => follow(event, path)}>
+      <a class="link" href={path} onClick={event => follow(event, path)}>
         {words.goTo}
       </a>
     </p>
@@ -134,7 +134,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
             aria-pressed={going !== null && Math.sign(going.value) === way}
             disabled={!runs(way)}
             onPointerDown={event => {
-              if (value !== null) pressByPointer(event, kind, way * value);
+              if (value !== null) pressByPointer(event, still => press(kind, way * value, still));
             }}
             onLostPointerCapture={brake}
             onBlur={brake}
@@ -151,9 +151,7 @@ export function JogHold({ uid, kind, able }: { uid: string; kind: RunKind; able:
           </button>
         ))}
       </div>
-      <p class="small second">
-        {words.released} {words.keys}
-      </p>
+      <p class="small second">{words.released}</p>
     </div>
   );
 }

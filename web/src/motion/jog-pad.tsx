@@ -31,6 +31,7 @@ import { limitsOf } from "../bench/servo-condition";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
 import { follow } from "../kit/follow";
+import { Icon } from "../kit/icon";
 import { Note } from "../kit/note";
 import { Segments } from "../kit/segments";
 import { JogDial } from "../servo/command-dial";
@@ -41,6 +42,7 @@ import { Members } from "./group-panel";
 import { JogAngle } from "./jog-angle";
 import { JogHold } from "./jog-hold";
 import { JogSweep } from "./jog-sweep";
+import { ReplacePreset } from "./preset-buttons";
 import { sweep } from "./sweep";
 import { jogging as words } from "./words";
 import "./jog.css";
@@ -114,59 +116,26 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
   };
 
   return (
-    <div class="jog-wrap" data-group={members.length > 1}>
-      <section
-        ref={pad}
-        class="jog"
-        data-tab={shown}
-        role="group"
-        aria-label={text.motion.jog}
-        data-testid="jog-pad"
-        onKeyDown={keys}
-      >
-        <Segments<Tab>
-          label={words.tabs}
-          chosen={shown}
-          onChoose={next => {
-            if (sweep.peek() !== null) return;
-            brake();
-            complaint.value = null;
-            motionRefusal.value = null;
-            warnings.value = [];
-            tab.value = next;
-          }}
-          options={TABS.map(key => ({ key, label: words.tab[key] }))}
-        />
-        <JogDial
-          angle={present.value}
-          command={on ? setpoint.value : null}
-          limits={limits}
-          stale={stale}
-          locked={locked}
-          onDrag={jogs ? dragTo : undefined}
-        />
-        <LastWord uid={uid} on={on} complaint={complaint.value} limits={limits} angles={shown === "angle"} />
-        <Figures one={one} angle={present.value} stale={stale} on={on} />
-        <Agree />
-        <div class="jog-panel">
-          {shown === "angle" && (
-            <JogAngle
-              span={span}
-              able={jogs}
-              onJog={jog}
-              onCommand={command}
-              onWrong={(verdict, value) => {
-                complaint.value = verdict && complaintOf(verdict, value, limits, members.length > 1);
-              }}
-            >
-              <Torque on={on} />
-            </JogAngle>
-          )}
-          {(shown === "speed" || shown === "torque") && (
-            <JogHold key={shown} uid={uid} kind={shown} able={on && up.value} />
-          )}
-          {shown === "sweep" && <JogSweep limits={limits} able={on && !parted} />}
-          <div class="jog-foot small second">
+    <>
+      <div class="jog-wrap">
+        <section
+          ref={pad}
+          class="jog"
+          data-tab={shown}
+          role="group"
+          aria-label={text.motion.jog}
+          data-testid="jog-pad"
+          onKeyDown={keys}
+        >
+          <div class="jog-face">
+            <JogDial
+              angle={present.value}
+              command={on ? setpoint.value : null}
+              limits={limits}
+              stale={stale}
+              locked={locked}
+              onDrag={jogs ? dragTo : undefined}
+            />
             {shown === "angle" && touch.value && (
               <Button
                 testid="unlock-drag"
@@ -175,16 +144,59 @@ export function JogPad({ uid, torque }: { uid: string; torque: TorqueMode }) {
                   unlocked.value = !unlocked.value;
                 }}
               >
-                {unlocked.value ? text.motion.unlocked : text.motion.locked}
+                <Icon name="lock" /> {unlocked.value ? text.motion.unlocked : text.motion.locked}
               </Button>
             )}
-            <span class="grow" />
-            {shown !== "angle" && <Torque on={on} />}
+            <LastWord
+              uid={uid}
+              on={on}
+              complaint={complaint.value}
+              limits={limits}
+              angles={shown === "angle"}
+            />
+            <Figures one={one} angle={present.value} stale={stale} on={on} />
           </div>
-        </div>
-      </section>
-      <Members />
-    </div>
+          <div class="jog-side">
+            <Segments<Tab>
+              label={words.tabs}
+              chosen={shown}
+              onChoose={next => {
+                if (sweep.peek() !== null) return;
+                brake();
+                complaint.value = null;
+                motionRefusal.value = null;
+                warnings.value = [];
+                tab.value = next;
+              }}
+              options={TABS.map(key => ({ key, label: words.tab[key] }))}
+            />
+            <div class="jog-panel">
+              {shown === "angle" && (
+                <JogAngle
+                  uid={uid}
+                  span={span}
+                  able={jogs}
+                  present={stale ? null : present.value}
+                  onJog={jog}
+                  onCommand={command}
+                  onWrong={(verdict, value) => {
+                    complaint.value = verdict && complaintOf(verdict, value, limits, members.length > 1);
+                  }}
+                />
+              )}
+              {(shown === "speed" || shown === "torque") && (
+                <JogHold key={shown} uid={uid} kind={shown} able={on && up.value} />
+              )}
+              {shown === "sweep" && <JogSweep limits={limits} able={on && !parted} />}
+            </div>
+            <Torque on={on} />
+          </div>
+        </section>
+        <Members />
+      </div>
+      <Agree />
+      <ReplacePreset />
+    </>
   );
 }
 
@@ -267,15 +279,20 @@ function LastWord({
   );
 }
 
+/** At the same place for whatever is commanded. */
 function Torque({ on }: { on: boolean }) {
-  return on ? (
-    <Button look="danger" testid="jog-torque-off" onClick={() => void setTorque("off")}>
-      {text.motion.torqueOff}
-    </Button>
-  ) : (
-    <Button testid="jog-torque-on" live onClick={() => void setTorque("on")}>
-      {text.motion.torqueOn}
-    </Button>
+  return (
+    <div class="jog-torque">
+      {on ? (
+        <Button look="danger" testid="jog-torque-off" onClick={() => void setTorque("off")}>
+          {text.motion.torqueOff}
+        </Button>
+      ) : (
+        <Button testid="jog-torque-on" live onClick={() => void setTorque("on")}>
+          {text.motion.torqueOn}
+        </Button>
+      )}
+    </div>
   );
 }
 

@@ -79,7 +79,7 @@ export function JogDial({ angle, command, limits, stale, onDrag, locked = false 
         />
       )}
       {/* The keys go here: said by a ring round the face, for the box is as wide as the page. */}
-      <circle class="dial-focus" r={RIM + 5} fill="none" />
+      <circle class="dial-focus" r={RIM + 2} fill="none" />
       <circle r={FACE - 9} fill="var(--well)" />
       <circle r={FACE} fill="none" stroke="var(--line)" />
       <path d={MINOR} stroke="var(--edge)" opacity="0.6" />
