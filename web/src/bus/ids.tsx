@@ -44,75 +44,72 @@ export function NodeIds({ onChanged }: { onChanged: () => void }) {
         {done.value}
       </Note>
       <Pending />
-      {table !== null && table.length === 0 && (
-        <div class="part-empty">
-          <p class="strong">{said.empty}</p>
-          <p class="second">{said.emptyLine}</p>
-        </div>
-      )}
-      {table !== null && table.length > 0 && (
-        <DataTable
-          label={said.title}
-          rows={table}
-          id={one => one.uid}
-          testid={one => `id-${one.uid}`}
-          away={one => !one.online}
-          old={!up.value}
-          order={order}
-          columns={[
-            { key: "id", head: said.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
-            {
-              key: "name",
-              head: said.head.name,
-              by: one => ownerName(one.uid),
-              cell: one => (
-                <>
-                  <b>{ownerName(one.uid)}</b>
-                  <small class="mono">{one.uid}</small>
-                </>
-              ),
-            },
-            {
-              key: "seen",
-              head: said.head.seen,
-              by: one => one.last_seen ?? 0,
-              cell: one => (
-                <>
-                  {one.last_seen === null ? said.never : day(one.last_seen)}
-                  <small>{one.online ? said.online : said.offline}</small>
-                </>
-              ),
-            },
-            {
-              key: "pinned",
-              head: said.head.pinned,
-              by: one => (one.pinned ? 0 : 1),
-              cell: one => (
-                <span class={one.pinned ? "strong" : "dim"}>{one.pinned ? said.pinned : said.automatic}</span>
-              ),
-            },
-            {
-              key: "do",
-              head: "",
-              bare: true,
-              cell: one => (
-                <span class="i-do">
-                  <Button live testid={`pin-${one.uid}`} onClick={() => (open.value = { what: "pin", one })}>
-                    {said.pin}
-                  </Button>
-                  <Button
-                    live
-                    testid={`forget-${one.uid}`}
-                    onClick={() => (open.value = { what: "forget", one })}
-                  >
-                    {said.forget}
-                  </Button>
-                </span>
-              ),
-            },
-          ]}
-        />
-      )}
+      <DataTable
+        label={said.title}
+        empty={
+          <div class="part-empty">
+            <p class="strong">{said.empty}</p>
+            <p class="second">{said.emptyLine}</p>
+          </div>
+        }
+        rows={table}
+        id={one => one.uid}
+        data={one => ({ testid: `id-${one.uid}`, away: !one.online })}
+        old={!up.value}
+        order={order}
+        columns={[
+          { key: "id", head: said.head.id, right: true, by: one => one.node_id, cell: one => one.node_id },
+          {
+            key: "name",
+            head: said.head.name,
+            by: one => ownerName(one.uid),
+            cell: one => (
+              <>
+                <b>{ownerName(one.uid)}</b>
+                <small class="mono">{one.uid}</small>
+              </>
+            ),
+          },
+          {
+            key: "seen",
+            head: said.head.seen,
+            by: one => one.last_seen ?? 0,
+            cell: one => (
+              <>
+                {one.last_seen === null ? said.never : day(one.last_seen)}
+                <small>{one.online ? said.online : said.offline}</small>
+              </>
+            ),
+          },
+          {
+            key: "pinned",
+            head: said.head.pinned,
+            by: one => (one.pinned ? 0 : 1),
+            cell: one => (
+              <span class={one.pinned ? "strong" : "dim"}>{one.pinned ? said.pinned : said.automatic}</span>
+            ),
+          },
+          {
+            key: "do",
+            head: "",
+            bare: true,
+            cell: one => (
+              <span class="i-do">
+                <Button live testid={`pin-${one.uid}`} onClick={() => (open.value = { what: "pin", one })}>
+                  {said.pin}
+                </Button>
+                <Button
+                  live
+                  testid={`forget-${one.uid}`}
+                  onClick={() => (open.value = { what: "forget", one })}
+                >
+                  {said.forget}
+                </Button>
+              </span>
+            ),
+          },
+        ]}
+      />
       {table !== null && <p class="small dim below">{said.more}</p>}
       {open.value?.what === "pin" && <PinDialog one={open.value.one} table={table ?? []} onClose={close} />}
       {open.value?.what === "forget" && <ForgetDialog one={open.value.one} onClose={close} />}

@@ -52,25 +52,21 @@ export function Nodes() {
   return (
     <Scroll label={said.title} testid="nodes">
       {problem.value !== null && <Note band>{said.failed(problem.value)}</Note>}
-      {list !== null && list.length === 0 && (
-        <div class="part-empty">
-          <p class="strong">{said.empty}</p>
-          <p class="second">{said.emptyLine}</p>
-        </div>
-      )}
-      {list !== null && list.length > 0 && (
-        <DataTable
-          label={said.title}
-          rows={list}
-          id={one => one.node_id}
-          testid={one => `node-${one.node_id}`}
-          kind={one => one.kind}
-          away={one => !one.online}
-          old={!up.value}
-          order={order}
-          columns={columnsOf(passed)}
-        />
-      )}
+      <DataTable
+        label={said.title}
+        empty={
+          <div class="part-empty">
+            <p class="strong">{said.empty}</p>
+            <p class="second">{said.emptyLine}</p>
+          </div>
+        }
+        rows={list}
+        id={one => one.node_id}
+        data={one => ({ testid: `node-${one.node_id}`, kind: one.kind, away: !one.online })}
+        old={!up.value}
+        order={order}
+        columns={columnsOf(passed)}
+      />
       {list !== null && list.length > 0 && (
         <p class="small dim below">{said.summary(grouped(online), grouped(list.length))}</p>
       )}

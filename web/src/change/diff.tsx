@@ -7,6 +7,7 @@ import { spanOf } from "../bench/row-state";
 import { Button } from "../kit/button";
 import { Dialog } from "../kit/dialog";
 import { text } from "../text";
+import { ValueTable } from "./value-table";
 import { saving } from "./words";
 
 /** The value a key will have once everything staged is applied. */
@@ -40,36 +41,14 @@ export function DiffDialog({ sheet, name, keys, onClose }: DiffProps) {
 }
 
 function ChangeList({ sheet, keys }: Pick<DiffProps, "sheet" | "keys">) {
-  const head = saving.head;
-  return (
-    <table class="changes">
-      <thead>
-        <tr>
-          <th>{head.parameter}</th>
-          <th class="right">{head.rom}</th>
-          <th class="right">{head.ram}</th>
-          <th class="right">{head.after}</th>
-        </tr>
-      </thead>
-      <tbody>
-        {keys.map(key => {
-          const row = catalog.value?.rows.get(key);
-          const reading = sheet.reading(key).value;
-          if (!row) return null;
-          const span = spanOf(row, reading);
-          const rom = reading?.rom ?? null;
-          return (
-            <tr key={key} data-testid={`change-${key}`}>
-              <td>
-                {row.label} <small class="second">{row.name}</small>
-              </td>
-              <td class="right second">{rom === null ? text.servos.notKnown : full(rom, span)} →</td>
-              <td class="right second">{full(reading?.ram, span)} →</td>
-              <td class="right strong k-intent">{full(willBe(sheet, key), span)}</td>
-            </tr>
-          );
-        })}
-      </tbody>
-    </table>
-  );
+  const { parameter, rom, ram, after } = saving.head;
+  const rows = keys.flatMap(key => {
+    const row = catalog.value?.rows.get(key);
+    const reading = sheet.reading(key).value;
+    if (!row) return [];
+    const span = spanOf(row, reading);
+    const saved = reading?.rom == null ? text.servos.notKnown : full(reading.rom, span);
+    return [{ key, values: [saved, full(reading?.ram, span), full(willBe(sheet, key), span)] }];
+  });
+  return <ValueTable testid="change" heads={[parameter, rom, ram, after]} rows={rows} />;
 }

@@ -1,9 +1,10 @@
 /** What a plan shows: of each servo the rows that change, why some do not, and why one is left out. */
 import { nameOf, servo } from "../bench/fleet";
-import { addressOf, rowLabelOf, valueText } from "../bench/row-text";
+import { rowLabelOf, valueText } from "../bench/row-text";
 import { Note } from "../kit/note";
 import { whyRefused } from "./consequences";
 import type { ChangeFlow, ChangeKind, Part, RowChange } from "./flow";
+import { type ValueRow, ValueTable } from "./value-table";
 import { changing as said, saving } from "./words";
 
 export function PlanParts({ flow }: { flow: ChangeFlow }) {
@@ -42,7 +43,9 @@ function PlanRows({ part, kind }: { part: Part; kind: ChangeKind }) {
   const { changes, rom = [], unchanged = 0, unknown = 0, leftOut = [], problem } = part;
   const head = { now: said.now, next: said.next, ...said.kinds[kind].head };
   const many = kind === "factory-reset" && changes.length > 6;
-  const table = <Rows changes={changes} head={head} testid={kind} />;
+  const table = (
+    <ValueTable heads={[said.parameter, head.now, head.next]} rows={rowsOf(changes)} testid={kind} />
+  );
   return (
     <>
       {problem && <Note>{whyRefused(problem)}</Note>}
@@ -77,9 +80,9 @@ function PlanRows({ part, kind }: { part: Part; kind: ChangeKind }) {
         </details>
       )}
       {rom.length > 0 && (
-        <Rows
-          changes={rom}
-          head={{ now: saving.head.rom, next: saving.head.after }}
+        <ValueTable
+          heads={[said.parameter, saving.head.rom, saving.head.after]}
+          rows={rowsOf(rom)}
           testid={kind === "save" ? "save" : "rom"}
         />
       )}
@@ -88,34 +91,10 @@ function PlanRows({ part, kind }: { part: Part; kind: ChangeKind }) {
   );
 }
 
-interface RowsProps {
-  changes: readonly RowChange[];
-  head: { now: string; next: string };
-  testid: string;
-}
-
-function Rows({ changes, head, testid }: RowsProps) {
-  return (
-    <table class="changes">
-      <thead>
-        <tr>
-          <th>{said.parameter}</th>
-          <th class="right">{head.now}</th>
-          <th class="right">{head.next}</th>
-        </tr>
-      </thead>
-      <tbody>
-        {changes.map(one => (
-          <tr key={one.key} data-testid={`${testid}-${one.key}`}>
-            <td>
-              {rowLabelOf(one.key)} <small class="second">{addressOf(one.key)}</small>
-              {one.doubt && <small class="under">{said.assumed}</small>}
-            </td>
-            <td class="right second">{valueText(one.key, one.now)} →</td>
-            <td class="right strong k-intent">{valueText(one.key, one.next)}</td>
-          </tr>
-        ))}
-      </tbody>
-    </table>
-  );
+function rowsOf(changes: readonly RowChange[]): ValueRow[] {
+  return changes.map(({ key, now, next, doubt }) => ({
+    key,
+    values: [valueText(key, now), valueText(key, next)],
+    note: doubt && said.assumed,
+  }));
 }

@@ -11,12 +11,13 @@ import { HornFree } from "../change/horn-free";
 import { isOpen, withTick } from "../change/safety-words";
 import { HornFreeTick } from "../change/ticks";
 import { Button } from "../kit/button";
+import { type Column, DataTable } from "../kit/data-table";
 import { cell, Tick } from "../kit/field";
 import { Spinner } from "../kit/icon";
 import { Note } from "../kit/note";
 import { Scroll } from "../kit/scroll";
 import { Segments } from "../kit/segments";
-import { changeDraft, count, draft, wanted } from "./draft";
+import { changeDraft, count, draft, type Entry, wanted } from "./draft";
 import { Actions, StepQuestion } from "./parts";
 import { loadProfiles, plan, plans, profiles, start, starting, startRefused } from "./state";
 import { commission as words } from "./words";
@@ -73,22 +74,16 @@ export function CheckStep() {
             <b>{said.refused}</b> {problem.text}
           </Note>
         )}
-        <table class="table" aria-label={said.table}>
-          <thead>
-            <tr>
-              <th>{said.head.servo}</th>
-              <th class="right">{said.head.id}</th>
-              <th class="right">{said.head.node}</th>
-              <th>{said.head.name}</th>
-              <th>{present.save ? said.head.moves : said.head.changes}</th>
-            </tr>
-          </thead>
-          <tbody>
-            {uids.map(uid => (
-              <Row key={uid} uid={uid} />
-            ))}
-          </tbody>
-        </table>
+        <DataTable
+          label={said.table}
+          rows={uids.flatMap(uid => {
+            const entry = present.entries[uid];
+            return entry ? [{ ...entry, uid }] : [];
+          })}
+          id={entry => entry.uid}
+          data={entry => ({ testid: `check-${entry.uid}` })}
+          columns={columns(present.save)}
+        />
         <p class="w-line second">
           {profileLine(present.profile)}
           {count(present).skipped > 0 && ` · ${said.leftOut(count(present).skipped)}`}
@@ -163,46 +158,69 @@ function profileLine(name: string | null): string {
   return said.profile(name, Object.keys(found?.values ?? {}).length);
 }
 
-function Row({ uid }: { uid: string }) {
-  const entry = draft.value.entries[uid];
-  const one = servo(uid);
-  const planned = plans.value?.get(uid);
-  if (!entry) return null;
-  const label = entry.label.trim();
-  return (
-    <tr data-testid={`check-${uid}`}>
-      <td>
-        <span class="strong c-serial">{one?.serial ?? one?.name ?? uid.slice(0, 8)}</span>
-        <small>{one?.model}</small>
-      </td>
-      <td class="right c-serial">
-        <span class="second">{one?.servo_id ?? NONE} → </span>
-        <span class="strong k-intent">{wholeNumber(entry.servoId)}</span>
-      </td>
-      <td class="right">
-        {entry.nodeId.trim() === "" ? (
-          <span class="second">{said.same}</span>
-        ) : (
-          <span class="strong k-intent">{wholeNumber(entry.nodeId) || said.keeps}</span>
-        )}
-      </td>
-      <td>
-        {label === "" ? <span class="dim">{said.noName}</span> : <span class="strong k-intent">{label}</span>}
-      </td>
-      <td>
-        {planned === undefined ? (
-          starting.value && (
-            <span class="c-working dim">
-              <Spinner /> {said.asking}
-            </span>
-          )
-        ) : (
-          <Planned of={planned} />
-        )}
-      </td>
-    </tr>
-  );
-}
+const columns = (save: boolean): readonly Column<Entry & { uid: string }>[] => [
+  {
+    key: "servo",
+    head: said.head.servo,
+    cell: ({ uid }) => {
+      const one = servo(uid);
+      return (
+        <>
+          <span class="strong c-serial">{one?.serial ?? one?.name ?? uid.slice(0, 8)}</span>
+          <small>{one?.model}</small>
+        </>
+      );
+    },
+  },
+  {
+    key: "id",
+    head: said.head.id,
+    right: true,
+    look: () => "c-serial",
+    cell: ({ uid, servoId }) => (
+      <>
+        <span class="second">{servo(uid)?.servo_id ?? NONE} → </span>
+        <span class="strong k-intent">{wholeNumber(servoId)}</span>
+      </>
+    ),
+  },
+  {
+    key: "node",
+    head: said.head.node,
+    right: true,
+    cell: ({ nodeId }) =>
+      nodeId.trim() === "" ? (
+        <span class="second">{said.same}</span>
+      ) : (
+        <span class="strong k-intent">{wholeNumber(nodeId) || said.keeps}</span>
+      ),
+  },
+  {
+    key: "name",
+    head: said.head.name,
+    cell: ({ label }) =>
+      label.trim() === "" ? (
+        <span class="dim">{said.noName}</span>
+      ) : (
+        <span class="strong k-intent">{label.trim()}</span>
+      ),
+  },
+  {
+    key: "changes",
+    head: save ? said.head.moves : said.head.changes,
+    cell: ({ uid }) => {
+      const planned = plans.value?.get(uid);
+      if (planned !== undefined) return <Planned of={planned} />;
+      return (
+        starting.value && (
+          <span class="c-working dim">
+            <Spinner /> {said.asking}
+          </span>
+        )
+      );
+    },
+  },
+];
 
 /** What the horn does, and every row that ROM will hold differently; without a save, every row that is written. */
 function Planned({ of }: { of: CommissionPlan }) {

@@ -4,7 +4,7 @@ import type { Profile } from "../api/config-types";
 import { servo } from "../bench/fleet";
 import { date } from "../bench/format";
 import { pathOf } from "../bench/route";
-import { ProfileValues } from "../change/profile-values";
+import { ProfileValues } from "../change/value-table";
 import { Button } from "../kit/button";
 import { follow } from "../kit/follow";
 import { Note } from "../kit/note";
@@ -109,7 +109,7 @@ function Sets({ one }: { one: Profile }) {
       {other.length > 0 && (
         <Note kind="warning">{said.otherModel(other.length, [...new Set(other)].join(", "))}</Note>
       )}
-      <ProfileValues one={one} label={said.sets(one.name)} head={said.head} />
+      <ProfileValues one={one} head={said.head} />
     </div>
   );
 }

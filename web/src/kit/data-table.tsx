@@ -1,7 +1,7 @@
 /** The table of a list: columns and rows as data, sorted by its heads, folded to labelled lines where it is narrow. */
 
 import { useSignal } from "@preact/signals";
-import type { ComponentChildren } from "preact";
+import { type ComponentChildren, Fragment } from "preact";
 import type { Cell } from "./field";
 import { follow } from "./follow";
 import "./table.css";
@@ -18,34 +18,52 @@ export interface Column<R> {
   headCell?: ComponentChildren;
   /** What a press on the head sorts by. */
   by?: (row: R) => string | number;
+  /** It names the row. */
+  name?: boolean;
+  /** More classes of a cell. */
+  look?: (row: R) => string;
 }
 
 interface Props<R> {
   label: string;
   columns: readonly Column<R>[];
-  rows: readonly R[];
+  /** Null while they are not known: there is no table. */
+  rows: readonly R[] | null | undefined;
   id: (row: R) => string | number;
-  testid?: (row: R) => string;
-  /** It is shown as what was, not what is. */
-  away?: (row: R) => boolean;
-  kind?: (row: R) => string;
+  /** What stands in the place of a table with no rows. */
+  empty?: ComponentChildren;
+  /** Its `data-` attributes. A row that is `away` is shown as what was, not what is. */
+  data?: (row: R) => Readonly<Record<string, string | boolean | undefined>>;
+  testid?: string;
   /** All of it is old. */
   old?: boolean;
+  /** A few figures in a dialog or a panel: it has no edges of its own, and does not fold. */
+  small?: boolean;
+  /** The title of a part that begins with this row. */
+  part?: (row: R) => ComponentChildren;
+  /** What is unfolded below a row. */
+  below?: (row: R) => ComponentChildren;
   /** The column sorted by, "-" before it for the other way round; kept in the address by some. */
   order?: Cell<string>;
 }
 
 export function DataTable<R>(props: Props<R>) {
-  const { label, columns, rows, id, testid, away, kind, old = false } = props;
+  const { label, columns, rows, id, data, part, below, old = false, small = false } = props;
   const own = useSignal("");
   const order = props.order ?? own;
   const down = order.value.startsWith("-");
   const sorted = columns.find(one => one.by && one.key === order.value.replace("-", ""));
   const by = sorted?.by;
+  if (!rows) return null;
+  if (rows.length === 0 && props.empty !== undefined) return <>{props.empty}</>;
   const shown = by ? [...rows].sort((a, b) => compare(by(a), by(b)) * (down ? -1 : 1)) : rows;
   return (
-    <div class="table-fit">
-      <table class={old ? "table old" : "table"} aria-label={label}>
+    <div class={small ? "" : "table-fit"}>
+      <table
+        class={`table ${old ? "old" : ""} ${small ? "small-table" : ""}`}
+        aria-label={label}
+        data-testid={props.testid}
+      >
         <thead>
           <tr>
             {columns.map(one => {
@@ -76,29 +94,50 @@ export function DataTable<R>(props: Props<R>) {
           </tr>
         </thead>
         <tbody>
-          {shown.map(row => (
-            <tr
-              key={id(row)}
-              {...(testid ? { "data-testid": testid(row) } : {})}
-              {...(away ? { "data-away": away(row) } : {})}
-              {...(kind ? { "data-kind": kind(row) } : {})}
-            >
-              {columns.map(one => (
-                <td
-                  key={one.key}
-                  class={one.right ? "right" : ""}
-                  data-label={one.bare ? "" : one.head}
-                  data-column={one.key}
-                >
-                  <div>{one.cell(row)}</div>
-                </td>
-              ))}
-            </tr>
-          ))}
+          {shown.map(row => {
+            const title = part?.(row);
+            const more = below?.(row);
+            return (
+              <Fragment key={id(row)}>
+                {title && (
+                  <tr class="table-part">
+                    <th scope="rowgroup" colSpan={columns.length}>
+                      {title}
+                    </th>
+                  </tr>
+                )}
+                <tr {...dataOf(data?.(row))}>
+                  {columns.map(one => {
+                    const Kind = one.name ? "th" : "td";
+                    return (
+                      <Kind
+                        key={one.key}
+                        class={one.right ? "right" : ""}
+                        {...(one.name ? { scope: "row" } : {})}
+                        data-label={one.bare ? "" : one.head}
+                        data-column={one.key}
+                      >
+                        <div class={one.look?.(row)}>{one.cell(row)}</div>
+                      </Kind>
+                    );
+                  })}
+                </tr>
+                {more && (
+                  <tr class="table-below">
+                    <td colSpan={columns.length}>{more}</td>
+                  </tr>
+                )}
+              </Fragment>
+            );
+          })}
         </tbody>
       </table>
     </div>
   );
+}
+
+function dataOf(data: ReturnType<NonNullable<Props<unknown>["data"]>> = {}) {
+  return Object.fromEntries(Object.entries(data).map(([name, value]) => [`data-${name}`, value]));
 }
 
 function compare(a: string | number, b: string | number): number {

@@ -1,7 +1,8 @@
 /** The chip of the cursors: where they are, what each curve was there, and the differences. */
 import { number, signed, withUnit } from "../bench/format";
+import { DataTable } from "../kit/data-table";
 import type { TelemetryStore } from "../telemetry/store";
-import { keyOf, type Lane } from "./lane";
+import { keyOf, type Lane, type LaneCurve } from "./lane";
 import { moveCursor } from "./lanes";
 import { valueAtTime } from "./reading";
 import type { Cursor, TimeSpan } from "./span";
@@ -22,56 +23,54 @@ export function PlotCursors({ lanes, store, span }: Props) {
   const decimals = still.to - still.from < FINE_S ? 3 : 2;
   const time = (t: number) => words.seconds(signed(t - still.zero, decimals));
   const both = a !== null && b !== null;
+  const valueAt = ({ uid, channel }: LaneCurve, which: Cursor) => {
+    const at = span.cursors.value[which];
+    return at === null ? undefined : valueAtTime(store.ring(uid, channel).all(), at);
+  };
+  const told = (lane: Lane, value: number | null | undefined) =>
+    value === undefined ? "" : value === null ? "–" : withUnit(number(value, lane.decimals), lane.unit);
+  const delta = (figure: string, sign = "Δ") => (
+    <>
+      <span class="dim">{sign}</span> {figure}
+    </>
+  );
   return (
     <div class="plot-cursors" data-testid="plot-cursors">
-      <table aria-label={words.table}>
-        <thead>
-          <tr>
-            <th scope="col">
-              <span class="hidden-text">{words.column}</span>
-            </th>
-            {([0, 1] as const).map(which => (
-              <th key={which} scope="col">
-                <Handle {...{ lanes, store, span, which }} shown={time} />
-              </th>
-            ))}
-            <th scope="col" data-testid="plot-delta-t">
-              {both && (
-                <>
-                  <span class="dim">Δt</span> {words.seconds(signed(b - a, decimals))}
-                </>
-              )}
-            </th>
-          </tr>
-        </thead>
-        <tbody>
-          {lanes.flatMap(lane =>
-            lane.curves.map(curve => {
-              const samples = store.ring(curve.uid, curve.channel).all();
-              const [one, other] = [a, b].map(at => (at === null ? null : valueAtTime(samples, at)));
-              const told = (value: number | null | undefined) =>
-                value === null || value === undefined
-                  ? "–"
-                  : withUnit(number(value, lane.decimals), lane.unit);
-              const known = one !== null && one !== undefined && other !== null && other !== undefined;
+      <DataTable
+        small
+        label={words.table}
+        rows={lanes.flatMap(lane => lane.curves.map(curve => ({ lane, curve })))}
+        id={({ curve }) => keyOf(curve)}
+        columns={[
+          { key: "name", head: words.column, bare: true, name: true, cell: ({ curve }) => curve.name },
+          ...([0, 1] as const).map(which => ({
+            key: words.letters[which],
+            head: words.letters[which],
+            headCell: <Handle {...{ lanes, store, span, which }} shown={time} />,
+            right: true,
+            cell: ({ lane, curve }: { lane: Lane; curve: LaneCurve }) => told(lane, valueAt(curve, which)),
+          })),
+          {
+            key: "delta",
+            head: "Δ",
+            headCell: (
+              <span data-testid="plot-delta-t">
+                {both && delta(words.seconds(signed(b - a, decimals)), "Δt")}
+              </span>
+            ),
+            right: true,
+            cell: ({ lane, curve }) => {
+              const [one, other] = [valueAt(curve, 0), valueAt(curve, 1)];
+              const known = one != null && other != null;
               return (
-                <tr key={keyOf(curve)}>
-                  <th scope="row">{curve.name}</th>
-                  <td>{a !== null && told(one)}</td>
-                  <td>{b !== null && told(other)}</td>
-                  <td data-testid={`plot-delta-${curve.channel}`}>
-                    {known && (
-                      <>
-                        <span class="dim">Δ</span> {withUnit(signed(other - one, lane.decimals), lane.unit)}
-                      </>
-                    )}
-                  </td>
-                </tr>
+                <b data-testid={`plot-delta-${curve.channel}`}>
+                  {known && delta(withUnit(signed(other - one, lane.decimals), lane.unit))}
+                </b>
               );
-            }),
-          )}
-        </tbody>
-      </table>
+            },
+          },
+        ]}
+      />
       {both && (
         <button
           type="button"

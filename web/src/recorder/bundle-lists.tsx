@@ -34,36 +34,34 @@ export function Events({ content, line, title }: ListProps) {
   return (
     <details class="rec-list" open data-testid="bundle-events">
       <summary>{said.events(content.events.length)}</summary>
-      {content.events.length === 0 && <p class="w-line second">{said.noEvents}</p>}
-      {content.events.length > 0 && (
-        <DataTable
-          label={said.events(content.events.length)}
-          rows={content.events.slice(0, most.value)}
-          id={one => content.events.indexOf(one)}
-          columns={[
-            {
-              key: "time",
-              head: head.time,
-              cell: one => typeof one.time === "number" && relative(one.time - line.zero, 2),
-            },
-            {
-              key: "what",
-              head: head.what,
-              cell: one => (
-                <span class="rec-what">
-                  <Glyph kind={LEVELS[String(one.level)] ?? "ok"} size={14} />
-                  <span>{whatText(one)}</span>
-                </span>
-              ),
-            },
-            {
-              key: "servo",
-              head: head.servo,
-              cell: one => title(typeof one.uid === "string" ? one.uid : null),
-            },
-          ]}
-        />
-      )}
+      <DataTable
+        empty={<p class="w-line second">{said.noEvents}</p>}
+        label={said.events(content.events.length)}
+        rows={content.events.slice(0, most.value)}
+        id={one => content.events.indexOf(one)}
+        columns={[
+          {
+            key: "time",
+            head: head.time,
+            cell: one => typeof one.time === "number" && relative(one.time - line.zero, 2),
+          },
+          {
+            key: "what",
+            head: head.what,
+            cell: one => (
+              <span class="rec-what">
+                <Glyph kind={LEVELS[String(one.level)] ?? "ok"} size={14} />
+                <span>{whatText(one)}</span>
+              </span>
+            ),
+          },
+          {
+            key: "servo",
+            head: head.servo,
+            cell: one => title(typeof one.uid === "string" ? one.uid : null),
+          },
+        ]}
+      />
       <More total={content.events.length} most={most} />
     </details>
   );
@@ -75,20 +73,18 @@ export function Writes({ content, line, title }: ListProps) {
   return (
     <details class="rec-list" data-testid="bundle-writes">
       <summary>{said.writes(content.writes.length)}</summary>
-      {content.writes.length === 0 && <p class="w-line second">{said.noWrites}</p>}
-      {content.writes.length > 0 && (
-        <DataTable
-          label={said.writes(content.writes.length)}
-          rows={content.writes.slice(0, most.value)}
-          id={one => content.writes.indexOf(one)}
-          columns={[
-            { key: "time", head: head.time, cell: one => relative(Number(one.time) - line.zero, 2) },
-            { key: "servo", head: head.servo, cell: one => (one.uid ? title(one.uid) : one.name) },
-            { key: "what", head: head.what, cell: written },
-            { key: "value", head: head.value, right: true, cell: shownValue },
-          ]}
-        />
-      )}
+      <DataTable
+        empty={<p class="w-line second">{said.noWrites}</p>}
+        label={said.writes(content.writes.length)}
+        rows={content.writes.slice(0, most.value)}
+        id={one => content.writes.indexOf(one)}
+        columns={[
+          { key: "time", head: head.time, cell: one => relative(Number(one.time) - line.zero, 2) },
+          { key: "servo", head: head.servo, cell: one => (one.uid ? title(one.uid) : one.name) },
+          { key: "what", head: head.what, cell: written },
+          { key: "value", head: head.value, right: true, cell: shownValue },
+        ]}
+      />
       <More total={content.writes.length} most={most} />
     </details>
   );

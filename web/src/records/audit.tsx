@@ -88,21 +88,20 @@ export function Audit() {
       <Scroll label={words.auditTab} testid="audit">
         <Unread why={list.problem.value} onAgain={load} />
         {found === null && list.problem.value === null && <p class="w-line second">{words.loading}</p>}
-        {found?.length === 0 &&
-          (query === "" ? (
-            <Empty title={said.empty}>{said.emptyLine}</Empty>
-          ) : (
-            <p class="w-line second">{said.nothing}</p>
-          ))}
-        {found !== null && found.length > 0 && (
-          <DataTable
-            label={words.auditTab}
-            rows={found}
-            id={one => one.id}
-            testid={one => `audit-${one.id}`}
-            columns={columns()}
-          />
-        )}
+        <DataTable
+          label={words.auditTab}
+          rows={found}
+          id={one => one.id}
+          data={one => ({ testid: `audit-${one.id}` })}
+          columns={columns()}
+          empty={
+            query === "" ? (
+              <Empty title={said.empty}>{said.emptyLine}</Empty>
+            ) : (
+              <p class="w-line second">{said.nothing}</p>
+            )
+          }
+        />
         {found !== null && found.length >= PAGE && found.length % PAGE === 0 && (
           <p class="w-line">
             <Button live onClick={older}>

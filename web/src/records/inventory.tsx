@@ -99,7 +99,7 @@ export function Inventory() {
             label={words.inventory.title}
             rows={found}
             id={one => one.uid}
-            testid={one => `known-${one.uid}`}
+            data={one => ({ testid: `known-${one.uid}` })}
             order={order}
             columns={columns()}
           />

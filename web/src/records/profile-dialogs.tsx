@@ -8,6 +8,7 @@ import { all, nameOf } from "../bench/fleet";
 import { noteText } from "../bench/note-text";
 import { rowLabelOf, valueText } from "../bench/row-text";
 import { Confirm } from "../kit/confirm";
+import { DataTable } from "../kit/data-table";
 import { type Cell, Choice, FilePick, TextField } from "../kit/field";
 import { records as words } from "./words";
 
@@ -129,33 +130,45 @@ export function ImportDialog({ names, onClose }: Props) {
       </div>
       <ProfileName at={name} names={names} testid="import-name" />
       {lines.value.length > 0 && (
-        <table class="changes" aria-label={said.lineHead.verdict}>
-          <thead>
-            <tr>
-              <th class="right">{said.lineHead.line}</th>
-              <th class="r-gap">{said.lineHead.key}</th>
-              <th>{said.lineHead.verdict}</th>
-            </tr>
-          </thead>
-          <tbody>
-            {lines.value.map((one, place) => (
-              <tr key={`${one.line}-${one.key}-${place}`} data-verdict={one.verdict}>
-                <td class="right dim">{said.line(one.line)}</td>
-                <td class="r-gap">
+        <DataTable
+          small
+          label={said.lineHead.verdict}
+          rows={lines.value}
+          id={one => lines.value.indexOf(one)}
+          data={one => ({ verdict: one.verdict })}
+          columns={[
+            {
+              key: "line",
+              head: said.lineHead.line,
+              right: true,
+              look: () => "dim",
+              cell: one => said.line(one.line),
+            },
+            {
+              key: "key",
+              head: said.lineHead.key,
+              cell: one => (
+                <>
                   {rowLabelOf(one.key)} <small class="second">{valueText(one.key, one.value)}</small>
-                </td>
-                <td>
+                </>
+              ),
+            },
+            {
+              key: "verdict",
+              head: said.lineHead.verdict,
+              cell: one => (
+                <>
                   <span class={one.verdict === "ok" ? "k-ok" : "strong k-failure"}>
                     {said.verdict[one.verdict]}
                   </span>{" "}
                   {one.verdict !== "ok" && (
                     <small class="second">{noteText(one.text, one.code, one.params)}</small>
                   )}
-                </td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
+                </>
+              ),
+            },
+          ]}
+        />
       )}
     </Confirm>
   );

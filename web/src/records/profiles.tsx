@@ -8,8 +8,8 @@ import { Asked } from "../bench/asked";
 import { date } from "../bench/format";
 import { connection } from "../bench/link";
 import { openChange } from "../change/flow";
-import { ProfileValues } from "../change/profile-values";
 import { profileChange } from "../change/requests";
+import { ProfileValues } from "../change/value-table";
 import { changing } from "../change/words";
 import { Button } from "../kit/button";
 import { Confirm } from "../kit/confirm";
@@ -108,7 +108,11 @@ export function Profiles() {
                   {said.apply}
                 </Button>
               </div>
-              {unfolded.value === one.name && <Rows one={one} />}
+              {unfolded.value === one.name && (
+                <div class="r-rows">
+                  <ProfileValues one={one} head={said.head} />
+                </div>
+              )}
             </li>
           ))}
         </ul>
@@ -117,14 +121,6 @@ export function Profiles() {
       {present?.what === "import" && <ImportDialog names={names} onClose={close} />}
       {present?.what === "remove" && <RemoveDialog one={present.one} onClose={close} />}
     </>
-  );
-}
-
-function Rows({ one }: { one: Profile }) {
-  return (
-    <div class="r-rows">
-      <ProfileValues one={one} label={said.open(one.name)} head={said.head} />
-    </div>
   );
 }
 

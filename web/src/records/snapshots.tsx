@@ -230,7 +230,7 @@ function Compare({ one, name, online, others, snapshots, onBack, onWritten }: Co
             label={said.compareWith}
             rows={rows}
             id={row => row.key}
-            testid={row => `differs-${row.key}`}
+            data={row => ({ testid: `differs-${row.key}` })}
             columns={[
               {
                 key: "tick",

@@ -1,6 +1,7 @@
 /** The operations of the API page: read from the server's own OpenAPI document, to search and to unfold. */
 import { useComputed, useSignal } from "@preact/signals";
 import { Button } from "../kit/button";
+import { DataTable } from "../kit/data-table";
 import { Unread } from "../kit/loaded";
 import { Search } from "../kit/search";
 import { matching, type Operation, operationsOf } from "./document";
@@ -86,34 +87,27 @@ function Detail({ one }: { one: Operation }) {
   return (
     <div class="a-detail">
       <p class="second">{one.summary}</p>
-      {one.arguments.length === 0 ? (
-        <p class="dim">{said.noParameters}</p>
-      ) : (
-        <table class="table">
-          <caption class="hidden-text">{said.parameters}</caption>
-          <thead>
-            <tr>
-              <th scope="col">{said.head.name}</th>
-              <th scope="col">{said.head.where}</th>
-              <th scope="col">{said.head.type}</th>
-              <th scope="col">{said.head.what}</th>
-            </tr>
-          </thead>
-          <tbody>
-            {one.arguments.map(argument => (
-              <tr key={argument.where + argument.name}>
-                <td class="mono">{argument.name}</td>
-                <td>
-                  {said.where[argument.where] ?? argument.where}
-                  {argument.required && <small>{said.required}</small>}
-                </td>
-                <td class="mono">{argument.type}</td>
-                <td>{argument.what}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      )}
+      <DataTable
+        label={said.parameters}
+        rows={one.arguments}
+        id={argument => argument.where + argument.name}
+        empty={<p class="dim">{said.noParameters}</p>}
+        columns={[
+          { key: "name", head: said.head.name, look: () => "mono", cell: argument => argument.name },
+          {
+            key: "where",
+            head: said.head.where,
+            cell: argument => (
+              <>
+                {said.where[argument.where] ?? argument.where}
+                {argument.required && <small>{said.required}</small>}
+              </>
+            ),
+          },
+          { key: "type", head: said.head.type, look: () => "mono", cell: argument => argument.type },
+          { key: "what", head: said.head.what, cell: argument => argument.what },
+        ]}
+      />
       {one.body !== null && (
         <p>
           <span class="second">{said.body}</span> <span class="mono">{one.body}</span>

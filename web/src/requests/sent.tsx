@@ -4,6 +4,7 @@ import { ROOT } from "../api/root";
 import { lastSent, type Sent } from "../api/sent";
 import { clock, withUnit } from "../bench/format";
 import { Copy } from "../kit/copy";
+import { type Column, DataTable } from "../kit/data-table";
 import { Segments } from "../kit/segments";
 import { asCurl } from "./curl";
 import { asPython } from "./python";
@@ -30,60 +31,64 @@ export function LastSent() {
           ]}
         />
       </div>
-      {shown.length === 0 ? (
-        <p class="w-line dim">{which.value === "reads" ? said.noneAll : said.none}</p>
-      ) : (
-        <table class="table" data-testid="api-sent">
-          <caption class="hidden-text">{said.table}</caption>
-          <thead>
-            <tr>
-              <th scope="col">{said.head.at}</th>
-              <th scope="col">{said.head.action}</th>
-              <th scope="col">{said.head.status}</th>
-              <th scope="col">
-                <span class="hidden-text">{said.curl}</span>
-              </th>
-            </tr>
-          </thead>
-          <tbody>
-            {shown.map(one => (
-              <Line key={one.number} one={one} />
-            ))}
-          </tbody>
-        </table>
-      )}
+      <DataTable
+        label={said.table}
+        testid="api-sent"
+        rows={shown}
+        id={one => one.number}
+        empty={<p class="w-line dim">{which.value === "reads" ? said.noneAll : said.none}</p>}
+        columns={columns()}
+      />
     </>
   );
 }
 
-function Line({ one }: { one: Sent }) {
-  const action = `${one.verb} ${one.path}`;
-  return (
-    <tr>
-      <td class="mono">{clock(one.at)}</td>
-      <td>
-        <span class="mono a-action">{action}</span>
+const columns = (): readonly Column<Sent>[] => [
+  { key: "at", head: said.head.at, look: () => "mono", cell: one => clock(one.at) },
+  {
+    key: "action",
+    head: said.head.action,
+    cell: one => (
+      <>
+        <span class="mono a-action">{actionOf(one)}</span>
         {one.file !== undefined && <small>{said.file(one.file)}</small>}
         {one.body !== undefined && <small class="mono a-body">{JSON.stringify(one.body)}</small>}
-      </td>
-      <td class="mono" data-testid="api-status">
+      </>
+    ),
+  },
+  {
+    key: "status",
+    head: said.head.status,
+    look: () => "mono",
+    cell: one => (
+      <span data-testid="api-status">
         {one.status === null ? "…" : one.status === 0 ? said.noAnswer : one.status}
         {one.took_ms !== null && <small>{withUnit(String(Math.round(one.took_ms)), "ms")}</small>}
-      </td>
-      <td class="right a-copies">
+      </span>
+    ),
+  },
+  {
+    key: "copies",
+    head: said.curl,
+    bare: true,
+    look: () => "a-copies",
+    cell: one => (
+      <>
         <Copy
           what={asCurl(one, location.origin)}
           words={{ copy: said.curl, copied: said.copied }}
-          label={said.curlOf(action)}
+          label={said.curlOf(actionOf(one))}
           testid="api-copy"
         />
         <Copy
           what={asPython(one, location.origin + ROOT)}
           words={{ copy: said.python, copied: said.copied }}
-          label={said.pythonOf(action)}
+          label={said.pythonOf(actionOf(one))}
           testid="api-copy-python"
         />
-      </td>
-    </tr>
-  );
-}
+      </>
+    ),
+  },
+];
+
+const actionOf = (one: Sent) => `${one.verb} ${one.path}`;

@@ -1,5 +1,6 @@
 /** The cursors in figures: values, difference, and what each curve does between them. */
 import { number, signed } from "../bench/format";
+import { type Column, DataTable } from "../kit/data-table";
 import { timeText } from "../plots/lanes";
 import { valueAtTime } from "../plots/reading";
 import type { TimeSpan } from "../plots/span";
@@ -16,6 +17,11 @@ export function CursorTable({ span, curves }: { span: TimeSpan; curves: readonly
   const time = (t: number | null) =>
     t === null ? "–" : timeText(Math.round((t - zero) / FINE_S) * FINE_S, 0.01);
   const both = a !== null && b !== null;
+  const figures = curves.map(curve => figuresOf(curve, a, b));
+  // The other figures are of the rest.
+  const missing = figures.flatMap(({ of, curve }) =>
+    of && of.missing > 0 ? [words.missing(String(of.missing), curve.letter)] : [],
+  );
   return (
     <section aria-label={words.cursors}>
       <header>
@@ -47,59 +53,51 @@ export function CursorTable({ span, curves }: { span: TimeSpan; curves: readonly
               {words.between(timeText(Math.abs(b - a), 0.01), words.hz(number(1 / Math.abs(b - a), 2)))}
             </p>
           )}
-          <table class="scope-table" aria-label={words.table} data-testid="scope-table">
-            <thead>
-              <tr>
-                {words.columns.map(one => (
-                  <th key={one} scope="col">
-                    {one}
-                  </th>
-                ))}
-              </tr>
-            </thead>
-            <tbody>
-              {curves.map(curve => (
-                <Row key={curve.letter} {...{ curve, a, b }} />
-              ))}
-            </tbody>
-          </table>
-          {both && <Missing {...{ curves, a, b }} />}
+          <DataTable
+            small
+            label={words.table}
+            testid="scope-table"
+            rows={figures}
+            id={one => one.curve.letter}
+            columns={columns()}
+          />
+          {missing.length > 0 && <p class="small second">{missing.join(" ")}</p>}
         </>
       )}
     </section>
   );
 }
 
-/** What is missing between both cursors: the figures are of the rest. */
-function Missing({ curves, a, b }: { curves: readonly ScopeCurve[]; a: number; b: number }) {
-  const told = curves.flatMap(({ uid, channel, letter }) => {
-    const missing = statisticsOf(telemetry.ring(uid, channel).all(), a, b)?.missing ?? 0;
-    return missing > 0 ? [words.missing(String(missing), letter)] : [];
-  });
-  return told.length > 0 ? <p class="small second">{told.join(" ")}</p> : null;
-}
-
-function Row({ curve, a, b }: { curve: ScopeCurve; a: number | null; b: number | null }) {
+/** What a curve is at the cursors, and what it does between them. */
+function figuresOf(curve: ScopeCurve, a: number | null, b: number | null) {
   const samples = telemetry.ring(curve.uid, curve.channel).all();
   const [one, other] = [a, b].map(at => (at === null ? null : valueAtTime(samples, at)));
   const of = a !== null && b !== null ? statisticsOf(samples, a, b) : null;
-  const digits = curve.decimals;
-  const plain = (value: number | null | undefined) => (value == null ? "–" : number(value, digits));
-  return (
-    <tr>
-      <th scope="row">
+  return { curve, one, other, of };
+}
+
+type Figures = ReturnType<typeof figuresOf>;
+
+function columns(): Column<Figures>[] {
+  const plain = (value: number | null | undefined, { decimals }: ScopeCurve) =>
+    value == null ? "–" : number(value, decimals);
+  const cells: Column<Figures>["cell"][] = [
+    ({ curve }) => (
+      <>
         <Letter curve={curve} /> <span class="small second">{curve.unit}</span>
-      </th>
-      <td>{plain(one)}</td>
-      <td>{plain(other)}</td>
-      <td>{one == null || other == null ? "–" : signed(other - one, digits)}</td>
-      <td>{plain(of?.mean)}</td>
-      <td>{of ? number(of.sd, digits + 1) : "–"}</td>
-      <td>
-        <b>{plain(of?.peakToPeak)}</b>
-      </td>
-    </tr>
-  );
+      </>
+    ),
+    ({ one, curve }) => plain(one, curve),
+    ({ other, curve }) => plain(other, curve),
+    ({ one, other, curve }) => (one == null || other == null ? "–" : signed(other - one, curve.decimals)),
+    ({ of, curve }) => plain(of?.mean, curve),
+    ({ of, curve }) => (of ? number(of.sd, curve.decimals + 1) : "–"),
+    ({ of, curve }) => <b>{plain(of?.peakToPeak, curve)}</b>,
+  ];
+  return cells.map((cell, at) => {
+    const head = words.columns[at] ?? "";
+    return { key: head, head, cell, right: at > 0, name: at === 0 };
+  });
 }
 
 export function Letter({ curve }: { curve: ScopeCurve }) {

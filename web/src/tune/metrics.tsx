@@ -1,8 +1,10 @@
 /** The numbers of step tests: a column a run, each time with its error, what differs, what they were measured under. */
+import type { ComponentChildren } from "preact";
 import type { StepRun } from "../api/lab-types";
 import type { Value } from "../api/types";
 import { catalog } from "../bench/catalog";
 import { full, number, signed, withUnit } from "../bench/format";
+import { type Column, DataTable } from "../kit/data-table";
 import { Glyph } from "../kit/glyph";
 import { Note } from "../kit/note";
 import { ms, Swatch } from "./plot";
@@ -25,7 +27,95 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
   const differ = lab.differing(differences);
   const warnings = lab.warned(shown);
   if (!base || !last) return null;
-  const cell = (place: number) => (several && place === shown.length - 1 ? "right strong" : "right");
+  const columns: Column<Line>[] = [
+    {
+      key: "metric",
+      head: said.metric,
+      name: true,
+      cell: line => (
+        <>
+          {line.name} {line.note && <small>{line.note}</small>}
+        </>
+      ),
+    },
+    ...shown.map((run, place) => ({
+      key: String(run.id),
+      head: lab.letter(place),
+      headCell: (
+        <span class="tune-letter">
+          <Swatch place={place} alone={!several} />
+          <b>{lab.letter(place)}</b>
+        </span>
+      ),
+      right: true,
+      look: (line: Line) => line.look?.(place) ?? "",
+      cell: (line: Line) => line.cells[place],
+    })),
+  ];
+  if (several)
+    columns.push({
+      key: "difference",
+      head: said.against(lab.letter(shown.length - 1), lab.letter(0)),
+      right: true,
+      look: line => (line.within ? "second" : ""),
+      cell: line => (
+        <>
+          {line.difference}
+          {line.within && <small>{said.within}</small>}
+        </>
+      ),
+    });
+  const newest = (place: number) => (several && place === shown.length - 1 ? "strong" : "");
+  const lines: Line[] = [
+    ...lab.METRICS.map(({ key, kind }) => {
+      const figures = shown.map(run => lab.figure(run, direction, key));
+      const found = several
+        ? lab.compared(figures[0] ?? null, figures.at(-1) ?? null, kind, errorBoth)
+        : null;
+      return {
+        testid: `metric-${key}`,
+        name: said.names[key] ?? key,
+        note: under(key, last),
+        look: newest,
+        cells: figures.map((one, place) => (
+          <FigureCell key={place} one={one} kind={kind} error={errors[place] ?? 0} />
+        )),
+        difference: found ? delta(found.delta, kind) : said.unknown,
+        within: found?.within ?? false,
+      };
+    }),
+    {
+      testid: "metric-hunting",
+      name: said.hunting,
+      look: newest,
+      cells: shown.map(run => <Hunting key={run.id} found={lab.hunting(run, direction)} />),
+    },
+    ...differ.map((key, place) => {
+      const row = catalog.value?.rows.get(key);
+      const values = differences[key] ?? [];
+      return {
+        testid: `differs-${key}`,
+        part: place === 0 && said.parameters,
+        differs: true,
+        name: row?.label ?? key,
+        note: row?.name ?? "",
+        look: (at: number) => (values[at] !== values[0] ? "strong k-intent" : ""),
+        cells: values.map(one => (row ? full(one, { ...row, perUnit: row.per_unit }) : String(one))),
+      };
+    }),
+    ...conditions(shown).map(({ name, values }, place) => ({
+      testid: `condition-${place}`,
+      part: place === 0 && (
+        <>
+          {said.conditions}
+          {several && differ.length === 0 && <span class="second">. {said.same}</span>}
+        </>
+      ),
+      name,
+      look: () => "second tune-wrap",
+      cells: values,
+    })),
+  ];
   return (
     <section class="tune-metrics" aria-label={said.title}>
       {warnings.map(({ letters, line }) => (
@@ -36,120 +126,49 @@ export function Metrics({ runs: shown, differences, direction }: MetricsProps) {
       ))}
       {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be scrollable by keys alone */}
       <div class="tune-table" role="region" aria-label={said.title} tabIndex={0}>
-        <table class="table" data-testid="step-metrics">
-          <thead>
-            <tr>
-              <th scope="col">{said.metric}</th>
-              {shown.map((run, place) => (
-                <th scope="col" key={run.id} class="right">
-                  <span class="tune-letter">
-                    <Swatch place={place} alone={!several} />
-                    <b>{lab.letter(place)}</b>
-                  </span>
-                </th>
-              ))}
-              {several && (
-                <th scope="col" class="right">
-                  {said.against(lab.letter(shown.length - 1), lab.letter(0))}
-                </th>
-              )}
-            </tr>
-          </thead>
-          <tbody>
-            {lab.METRICS.map(({ key, kind }) => {
-              const figures = shown.map(run => lab.figure(run, direction, key));
-              const difference = several
-                ? lab.compared(figures[0] ?? null, figures.at(-1) ?? null, kind, errorBoth)
-                : null;
-              return (
-                <tr key={key} data-testid={`metric-${key}`}>
-                  <th scope="row">
-                    {said.names[key]} <small>{under(key, last)}</small>
-                  </th>
-                  {figures.map((one, place) => (
-                    <td key={shown[place]?.id} class={cell(place)}>
-                      <FigureCell one={one} kind={kind} error={errors[place] ?? 0} />
-                    </td>
-                  ))}
-                  {several && (
-                    <td class={difference?.within ? "right second" : "right"}>
-                      {difference ? delta(difference.delta, kind) : said.unknown}
-                      {difference?.within && <small>{said.within}</small>}
-                    </td>
-                  )}
-                </tr>
-              );
-            })}
-            <tr data-testid="metric-hunting">
-              <th scope="row">{said.hunting}</th>
-              {shown.map((run, place) => {
-                const found = lab.hunting(run, direction);
-                const verdict = found?.hunting ?? "none";
-                return (
-                  <td key={run.id} class={cell(place)}>
-                    {verdict !== "none" && <Glyph kind="warning" size={13} />} {said.verdict[verdict]}
-                    {verdict !== "none" && found && (
-                      <small>
-                        {said.hertz(
-                          found.hunting_hz === null ? said.unknown : number(found.hunting_hz, 1),
-                          withUnit(number(found.hunting_rms_deg ?? 0, 2), "°"),
-                        )}
-                      </small>
-                    )}
-                  </td>
-                );
-              })}
-              {several && <td />}
-            </tr>
-          </tbody>
-          <tbody>
-            <tr class="tune-part">
-              <th scope="rowgroup" colSpan={shown.length + (several ? 2 : 1)}>
-                {several && differ.length > 0 ? said.parameters : said.conditions}
-                {several && differ.length === 0 && <span class="second plain">. {said.same}</span>}
-              </th>
-            </tr>
-            {differ.map(key => {
-              const row = catalog.value?.rows.get(key);
-              return (
-                <tr key={key} class="tune-differs" data-testid={`differs-${key}`}>
-                  <th scope="row">
-                    {row?.label ?? key} {row && <small>{row.name}</small>}
-                  </th>
-                  {(differences[key] ?? []).map((value, place) => (
-                    <td
-                      key={shown[place]?.id}
-                      class={value !== differences[key]?.[0] ? "right strong k-intent" : "right"}
-                    >
-                      {row ? full(value, { ...row, perUnit: row.per_unit }) : String(value)}
-                    </td>
-                  ))}
-                  {several && <td />}
-                </tr>
-              );
-            })}
-            {several && differ.length > 0 && (
-              <tr class="tune-part">
-                <th scope="rowgroup" colSpan={shown.length + 2}>
-                  {said.conditions}
-                </th>
-              </tr>
-            )}
-            {conditions(shown).map(line => (
-              <tr key={line.name}>
-                <th scope="row">{line.name}</th>
-                {line.values.map((value, place) => (
-                  <td key={shown[place]?.id} class="right second tune-wrap">
-                    {value}
-                  </td>
-                ))}
-                {several && <td />}
-              </tr>
-            ))}
-          </tbody>
-        </table>
+        <DataTable
+          label={said.title}
+          testid="step-metrics"
+          rows={lines}
+          id={line => line.testid}
+          data={({ testid, differs }) => ({ testid, differs })}
+          part={line => line.part}
+          columns={columns}
+        />
       </div>
     </section>
+  );
+}
+
+/** What is told of each run beside the others. */
+interface Line {
+  testid: string;
+  name: string;
+  note?: string;
+  /** The title of the lines that begin with this one. */
+  part?: ComponentChildren;
+  differs?: boolean;
+  look?: (place: number) => string;
+  cells: readonly ComponentChildren[];
+  /** Between the first run and the last, and whether it is within the error. */
+  difference?: string;
+  within?: boolean;
+}
+
+function Hunting({ found }: { found: ReturnType<typeof lab.hunting> }) {
+  const said = words.metrics;
+  const verdict = found?.hunting ?? "none";
+  if (verdict === "none" || !found) return <>{said.verdict[verdict]}</>;
+  return (
+    <>
+      <Glyph kind="warning" size={13} /> {said.verdict[verdict]}
+      <small>
+        {said.hertz(
+          found.hunting_hz === null ? said.unknown : number(found.hunting_hz, 1),
+          withUnit(number(found.hunting_rms_deg ?? 0, 2), "°"),
+        )}
+      </small>
+    </>
   );
 }
 
