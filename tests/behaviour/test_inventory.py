@@ -58,6 +58,32 @@ def test_one_that_is_off_stays_listed_over_a_restart_of_the_server_and_takes_a_n
     play(later, TWO, store=where)
 
 
+def test_notes_on_a_servo_outlive_the_server_and_are_audited_and_a_nickname_leaves_them_alone(tmp_path: Path) -> None:
+    async def first(rig: Rig) -> str:
+        uid = (await rig.ready())[0].uid
+        assert json(await rig.call("GET", f"/inventory/{uid}"))["notes"] == ""
+        lease = await rig.lease()
+        said = {"notes": "  New gears.\nLeft play: 0.2°  "}
+        assert json(await rig.call("PATCH", f"/inventory/{uid}", said, lease=lease))["notes"] == said["notes"].strip()
+        for _ in range(2):
+            named = json(await rig.call("PATCH", f"/inventory/{uid}", {"label": "Spare"}))
+        assert (named["label"], named["notes"]) == ("Spare", said["notes"].strip())
+        (row,) = rig.host.store.audit.rows(action="notes")
+        assert (row.entry.by, row.entry.before, row.entry.after) == ("test", "", said["notes"].strip())
+        problem(await rig.call("PATCH", f"/inventory/{uid}", {"notes": "x" * 4001}), "invalid_value", 422)
+        return str(uid)
+
+    async def later(rig: Rig) -> None:
+        (one,) = await listed(rig)
+        assert (one["label"], one["notes"]) == ("Spare", "New gears.\nLeft play: 0.2°")
+        assert json(await rig.call("PATCH", f"/inventory/{one['uid']}", {"notes": ""}))["notes"] == ""
+        assert (await listed(rig))[0]["label"] == "Spare"
+
+    where = str(tmp_path / "data")
+    play(first, ONE, store=where)
+    play(later, ONE, store=where)
+
+
 @scene(ONE, TWO)
 async def test_it_is_filtered_by_model_nickname_and_part_of_the_serial(rig: Rig) -> None:
     one, two = sorted(await rig.ready(2), key=lambda servo: servo.servo_id or 0)

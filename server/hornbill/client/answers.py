@@ -972,6 +972,8 @@ class KnownServo(TypedDict):
     """Model, such as `BLA21-06U-A0`. Null if unknown."""
     node_id: int | None
     """Last known node ID. Null if none."""
+    notes: str
+    """What people wrote down about it. Empty if nothing."""
     online: bool
     """Received recently."""
     production_date: str | None

@@ -82,6 +82,7 @@ from hornbill.servo.torque_off.retries import TorqueOffRetries
 from hornbill.servo.torque_off.stop import StopControl
 from hornbill.servo.torque_off.stored import StoredTorqueOff
 from hornbill.store.audit import NewAuditEntry
+from hornbill.store.servos import StoredServo
 from hornbill.store.store import Store
 from hornbill.units import Instant, Raw
 from hornbill.wire.messages import ArrayCommand
@@ -425,6 +426,13 @@ class Host:
             NewAuditEntry(by, "label", outcome, servo.uid, before=before, requested=label, after=servo.label, job=job)
         )
         self.hub.tell(ServoChanged(servo.uid))
+
+    async def set_notes(self, kept: StoredServo, notes: str, *, by: str) -> None:
+        """Write down about a servo what people are to know. `by` says who, for the audit."""
+        notes = notes.strip()
+        await self.store.run(self.store.servos.write_down, kept.uid, notes)
+        outcome = "unchanged" if notes == kept.notes else "applied"
+        self.audit.note(NewAuditEntry(by, "notes", outcome, kept.uid, before=kept.notes, requested=notes, after=notes))
 
     def _on_seen(self, seen: ServoSeen) -> None:
         """Torque off goes before everything that is read of a servo."""

@@ -33,7 +33,8 @@ class ServoFacts:
 
 @dataclass(frozen=True, slots=True)
 class StoredServo:
-    """One servo; instants in seconds since 1970 (UTC). `rom` has raw values by parameter key, as last known.
+    """One servo; instants in seconds since 1970 (UTC). `rom` has raw values by parameter key, as last known. `notes`
+    is what people wrote down about it.
 
     `drift`: what ROM held last, by key, of rows not known to hold it still: something else was found that we did not
     save, or (where `rom` has the same value) the row was not learned yet after a start.
@@ -46,6 +47,7 @@ class StoredServo:
     last_seen: float | None = None
     rom: Mapping[str, int] = field(default_factory=dict[str, int])
     drift: Mapping[str, int] = field(default_factory=dict[str, int])
+    notes: str = ""
 
 
 class Servos:
@@ -90,6 +92,11 @@ class Servos:
         with self._database.transaction() as session:
             _row(session, uid).label = label
 
+    def write_down(self, uid: Uid, notes: str) -> None:
+        """Replace what people wrote down about a servo; empty takes it away."""
+        with self._database.transaction() as session:
+            _row(session, uid).notes = notes or None
+
     def keep_rom(self, uid: Uid, values: Mapping[str, int]) -> None:
         """Replace what is known to be in a servo's ROM: raw values by parameter key."""
         with self._database.transaction() as session:
@@ -130,5 +137,12 @@ def _stored(row: ServoRow) -> StoredServo:
         bus=row.bus,
     )
     return StoredServo(
-        Uid(row.uid), row.label, facts, row.first_seen, row.last_seen, dict(row.rom), dict(row.drift or {})
+        Uid(row.uid),
+        row.label,
+        facts,
+        row.first_seen,
+        row.last_seen,
+        dict(row.rom),
+        dict(row.drift or {}),
+        row.notes or "",
     )

@@ -77,7 +77,9 @@ class Store:
         self.allocations = self._behind(
             self.allocations, AllocationStore(near, now), "record", "seen", "pin", "drop"
         )  # fmt: skip
-        self.servos = self._behind(self.servos, Servos(near, now), "met", "label", "keep_rom", "keep_drift", "forget")
+        self.servos = self._behind(
+            self.servos, Servos(near, now), "met", "label", "write_down", "keep_rom", "keep_drift", "forget"
+        )
         self.profiles = self._behind(self.profiles, ProfileTable(near, now), "put", "drop")
         self.faults = self._behind(self.faults, FaultLog(near, now), "keep", "acknowledge", "forget")
         self.settings = self._behind(self.settings, SettingTable(near), "put", "drop")

@@ -79,6 +79,7 @@ class ServoRow(Table):
     last_seen: Mapped[float | None] = mapped_column(_INSTANT)
     rom: Mapped[dict[str, int]] = mapped_column(JSON)
     drift: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
+    notes: Mapped[str | None] = mapped_column(Words())
 
 
 class SettingRow(Table):

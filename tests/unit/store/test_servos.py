@@ -40,7 +40,10 @@ def test_everything_about_a_servo_comes_back(place: str, store: Store) -> None:
     store.servos.met(A, FACTS)
     store.servos.label(A, "Elevator L")
     store.servos.keep_rom(A, {"torque_mode": 0, "origin": -900})
-    expected = StoredServo(A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900})
+    store.servos.write_down(A, "New gears.")
+    expected = StoredServo(
+        A, "Elevator L", FACTS, 1000.0, 1000.0, {"torque_mode": 0, "origin": -900}, notes="New gears."
+    )
     assert store.servos.get(A) == expected
     store.close()
     with Store(place) as again:

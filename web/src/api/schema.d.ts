@@ -490,7 +490,7 @@ export interface paths {
         head?: never;
         /**
          * Label Known Servo
-         * @description Give a servo a nickname, also one that is switched off.
+         * @description Give a servo a nickname, or write something down about it, also of one that is switched off.
          */
         patch: operations["label_known_servo"];
         trace?: never;
@@ -5135,6 +5135,8 @@ export interface components {
             model: string | null;
             /** @description Last known node ID. Null if none. */
             node_id: number | null;
+            /** @description What people wrote down about it. Empty if nothing. */
+            notes: string;
             /** @description Received recently. */
             online: boolean;
             /** @description Production date as the servo reports it. Null if unknown. */
@@ -5151,6 +5153,16 @@ export interface components {
             snapshots: number;
             /** @description Unique ID, 32 lower-case hex digits. */
             uid: string;
+        };
+        /**
+         * KnownServoPatch
+         * @description What the server itself keeps about a servo. What is left out stays.
+         */
+        KnownServoPatch: {
+            /** @description Nickname. */
+            label?: string | null;
+            /** @description What people are to know about it. */
+            notes?: string | null;
         };
         /**
          * Lease
@@ -8954,7 +8966,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["ServoPatch"];
+                "application/json": components["schemas"]["KnownServoPatch"];
             };
         };
         responses: {

@@ -24,7 +24,7 @@ EXAMPLES: Final[dict[str, dict[str, dict[str, Any]]]] = {
     "start_log": {"up to 50 MB": {"format": "candump", "limit_mb": 50}},
     # configuration
     "label_servo": {"a nickname": {"label": "left elbow"}},
-    "label_known_servo": {"a nickname": {"label": "left elbow"}},
+    "label_known_servo": {"a nickname": {"label": "left elbow"}, "notes": {"notes": "New gears 2026-03-01."}},
     "change_parameters": {
         "two limits, and save": {"values": {"angle_limit_cw": 60.0, "angle_limit_ccw": -45.0}, "save": True},
         "only look": {"values": {"smoothing": False, "timeout_action": "brake"}, "dry_run": True},

@@ -51,7 +51,18 @@ def show(servo: Known, server: Server = HERE, as_json: AsJson = False) -> None:
         print_json(found)
         return
     print(f"{found['label'] or found['serial']}: {found['model']}, firmware {found['firmware']}, uid {found['uid']}")
+    if found["notes"]:
+        print(found["notes"])
     print_table(("parameter", "ROM"), [(key, shown(value)) for key, value in found["rom"].items()])
+
+
+@inventory.command("note")
+def note(
+    servo: Known, text: Annotated[str, typer.Argument(help="up to 4000 characters")], server: Server = HERE
+) -> None:
+    """Write something down about a servo. It replaces what was there; "" takes it away."""
+    with client(server) as hornbill:
+        hornbill.records.write_down(_known(hornbill, servo)["uid"], text)
 
 
 @inventory.command("forget")

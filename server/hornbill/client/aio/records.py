@@ -33,6 +33,10 @@ class AsyncRecords:
         """Give a servo a nickname (up to 64 characters), also one that is switched off."""
         return await self._ask("PATCH", f"/inventory/{uid}", {"label": label})
 
+    async def write_down(self, uid: str, notes: str) -> answers.KnownServo:
+        """Replace the notes on a servo (up to 4000 characters), also of one that is switched off."""
+        return await self._ask("PATCH", f"/inventory/{uid}", {"notes": notes})
+
     async def forget(self, uid: str, *, history: bool = False) -> None:
         """Forget a servo that is not on the bus; with `history` its snapshots and faults, too."""
         await self._ask("DELETE", f"/inventory/{uid}", history=history)

@@ -35,6 +35,10 @@ class Records:
         """Give a servo a nickname (up to 64 characters), also one that is switched off."""
         return self._ask("PATCH", f"/inventory/{uid}", {"label": label})
 
+    def write_down(self, uid: str, notes: str) -> answers.KnownServo:
+        """Replace the notes on a servo (up to 4000 characters), also of one that is switched off."""
+        return self._ask("PATCH", f"/inventory/{uid}", {"notes": notes})
+
     def forget(self, uid: str, *, history: bool = False) -> None:
         """Forget a servo that is not on the bus; with `history` its snapshots and faults, too."""
         self._ask("DELETE", f"/inventory/{uid}", history=history)

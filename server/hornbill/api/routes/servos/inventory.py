@@ -10,7 +10,6 @@ from starlette.responses import Response
 
 from hornbill.api.dependencies import LeaseHeader, TheHost, UidPath, never_seen
 from hornbill.api.downloads import CSV, attachment
-from hornbill.api.routes.servos.servos import ServoPatch
 from hornbill.api.routing import Routes
 from hornbill.api.security.roles import Role
 from hornbill.csv_text import csv_text
@@ -48,6 +47,14 @@ class KnownServo(Model):
     rom: dict[str, Value] = Field(description="Values last known to be in ROM, by key.")
     snapshots: int = Field(description="Number of stored snapshots.")
     drift: list[str] = Field(description="Keys of rows whose ROM value changed unexpectedly.")
+    notes: str = Field(description="What people wrote down about it. Empty if nothing.")
+
+
+class KnownServoPatch(Model):
+    """What the server itself keeps about a servo. What is left out stays."""
+
+    label: str | None = Field(default=None, max_length=64, description="Nickname.")
+    notes: str | None = Field(default=None, max_length=4000, description="What people are to know about it.")
 
 
 ModelName = Annotated[str | None, Query(description="Model, such as `BLA21-06U-A0`.")]
@@ -56,7 +63,7 @@ Serial = Annotated[str | None, Query(max_length=40, description="Part of the ser
 
 FACTS = (
     "uid", "label", "model", "serial", "firmware", "hardware_version", "production_date", "node_id", "servo_id",
-    "first_seen", "last_seen", "online", "snapshots", "drift",
+    "first_seen", "last_seen", "online", "snapshots", "drift", "notes",
 )  # fmt: skip
 
 
@@ -88,12 +95,17 @@ async def get_known_servo(host: TheHost, uid: UidPath) -> KnownServo:
 
 
 @routes.patch("/inventory/{uid}", Role.CONFIGURE, "unknown_servo", "invalid_value")
-async def label_known_servo(host: TheHost, uid: UidPath, body: ServoPatch, lease: LeaseHeader = None) -> KnownServo:
-    """Give a servo a nickname, also one that is switched off."""
-    kept = _kept(host, uid)
+async def label_known_servo(
+    host: TheHost, uid: UidPath, body: KnownServoPatch, lease: LeaseHeader = None
+) -> KnownServo:
+    """Give a servo a nickname, or write something down about it, also of one that is switched off."""
+    kept, by = _kept(host, uid), host.leases.who(lease, host.base.now())
     servo = host.fleet.find(kept.uid)
     assert servo is not None, "whatever the store knows the fleet has"
-    await host.set_label(servo, body.label, by=host.leases.who(lease, host.base.now()))
+    if body.label is not None:
+        await host.set_label(servo, body.label, by=by)
+    if body.notes is not None:
+        await host.set_notes(kept, body.notes, by=by)
     return _shown(host, _kept(host, uid), await host.store.run(host.store.snapshots.counts))
 
 
@@ -177,6 +189,7 @@ def _shown(host: Host, kept: StoredServo, snapshots: dict[Uid, int]) -> KnownSer
         rom=_rom(host, kept),
         snapshots=snapshots.get(kept.uid, 0),
         drift=sorted(drifted(kept) if servo is None or servo.model_number is None else servo.drift),
+        notes=kept.notes,
     )
 
 
